@@ -1,0 +1,1 @@
+"""Lidar navigation through unknown clutter, as Drake systems: star-shaped roadmap and modulation."""

@@ -1,0 +1,133 @@
+"""Parameters that document and validate themselves.
+
+A parameter is a field of a frozen dataclass, declared with `parameter(...)`: its unit, allowed range
+and meaning live beside its default, so that one check and one generated table serve every room.
+"""
+
+import dataclasses
+import difflib
+import math
+import typing
+from collections.abc import Iterable
+from typing import Any
+
+from drake_starnav.errors import StarnavError
+
+
+def parameter(
+    default: Any,
+    help: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    above: float | None = None,
+    choices: tuple[str, ...] | None = None,
+) -> Any:
+    """A dataclass field that carries its own documentation and limits.
+
+    Args:
+        default: the default value.
+        help: one sentence: what it means, and when to change it.
+        unit: SI unit, empty for a pure number.
+        low, high: smallest and largest allowed value, inclusive.
+        above: exclusive lower limit.
+        choices: the allowed strings.
+    """
+    metadata = {"help": help, "unit": unit, "low": low, "high": high, "above": above, "choices": choices}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def allowed_text(field: dataclasses.Field) -> str:
+    """What a parameter may be, in words: `0 < x <= 5 m`, `one of a, b`, `true or false`."""
+    meta = field.metadata
+    if meta.get("choices"):
+        return "one of " + ", ".join(meta["choices"])
+    if field.type in (bool, "bool"):
+        return "true or false"
+    unit = f" {meta['unit']}" if meta.get("unit") else ""
+    left = ""
+    if meta.get("above") is not None:
+        left = f"{meta['above']:g} < "
+    elif meta.get("low") is not None:
+        left = f"{meta['low']:g} <= "
+    right = f" <= {meta['high']:g}" if meta.get("high") is not None else ""
+    kind = "whole number" if field.type in (int, "int") else "finite number"
+    return f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
+
+
+def check_parameters(parameters: Any, place: str) -> None:
+    """Raise `StarnavError` for the first value out of its declared limits.
+
+    Args:
+        parameters: an instance of a dataclass whose fields were made by `parameter`.
+        place: dotted name of the instance for the message, e.g. "lidar".
+    """
+    for field in dataclasses.fields(parameters):
+        value = getattr(parameters, field.name)
+        meta = field.metadata
+        if not meta:
+            continue
+        good = True
+        if meta.get("choices"):
+            good = value in meta["choices"]
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            good = math.isfinite(value)
+            good = good and not (meta["low"] is not None and value < meta["low"])
+            good = good and not (meta["high"] is not None and value > meta["high"])
+            good = good and not (meta["above"] is not None and value <= meta["above"])
+        if not good:
+            raise StarnavError(f"{place}.{field.name} is {value!r}; allowed: {allowed_text(field)}")
+
+
+def convert(value: Any, kind: Any, place: str) -> Any:
+    """The YAML scalar `value` as a parameter of type `kind`, or a `StarnavError` that names `place`."""
+    if kind is bool and isinstance(value, bool):
+        return value
+    if kind is int and isinstance(value, int) and not isinstance(value, bool):
+        return value
+    if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    if kind is str and isinstance(value, str):
+        return value
+    names = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+    raise StarnavError(f"{place} is {value!r}; allowed: {names.get(kind, kind)}")
+
+
+def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
+    """An instance of the parameter dataclass `cls` from a mapping, every key and value checked.
+
+    Args:
+        cls: the dataclass.
+        mapping: key -> value, as read from YAML; None for all defaults.
+        place: dotted name for messages.
+        base: an instance whose values serve as defaults.
+
+    Raises:
+        StarnavError: unknown key (with the nearest valid one), wrong type, or value out of range.
+    """
+    if mapping is None:
+        mapping = {}
+    if not isinstance(mapping, dict):
+        raise StarnavError(f"{place} is {mapping!r}; allowed: a mapping of {', '.join(_names(cls))}")
+    kinds = typing.get_type_hints(cls)
+    values = {}
+    for key, value in mapping.items():
+        if key not in _names(cls):
+            raise unknown_name(f"key {place}.{key}", str(key), _names(cls))
+        values[key] = convert(value, kinds[key], f"{place}.{key}")
+    instance = dataclasses.replace(base, **values) if base is not None else cls(**values)
+    check_parameters(instance, place)
+    return instance
+
+
+def unknown_name(what: str, name: str, valid: Iterable[str]) -> StarnavError:
+    """The error for a name that is not among the valid ones; it suggests the nearest."""
+    valid = list(valid)
+    near = difflib.get_close_matches(name, valid, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]}? " if near else ""
+    return StarnavError(f"unknown {what}: {hint}allowed: {', '.join(valid)}")
+
+
+def _names(cls: type) -> list[str]:
+    return [f.name for f in dataclasses.fields(cls)]

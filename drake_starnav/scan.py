@@ -1,0 +1,99 @@
+"""One planar laser scan, with the field names and conventions of ROS `sensor_msgs/LaserScan`."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+
+
+@dataclass(frozen=True)
+class LaserScan:
+    """Ranges measured in the x-y plane of the sensor frame S, counter-clockwise from `angle_min`.
+
+    Range values follow REP-117: `+inf` no return within `range_max`, `-inf` an object nearer than
+    `range_min`. NaN, REP-117's invalid measurement, is refused: a beam that measured nothing must be
+    said to have measured nothing.
+
+    Attributes:
+        time: time of the measurement, s.
+        angle_min: bearing of the first beam, rad.
+        angle_increment: bearing step between beams, rad, positive.
+        range_min, range_max: limits of the sensor, m.
+        ranges: shape (n,), m.
+    """
+
+    time: float
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: np.ndarray
+
+    def __post_init__(self) -> None:
+        ranges = np.array(self.ranges, dtype=float)
+        ranges.flags.writeable = False
+        object.__setattr__(self, "ranges", ranges)
+        for name in ("time", "angle_min", "angle_increment", "range_min", "range_max"):
+            if not math.isfinite(getattr(self, name)):
+                raise StarnavError(f"laser scan: {name} is {getattr(self, name)}; allowed: a finite number")
+        if ranges.ndim != 1 or len(ranges) < 3:
+            raise StarnavError(f"laser scan: ranges has shape {ranges.shape}; allowed: (n,) with n >= 3")
+        if not 0.0 <= self.range_min < self.range_max:
+            raise StarnavError(
+                f"laser scan: range_min {self.range_min:g}, range_max {self.range_max:g}; "
+                "allowed: 0 <= range_min < range_max"
+            )
+        span = self.angle_increment * (len(ranges) - 1)
+        if not 0.0 < span <= 2.0 * math.pi + 1e-9:
+            raise StarnavError(
+                f"laser scan: angle_increment {self.angle_increment:g} over {len(ranges)} beams spans {span:g} rad; "
+                "allowed: more than 0, at most one turn"
+            )
+        bad = np.flatnonzero(np.isnan(ranges))
+        if len(bad):
+            raise StarnavError(
+                f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
+                "allowed: metres, +inf (no return), -inf (too close)"
+            )
+
+    def __deepcopy__(self, memo: dict) -> "LaserScan":
+        return self  # immutable: Drake's copies of abstract state cost nothing
+
+    @property
+    def angle_max(self) -> float:
+        """Bearing of the last beam, rad."""
+        return self.angle_min + self.angle_increment * (len(self.ranges) - 1)
+
+    @property
+    def full_circle(self) -> bool:
+        """Whether the last beam's neighbour is the first one."""
+        return abs(self.angle_increment * len(self.ranges) - 2.0 * math.pi) < 1e-6
+
+    @cached_property
+    def bearings(self) -> np.ndarray:
+        """Bearing of every beam in S, shape (n,), rad."""
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+
+    @cached_property
+    def hits(self) -> np.ndarray:
+        """Which beams came back from something, shape (n,), bool; -inf (too close) is a hit."""
+        return self.ranges < self.range_max
+
+    @cached_property
+    def distances(self) -> np.ndarray:
+        """Ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0."""
+        return np.clip(self.ranges, 0.0, self.range_max)
+
+    def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """The hits as points, shape (k, 2), m.
+
+        Args:
+            pose: (x, y, yaw) of S in the frame wanted, W for the world; default S itself.
+        """
+        x, y, yaw = pose
+        angle = self.bearings[self.hits] + yaw
+        distance = self.distances[self.hits]
+        return np.column_stack((x + distance * np.cos(angle), y + distance * np.sin(angle)))

@@ -1,0 +1,101 @@
+"""A planar world to drive through: what stands in it, where the robot starts, where it shall go."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+
+
+def _array(value: object, columns: int) -> np.ndarray:
+    array = np.array(value, dtype=float).reshape(-1, columns)
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class World:
+    """Obstacles stand on the floor z = 0 and are taller than the robot; frame W, metres, radians.
+
+    Attributes:
+        name: what the world is called in reports.
+        start: (x, y, yaw) of the robot.
+        goal: (x, y).
+        cylinders: shape (n, 3): x, y, radius.
+        spheres: shape (m, 3): x, y, radius; each rests on the floor.
+        polygons: simple polygons, each of shape (k, 2), the footprints of prisms.
+        bounds: (x_min, y_min, x_max, y_max) with walls along it, or None for an open plane.
+        timeout: s, the time a trial in this world may take by default.
+    """
+
+    name: str
+    start: tuple[float, float, float]
+    goal: tuple[float, float]
+    cylinders: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    spheres: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    polygons: tuple[np.ndarray, ...] = ()
+    bounds: tuple[float, float, float, float] | None = None
+    timeout: float = 180.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "cylinders", _array(self.cylinders, 3))
+        object.__setattr__(self, "spheres", _array(self.spheres, 3))
+        object.__setattr__(self, "polygons", tuple(_array(p, 2) for p in self.polygons))
+        object.__setattr__(self, "start", tuple(float(x) for x in self.start))
+        object.__setattr__(self, "goal", tuple(float(x) for x in self.goal))
+        self._check()
+
+    def _check(self) -> None:
+        for name, value in (("start", self.start), ("goal", self.goal), ("bounds", self.bounds or ())):
+            if not all(math.isfinite(x) for x in value):
+                raise StarnavError(f"world {self.name}: {name} is {list(value)}; allowed: finite numbers")
+        for name in ("cylinders", "spheres"):
+            for k, (x, y, radius) in enumerate(getattr(self, name)):
+                if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(radius) and radius > 0.0):
+                    raise StarnavError(
+                        f"world {self.name}: {name}[{k}] is [{x:g}, {y:g}, {radius:g}]; "
+                        "allowed: finite x, y and a positive radius"
+                    )
+        for k, polygon in enumerate(self.polygons):
+            if len(polygon) < 3 or not np.isfinite(polygon).all():
+                raise StarnavError(
+                    f"world {self.name}: polygons[{k}] is {polygon.tolist()}; allowed: at least 3 finite corners"
+                )
+        if self.bounds is not None and not (self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3]):
+            raise StarnavError(
+                f"world {self.name}: bounds is {list(self.bounds)}; allowed: x_min < x_max and y_min < y_max"
+            )
+
+    @cached_property
+    def discs(self) -> np.ndarray:
+        """Cylinders and spheres seen from above, shape (n + m, 3): x, y, radius."""
+        return np.vstack((self.cylinders, self.spheres))
+
+    @cached_property
+    def segments(self) -> np.ndarray:
+        """Edges of all polygons and of the bounds, shape (s, 4): x1, y1, x2, y2."""
+        loops = list(self.polygons)
+        if self.bounds is not None:
+            x0, y0, x1, y1 = self.bounds
+            loops.append(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)]))
+        if not loops:
+            return np.zeros((0, 4))
+        return np.vstack([np.hstack((loop, np.roll(loop, -1, axis=0))) for loop in loops])
+
+    @cached_property
+    def extent(self) -> tuple[float, float, float, float]:
+        """A box around everything that matters: (x_min, y_min, x_max, y_max)."""
+        if self.bounds is not None:
+            return self.bounds
+        low = [np.array([self.start[:2], self.goal]) - 2.0]
+        high = [np.array([self.start[:2], self.goal]) + 2.0]
+        if len(self.discs):
+            low.append(self.discs[:, :2] - self.discs[:, 2:] - 2.0)
+            high.append(self.discs[:, :2] + self.discs[:, 2:] + 2.0)
+        if self.polygons:
+            low.append(np.vstack(self.polygons) - 2.0)
+            high.append(np.vstack(self.polygons) + 2.0)
+        (x0, y0), (x1, y1) = np.vstack(low).min(axis=0), np.vstack(high).max(axis=0)
+        return float(x0), float(y0), float(x1), float(y1)
