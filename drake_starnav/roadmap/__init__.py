@@ -1,0 +1,15 @@
+"""Star-shaped regions -> where to go next."""
+
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.roadmap.planner import Guidance, Observation, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap.roadmap import StarRoadmap
+
+__all__ = [
+    "Guidance",
+    "Observation",
+    "PlannerParameters",
+    "PlannerState",
+    "PlannerStatus",
+    "StarRoadmap",
+    "plan_step",
+]

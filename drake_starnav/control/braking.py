@@ -1,0 +1,151 @@
+"""The braking certificate: a twist is sent only if the robot can still stop inside what it has seen.
+
+Guarantee. If a command is accepted, the robot follows it for one control period (plus a declared delay) and then
+brakes as hard as its limits allow in both speed and turning rate, then no point of that motion brings a static
+obstacle that the scans have hit nearer to the robot's centre than its radius, provided that
+ (1) the world is static,
+ (2) the sensing and localisation error, plus half the distance between two samples of the simulated motion (at most
+     SAMPLE_SPACING / 2), is at most the safety margin,
+ (3) the robot keeps the simulated accelerations, and starts from the twist that was last commanded,
+ (4) a command takes effect within one control period plus the declared delay.
+When nothing can be certified the command is to brake: the robot then follows the tail of the motion that was
+certified last, so by induction it never touches anything. Turning on the spot is always allowed at a speed from which
+the robot stops within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import covers
+from drake_starnav.stars.safety import SafetyStar
+
+SAMPLE_SPACING = 0.008
+"""Largest distance between two samples of the simulated motion, m."""
+STOPPED_DISTANCE = 0.001
+"""A robot that stops within this distance counts as standing, m."""
+SPEED_SHARES = np.array([1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0])
+"""Speeds that are tried, as shares of the desired one, with the desired turning rate."""
+TURN_SHARES = np.array([0.5, 0.0, -0.5])
+"""Turning rates that are tried next, as shares of the desired one, with half the desired speed or none."""
+
+
+def limits_array(robot: RobotParameters) -> np.ndarray:
+    """The robot's limits as the compiled loops take them, shape (4,): v_max, omega_max, a_max, alpha_max."""
+    return np.array(
+        (robot.max_speed, robot.max_yaw_rate, robot.max_acceleration, robot.max_yaw_acceleration), dtype=float
+    )
+
+
+def certified(
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, star: SafetyStar
+) -> bool:
+    """Whether `desired`, held for `hold` seconds and followed by full braking, stays inside the safety star.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega) to certify.
+        hold: s.
+        limits: as from `limits_array`.
+        star: what the last scans certify.
+    """
+    return bool(_certified(*pose, *twist, *desired, hold, limits, star.center, star.bearing_0, star.values))
+
+
+def certified_twist(
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, star: SafetyStar
+) -> tuple[float, float, bool]:
+    """The certified twist nearest to the desired one in the order of SPEED_SHARES and TURN_SHARES.
+
+    Arguments as for `certified`.
+
+    Returns:
+        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
+    """
+    return _certified_twist(*pose, *twist, *desired, hold, limits, star.center, star.bearing_0, star.values)
+
+
+def braking_path(
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray
+) -> np.ndarray:
+    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W until the robot stands."""
+    return _braking_path(*pose, *twist, *desired, hold, limits)
+
+
+@njit(cache=True)
+def _steps(hold, limits):
+    """Time step of the simulated motion, and number of steps of the hold."""
+    step = min(0.02, SAMPLE_SPACING / limits[0])
+    count = max(int(math.ceil(hold / step - 1e-9)), 1)
+    return step, count
+
+
+@njit(cache=True)
+def _ramped(value, target, change):
+    return value + min(max(target - value, -change), change)
+
+
+@njit(cache=True)
+def _certified(x, y, yaw, v, omega, want_v, want_omega, hold, limits, center, bearing_0, values):
+    brake_step, count = _steps(hold, limits)
+    step = hold / count
+    i = 0
+    while True:
+        if i < count:
+            h = step
+            v = _ramped(v, want_v, limits[2] * h)
+            omega = _ramped(omega, want_omega, limits[3] * h)
+        else:
+            h = brake_step
+            v = _ramped(v, 0.0, limits[2] * h)
+            omega = _ramped(omega, 0.0, limits[3] * h)
+        middle = yaw + 0.5 * omega * h
+        x += v * math.cos(middle) * h
+        y += v * math.sin(middle) * h
+        yaw += omega * h
+        i += 1
+        if not covers(center, bearing_0, values, x, y):
+            return False
+        if i >= count and abs(v) < 1e-9:
+            return True
+
+
+@njit(cache=True)
+def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, limits, center, bearing_0, values):
+    for share in SPEED_SHARES:
+        tried = want_v * share
+        if _certified(x, y, yaw, v, omega, tried, want_omega, hold, limits, center, bearing_0, values):
+            return tried, want_omega, True
+    for turn in TURN_SHARES:
+        for share in (0.5, 0.0):
+            tried = want_v * share
+            slower = want_omega * turn
+            if _certified(x, y, yaw, v, omega, tried, slower, hold, limits, center, bearing_0, values):
+                return tried, slower, True
+    standing = v * v <= 2.0 * limits[2] * STOPPED_DISTANCE
+    return 0.0, want_omega if standing else 0.0, False
+
+
+@njit(cache=True)
+def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
+    brake_step, count = _steps(hold, limits)
+    step = hold / count
+    total = count + int(math.ceil(limits[0] / limits[2] / brake_step)) + 2
+    out = np.empty((total, 3))
+    n = 0
+    while n < total:
+        h = step if n < count else brake_step
+        v = _ramped(v, want_v if n < count else 0.0, limits[2] * h)
+        omega = _ramped(omega, want_omega if n < count else 0.0, limits[3] * h)
+        middle = yaw + 0.5 * omega * h
+        x += v * math.cos(middle) * h
+        y += v * math.sin(middle) * h
+        yaw += omega * h
+        out[n, 0], out[n, 1], out[n, 2] = x, y, yaw
+        n += 1
+        if n >= count and abs(v) < 1e-9:
+            break
+    return out[:n].copy()

@@ -1,0 +1,210 @@
+"""Dynamical system modulation: a guiding vector bent so that it never leads out of the star-shaped regions.
+
+    M = E D E^-1,   E = [r_hat  t] (columns),   D = diag(lambda_r, lambda_e)
+
+r_hat points from the region's reference point to p, t is the boundary's tangent at the bearing of p,
+t ~ [Phi' cos - Phi sin, Phi' sin + Phi cos]. lambda_r = 1 - 1/Gamma for an outward radial part, 1 for an inward one;
+lambda_e = 1 + 1/Gamma. Gamma is clamped to at least 1, and M = I at the reference point.
+Source: paper, section III-B; E by columns and t from Phi' are corrections, without which vectors lead outwards.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.stars.region import RegionStack
+
+WEIGHTS = {"excess": 0, "clipped": 1, "paper": 2}
+CENTER = 0.02
+"""Nearer than this to its reference point a region does not modulate, m."""
+NEAR_WALL_SCALE = 0.03
+"""Width of the soft minimum over the nearest hits, m."""
+
+
+def modulated_direction(
+    position: np.ndarray, direction: np.ndarray, regions: RegionStack, parameters: ControllerParameters
+) -> np.ndarray:
+    """The weighted mean direction of the vectors modulated by each region that contains the position.
+
+    Args:
+        position: shape (2,), W, m.
+        direction: unit vector, shape (2,), W.
+        regions: near the position.
+        parameters: sigma, weights, gamma_cap.
+
+    Returns:
+        Unit vector, shape (2,), W; `direction` itself where no region contains the position.
+    """
+    x, y = _modulated(
+        *position,
+        *direction,
+        regions.center,
+        regions.bearing_0,
+        regions.values,
+        regions.slopes,
+        parameters.sigma,
+        parameters.gamma_cap,
+        WEIGHTS[parameters.weights],
+    )
+    return np.array((x, y))
+
+
+def near_wall_direction(
+    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, robot_radius: float, zone: float
+) -> np.ndarray:
+    """The direction with its part towards close hits removed and a push away from them added.
+
+    With the clearance c to the nearest hit, the share is a = clip((zone - c)/zone, 0, 1), and q the soft mean of the
+    unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE):
+    remove a share a of the part against q, add a q, normalise.
+
+    Args:
+        position: shape (2,), W, m.
+        direction: unit vector, shape (2,), W.
+        hits: shape (n, 2), W, m.
+        robot_radius: m.
+        zone: clearance at which the push begins, m.
+    """
+    return np.array(_near_wall(*position, *direction, hits, robot_radius, zone))
+
+
+def nearest_point_direction(
+    position: np.ndarray,
+    direction: np.ndarray,
+    guide: np.ndarray,
+    hits: np.ndarray,
+    robot_radius: float,
+    rho: float,
+) -> np.ndarray:
+    """The paper's blend p* = (1 - a) p~* + a p~_n* near an obstacle.
+
+    p~_n* is the guiding vector modulated at the nearest hit p_n, where Gamma = 1: its part towards the hit vanishes,
+    its tangential part counts twice. a = min(rho/(|p - p_n| - r), 1), and 1 where |p - p_n| <= r + rho: the printed
+    form is negative inside the robot's radius.
+
+    Args:
+        position: shape (2,), W, m.
+        direction: p~*, unit vector, shape (2,), W.
+        guide: the unmodulated guiding vector, unit, shape (2,), W.
+        hits: shape (n, 2), W, m.
+        robot_radius: r, m.
+        rho: m.
+
+    Source: paper, section III-E.
+    """
+    if not len(hits):
+        return direction
+    offset = hits - position
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    nearest = int(np.argmin(distance))
+    outward = offset[nearest] / max(distance[nearest], 1e-9)
+    clearance = distance[nearest] - robot_radius
+    share = 1.0 if clearance <= rho else rho / clearance
+    radial = float(guide @ outward)
+    along = guide - radial * outward
+    at_hit = 2.0 * along + (0.0 if radial > 0.0 else radial) * outward
+    blend = (1.0 - share) * direction + share * at_hit
+    length = float(np.hypot(*blend))
+    return blend / length if length > 1e-9 else direction
+
+
+@njit(cache=True)
+def boundary_at(values, slopes, bearing_0, theta):
+    """Phi and Phi' at a bearing, linear between samples."""
+    samples = len(values)
+    position = (theta - bearing_0) * samples / (2.0 * math.pi)
+    base = math.floor(position)
+    share = position - base
+    left = int(base) % samples
+    right = left + 1 if left + 1 < samples else 0
+    phi = (1.0 - share) * values[left] + share * values[right]
+    return phi, (1.0 - share) * slopes[left] + share * slopes[right]
+
+
+@njit(cache=True)
+def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, sigma, cap, weights):
+    sum_x = sum_y = total = 0.0
+    for k in range(len(bearing_0)):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance < CENTER:
+            weight = cap if weights != 0 else cap - 1.0
+            sum_x += weight * ux
+            sum_y += weight * uy
+            total += weight
+            continue
+        theta = math.atan2(dy, dx)
+        phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], theta)
+        gamma = (phi / distance) ** sigma
+        if gamma <= 1.0:
+            if weights != 2:
+                continue
+            gamma = 1.0
+        if weights == 0:
+            weight = min(gamma, cap) - 1.0
+        elif weights == 1:
+            weight = min(gamma, cap)
+        else:
+            weight = gamma
+        cosine, sine = dx / distance, dy / distance
+        tx = slope * cosine - phi * sine
+        ty = slope * sine + phi * cosine
+        length = math.sqrt(tx * tx + ty * ty)
+        if length < 1e-12:
+            continue
+        tx, ty = tx / length, ty / length
+        det = cosine * ty - sine * tx  # phi / length: positive
+        if det < 1e-6:
+            continue
+        radial = (ux * ty - uy * tx) / det
+        tangential = (cosine * uy - sine * ux) / det
+        if radial > 0.0:
+            radial *= 1.0 - 1.0 / gamma
+        tangential *= 1.0 + 1.0 / gamma
+        vx, vy = radial * cosine + tangential * tx, radial * sine + tangential * ty
+        length = math.sqrt(vx * vx + vy * vy)
+        if length > 1e-9:
+            sum_x += weight * vx / length
+            sum_y += weight * vy / length
+            total += weight
+    length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
+    if length < 1e-3 * total or total <= 0.0:
+        return ux, uy
+    return sum_x / length, sum_y / length
+
+
+@njit(cache=True)
+def _near_wall(x, y, ux, uy, hits, radius, zone):
+    nearest = np.inf
+    for i in range(len(hits)):
+        dx, dy = x - hits[i, 0], y - hits[i, 1]
+        nearest = min(nearest, dx * dx + dy * dy)
+    nearest = math.sqrt(nearest)
+    share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
+    if share <= 0.0:
+        return ux, uy
+    qx = qy = total = 0.0
+    for i in range(len(hits)):
+        dx, dy = x - hits[i, 0], y - hits[i, 1]
+        distance = math.sqrt(dx * dx + dy * dy)
+        beyond = (distance - nearest) / NEAR_WALL_SCALE
+        if beyond < 4.6 and distance > 0.0:
+            weight = math.exp(-beyond)
+            qx += weight * dx / distance
+            qy += weight * dy / distance
+            total += weight
+    if total <= 0.0:
+        return ux, uy
+    qx, qy = qx / total, qy / total
+    against = ux * qx + uy * qy
+    if against < 0.0:
+        ux -= share * against * qx
+        uy -= share * against * qy
+    ux += share * qx
+    uy += share * qy
+    length = math.sqrt(ux * ux + uy * uy)
+    if length < 1e-6:
+        return qx, qy
+    return ux / length, uy / length

@@ -1,0 +1,52 @@
+"""Parameters of the controller."""
+
+from dataclasses import dataclass
+
+from drake_starnav.parameters import parameter
+
+
+@dataclass(frozen=True)
+class ControllerParameters:
+    """How guidance becomes a twist, and what certifies it."""
+
+    rate: float = parameter(50.0, "commands a second", unit="Hz", above=0.0, high=1000.0)
+    modulation: bool = parameter(True, "bend the guiding vector along the boundary of the star regions")
+    sigma: float = parameter(2.0, "exponent of the level-set function Gamma", above=0.0, high=20.0)
+    weights: str = parameter(
+        "excess",
+        "how overlapping regions are averaged: excess (min(Gamma, cap) - 1, continuous), clipped (min(Gamma, cap)), "
+        "or paper (max(Gamma, 1) over all regions)",
+        choices=("excess", "clipped", "paper"),
+    )
+    gamma_cap: float = parameter(8.0, "cap of Gamma in the weights", above=1.0, high=1000.0)
+    modulation_distance: float = parameter(
+        0.25, "nearer than this to the short-term goal the guiding vector is used as it is", unit="m", low=0.0, high=5.0
+    )
+    nearest_point_term: bool = parameter(
+        False, "the paper's blend towards the vector modulated at the nearest hit; needs no erosion"
+    )
+    nearest_point_distance: float = parameter(
+        0.1, "the paper's rho: clearance at which that blend is complete", unit="m", above=0.0, high=2.0
+    )
+    near_wall_term: bool = parameter(True, "push away from hits inside the near-wall zone")
+    near_wall_zone: float = parameter(
+        0.10, "clearance at which the push begins; smaller is faster", unit="m", above=0.0, high=2.0
+    )
+    tracking: str = parameter(
+        "law",
+        "from guiding vector to twist: law (omega = gain * error, v = max_speed cos^3 error) or pid (the paper)",
+        choices=("law", "pid"),
+    )
+    heading_gain: float = parameter(4.0, "turning rate per heading error", unit="1/s", above=0.0, high=50.0)
+    goal_slowdown: float = parameter(
+        1.2, "speed per metre of distance to the goal on arrival", unit="1/s", above=0.0, high=50.0
+    )
+    certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
+    safety_margin: float = parameter(
+        0.01, "clearance that the certificate keeps beyond the robot's radius", unit="m", low=0.0, high=1.0
+    )
+    scan_memory: int = parameter(5, "scans that the safety star is made from", low=1, high=100)
+    safety_range: float = parameter(1.2, "extent of the safety star", unit="m", above=0.0, high=20.0)
+    delay: float = parameter(
+        0.0, "time from a command to its effect that the certificate allows for", unit="s", low=0.0, high=2.0
+    )

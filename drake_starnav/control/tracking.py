@@ -1,0 +1,161 @@
+"""From guidance to a twist of the differential drive: the controller as a pure step."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.control.braking import certified_twist, limits_array
+from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.safety import SafetyStar
+
+PASSED_DISTANCE = 0.06
+"""A way point this near has been passed, m."""
+CREEP_SPEED = 0.08
+"""Speed that remains on arrival, so that the robot does arrive, m/s."""
+PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
+"""The paper's gains."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the controller decides in one period.
+
+    Attributes:
+        twist: (v, omega) to be reached by the end of the period, within the limits, m/s and rad/s.
+        guiding_vector: unit vector, shape (2,), W; zero when there is nowhere to go.
+        certified: whether some motion passed the certificate (or it is switched off).
+        errors: (v, heading) errors, for the derivative terms of the next period.
+    """
+
+    twist: np.ndarray
+    guiding_vector: np.ndarray
+    certified: bool
+    errors: np.ndarray
+
+
+def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
+    """The twist after one period of approaching `desired` within the robot's speeds and accelerations.
+
+    Args:
+        twist: (v, omega) now, m/s and rad/s.
+        desired: (v, omega).
+        robot: its limits.
+        period: s.
+    """
+    limit = np.array((robot.max_speed, robot.max_yaw_rate))
+    change = period * np.array((robot.max_acceleration, robot.max_yaw_acceleration))
+    return twist + np.clip(np.clip(desired, -limit, limit) - twist, -change, change)
+
+
+def guiding_vector(
+    position: np.ndarray,
+    path: np.ndarray,
+    regions: RegionStack,
+    hits: np.ndarray,
+    parameters: ControllerParameters,
+    robot_radius: float,
+) -> tuple[np.ndarray, float]:
+    """Unit vector to follow, shape (2,), W, and the distance to the short-term goal, m.
+
+    Args:
+        position: of the robot, shape (2,), W, m.
+        path: shape (k, 2), way points ahead, W, m.
+        regions: around the robot.
+        hits: close to the robot, shape (n, 2), W, m.
+        parameters: modulation, near-wall and nearest-point terms.
+        robot_radius: m.
+    """
+    ahead = path[0]
+    for ahead in path:
+        offset = ahead - position
+        distance = math.hypot(offset[0], offset[1])
+        if distance > PASSED_DISTANCE:
+            break
+    if distance < 1e-6:
+        return np.zeros(2), 0.0
+    guide = offset / distance
+    direction = guide
+    if parameters.modulation and distance > parameters.modulation_distance:
+        direction = modulated_direction(position, guide, regions, parameters)
+    if parameters.nearest_point_term:
+        rho = parameters.nearest_point_distance
+        direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho)
+    if parameters.near_wall_term:
+        direction = near_wall_direction(position, direction, hits, robot_radius, parameters.near_wall_zone)
+    return direction, distance
+
+
+def control_step(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> Command:
+    """One period of the controller: guiding vector, twist, certificate, ramp.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        errors: from the last command.
+        path: shape (k, 2), way points ahead, W, m; empty: stop.
+        arrives: whether the last way point is the goal.
+        regions: around the robot.
+        star: what the last scans certify.
+        parameters: of the controller.
+        robot: its size and limits.
+    """
+    period = 1.0 / parameters.rate
+    direction, distance = np.zeros(2), 0.0
+    desired = np.zeros(2)
+    if len(path):
+        direction, distance = guiding_vector(
+            pose[:2], path, regions, star.near_hits, parameters, robot.radius
+        )
+    if direction.any():
+        heading = _wrapped(math.atan2(direction[1], direction[0]) - pose[2])
+        stop_at = distance if arrives and len(path) == 1 else math.inf
+        if parameters.tracking == "law":
+            desired = _law(heading, stop_at, parameters, robot)
+        else:
+            desired, errors = _pid(heading, twist, errors, period)
+    accepted = True
+    if parameters.certificate:
+        v, omega, accepted = certified_twist(
+            pose, twist, desired, period + parameters.delay, limits_array(robot), star
+        )
+        desired = np.array((v, omega))
+    return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
+
+
+def _law(heading: float, stop_at: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
+    """omega = gain * error, v = max_speed * cos(error)^3, slower only towards the goal."""
+    v = robot.max_speed * max(math.cos(heading), 0.0) ** 3
+    v = min(v, parameters.goal_slowdown * stop_at + CREEP_SPEED)
+    omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
+    return np.array((v, omega))
+
+
+def _pid(heading: float, twist: np.ndarray, errors: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """The paper's PID with v_ref = min(1, 0.5 / |heading error|); its integral gains are zero.
+
+    Source: paper, section IV.
+    """
+    reference = min(1.0, 0.5 / max(abs(heading), 1e-6))
+    error = np.array((reference - twist[0], heading))
+    rate = (error - errors) / period
+    v = twist[0] + PID["kp_v"] * error[0] + PID["kd_v"] * rate[0]
+    omega = PID["kp_w"] * error[1] + PID["kd_w"] * rate[1]
+    return np.array((v, omega)), error
+
+
+def _wrapped(angle: float) -> float:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi

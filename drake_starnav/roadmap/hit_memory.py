@@ -1,0 +1,232 @@
+"""Where obstacles have been hit: a sparse grid of distances, and the optimistic cost-to-go over it.
+
+The grid holds, for every cell near a hit, the distance from the cell's centre to the nearest hit. Cells are kept
+in square tiles that are never changed once made: an updated memory shares all untouched tiles with the old one.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+TILE = 64
+"""Cells along a tile's side."""
+STRIDE = 2
+"""The cost-to-go uses every second cell of the memory in each direction."""
+BLOCKED_SLACK = 0.02
+"""Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
+SOFT_ZONE = 0.12
+"""Beyond the robot's radius, over this distance, cells cost more, m."""
+BEYOND = 0.20
+"""Distances are kept up to the robot's radius plus this, m."""
+UNREACHED = 2**30
+
+
+@dataclass(frozen=True)
+class HitMemory:
+    """Distance to the nearest hit on a grid over W. Immutable.
+
+    Attributes:
+        resolution: cell size, m; cell (i, j) has its centre at (i, j) * resolution.
+        cap: distances from here on are not kept, m.
+        tiles: (I, J) -> distances of cells I*TILE.., J*TILE.., shape (TILE, TILE), m.
+    """
+
+    resolution: float
+    cap: float
+    tiles: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
+
+    @staticmethod
+    def empty(resolution: float, robot_radius: float) -> "HitMemory":
+        """A memory without hits."""
+        return HitMemory(resolution, robot_radius + BEYOND)
+
+    def stamped(self, points: np.ndarray) -> "HitMemory":
+        """This memory with more hits; points of shape (n, 2) in W, m."""
+        if not len(points):
+            return self
+        border = int(self.cap / self.resolution) + 2
+        cells = np.rint(points / self.resolution).astype(np.int64)
+        low, high = (cells.min(axis=0) - border) // TILE, (cells.max(axis=0) + border) // TILE + 1
+        patch = self._patch(low, high)
+        touched = np.zeros(high - low, np.bool_)
+        _stamp(patch, low * TILE, self.resolution, points, self.cap, touched)
+        tiles = dict(self.tiles)
+        for i, j in np.argwhere(touched):
+            tile = patch[i * TILE : (i + 1) * TILE, j * TILE : (j + 1) * TILE].copy()
+            tile.flags.writeable = False
+            tiles[int(low[0] + i), int(low[1] + j)] = tile
+        return HitMemory(self.resolution, self.cap, tiles)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
+        cells = np.rint(np.asarray(points) / self.resolution).astype(np.int64)
+        out = np.full(len(cells), self.cap)
+        owner = cells // TILE
+        for k, (i, j) in enumerate(owner.tolist()):
+            tile = self.tiles.get((i, j))
+            if tile is not None:
+                out[k] = tile[cells[k, 0] - i * TILE, cells[k, 1] - j * TILE]
+        return out
+
+    def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The cells of a box in W: distances (nx, ny) of every STRIDE-th cell, and the first cell's index (2,)."""
+        first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
+        count = np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
+        out = np.full(count, self.cap, np.float32)
+        last = first + (count - 1) * STRIDE
+        for (i, j), tile in self.tiles.items():
+            a, b = i * TILE, j * TILE  # multiples of STRIDE, as `first` is
+            if a > last[0] or b > last[1] or a + TILE <= first[0] or b + TILE <= first[1]:
+                continue
+            a0, b0 = max(a, int(first[0])), max(b, int(first[1]))
+            a1, b1 = min(a + TILE, int(last[0]) + 1), min(b + TILE, int(last[1]) + 1)
+            part = tile[a0 - a : a1 - a : STRIDE, b0 - b : b1 - b : STRIDE]
+            p, q = (a0 - int(first[0])) // STRIDE, (b0 - int(first[1])) // STRIDE
+            out[p : p + part.shape[0], q : q + part.shape[1]] = part
+        return out, first
+
+    def _patch(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        patch = np.full((high - low) * TILE, self.cap, np.float32)
+        for i in range(int(low[0]), int(high[0])):
+            for j in range(int(low[1]), int(high[1])):
+                tile = self.tiles.get((i, j))
+                if tile is not None:
+                    a, b = (i - int(low[0])) * TILE, (j - int(low[1])) * TILE
+                    patch[a : a + TILE, b : b + TILE] = tile
+        return patch
+
+
+def cost_to_go(
+    memory: HitMemory,
+    points: np.ndarray,
+    goal: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    robot_radius: float,
+    near_wall_cost: float,
+) -> np.ndarray:
+    """Length of the shortest path from each point to the goal if all unknown space were free.
+
+    Cells nearer than the robot's radius to a hit are blocked; within SOFT_ZONE beyond it a metre costs up to
+    `1 + near_wall_cost` metres.
+
+    Args:
+        memory: the hits.
+        points: shape (n, 2), W, m.
+        goal: shape (2,), W, m.
+        low, high: corners of the box that is searched, W, m; it must contain the goal.
+        robot_radius: m.
+        near_wall_cost: share.
+
+    Returns:
+        Shape (n,), m; infinity where the goal cannot be reached inside the box.
+    """
+    distance, first = memory.window(low, high)
+    cell = memory.resolution * STRIDE
+    origin = first * memory.resolution
+    blocked = robot_radius - BLOCKED_SLACK
+    weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
+    i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
+    field = _bucket_dijkstra(weight, i + 1, j + 1)
+    return _nearest_cost(field, points, origin, cell)
+
+
+@njit(cache=True)
+def _stamp(patch, first, resolution, points, cap, touched):
+    reach = int(cap / resolution) + 1
+    for n in range(len(points)):
+        i = int(round(points[n, 0] / resolution)) - first[0]
+        j = int(round(points[n, 1] / resolution)) - first[1]
+        # a hit closer than half a cell to one already known adds nothing that the grid resolves
+        if patch[i, j] < 0.6 * resolution:
+            continue
+        for a in range(i - reach, i + reach + 1):
+            dx = (first[0] + a) * resolution - points[n, 0]
+            for b in range(j - reach, j + reach + 1):
+                dy = (first[1] + b) * resolution - points[n, 1]
+                squared = dx * dx + dy * dy
+                if squared < patch[a, b] * patch[a, b]:
+                    patch[a, b] = math.sqrt(squared)
+        for a in range((i - reach) // TILE, (i + reach) // TILE + 1):
+            for b in range((j - reach) // TILE, (j + reach) // TILE + 1):
+                touched[a, b] = True
+
+
+@njit(cache=True)
+def _cell_weights(distance, blocked, soft, near_wall_cost):
+    """Cost of each cell in tenths, 0 where blocked, with a blocked border."""
+    nx, ny = distance.shape
+    weight = np.zeros((nx + 2, ny + 2), np.int32)
+    for i in range(nx):
+        for j in range(ny):
+            d = distance[i, j]
+            if d >= soft:
+                weight[i + 1, j + 1] = 10
+            elif d >= blocked:
+                weight[i + 1, j + 1] = int(10.0 * (1.0 + near_wall_cost * (soft - d) / (soft - blocked)))
+    return weight
+
+
+@njit(cache=True)
+def _bucket_dijkstra(weight, gi, gj):
+    """Cost from every cell to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere."""
+    nx, ny = weight.shape
+    w = weight.ravel()
+    cost = np.full(nx * ny, UNREACHED, np.int32)
+    buckets = 1
+    while buckets <= 14 * w.max() + 1:
+        buckets *= 2
+    head = np.full(buckets, -1, np.int32)
+    capacity = 8 * nx * ny + 1
+    entry_cell = np.empty(capacity, np.int32)
+    entry_cost = np.empty(capacity, np.int32)
+    entry_next = np.empty(capacity, np.int32)
+    steps = np.array([ny, -ny, 1, -1, ny + 1, ny - 1, -ny + 1, -ny - 1])
+    lengths = np.array([10, 10, 10, 10, 14, 14, 14, 14])
+    start = gi * ny + gj
+    cost[start] = 0
+    entry_cell[0], entry_cost[0], entry_next[0] = start, 0, -1
+    head[0] = 0
+    used = 1
+    waiting = 1
+    bucket = 0
+    while waiting > 0:
+        while head[bucket] < 0:
+            bucket = (bucket + 1) & (buckets - 1)
+        e = head[bucket]
+        head[bucket] = entry_next[e]
+        waiting -= 1
+        c, d = entry_cell[e], entry_cost[e]
+        if d > cost[c]:
+            continue
+        for k in range(8):
+            n = c + steps[k]
+            if w[n] == 0:
+                continue
+            candidate = d + w[n] * lengths[k]
+            if candidate < cost[n]:
+                cost[n] = candidate
+                b = candidate & (buckets - 1)
+                entry_cell[used], entry_cost[used], entry_next[used] = n, candidate, head[b]
+                head[b] = used
+                used += 1
+                waiting += 1
+    return cost.reshape(nx, ny)
+
+
+@njit(cache=True)
+def _nearest_cost(field, points, origin, cell):
+    """Smallest cost over the 3 x 3 cells about each point, in metres."""
+    nx, ny = field.shape
+    out = np.full(len(points), np.inf)
+    for n in range(len(points)):
+        i = int(round((points[n, 0] - origin[0]) / cell)) + 1
+        j = int(round((points[n, 1] - origin[1]) / cell)) + 1
+        for a in range(max(i - 1, 0), min(i + 2, nx)):
+            for b in range(max(j - 1, 0), min(j + 2, ny)):
+                if field[a, b] < UNREACHED:
+                    detour = cell * math.hypot(a - i, b - j)
+                    out[n] = min(out[n], field[a, b] * cell / 100.0 + detour)
+    return out

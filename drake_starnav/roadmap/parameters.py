@@ -1,0 +1,62 @@
+"""Parameters of the roadmap: those of its regions, and how it grows and is searched."""
+
+from dataclasses import dataclass
+
+from drake_starnav.parameters import parameter
+from drake_starnav.stars.parameters import StarParameters
+
+
+@dataclass(frozen=True)
+class PlannerParameters(StarParameters):
+    """How scans become a roadmap and the roadmap a short-term goal."""
+
+    frontiers: str = parameter(
+        "edges",
+        "where unknown space may be entered: edges (range jumps and arcs at maximum range) or dbscan (the paper: "
+        "between clusters of hits)",
+        choices=("edges", "dbscan"),
+    )
+    frontier_jump: float = parameter(
+        0.2, "step of the free range that makes an edge frontier", unit="m", above=0.0, high=10.0
+    )
+    frontier_spacing: float = parameter(0.25, "distance between frontier points", unit="m", above=0.0, high=5.0)
+    probe_distance: float = parameter(
+        0.05, "how far in the unknown a frontier's probe lies", unit="m", above=0.0, high=1.0
+    )
+    cluster_radius: float = parameter(0.2, "DBSCAN's eps for frontiers: dbscan", unit="m", above=0.0, high=5.0)
+    cluster_points: int = parameter(2, "DBSCAN's min_samples for frontiers: dbscan", low=1, high=100)
+    growth: str = parameter(
+        "continuous",
+        "when a node is added: continuous (as described by node_spacing and the events) or arrival (the paper: "
+        "on arrival at the short-term goal)",
+        choices=("continuous", "arrival"),
+    )
+    node_spacing: float = parameter(0.7, "distance driven after which a node is added", unit="m", above=0.0, high=20.0)
+    arrival_distance: float = parameter(
+        0.12, "distance at which a frontier counts as reached (the paper: 0.25)", unit="m", above=0.0, high=2.0
+    )
+    retire_dead_ends: bool = parameter(True, "remember places that were tried and led nowhere")
+    retired_radius: float = parameter(0.2, "size of a retired place", unit="m", above=0.0, high=2.0)
+    progress_distance: float = parameter(
+        0.15, "motion that counts as progress", unit="m", above=0.0, high=5.0
+    )
+    progress_timeout: float = parameter(
+        4.0, "time without progress after which the target is given up", unit="s", above=0.0, high=600.0
+    )
+    cost_to_go: str = parameter(
+        "grid",
+        "how frontiers are ranked: grid (optimistic path through unknown space) or straight (line to the goal)",
+        choices=("grid", "straight"),
+    )
+    grid_resolution: float = parameter(0.05, "cell of the hit memory", unit="m", low=0.01, high=0.5)
+    near_wall_cost: float = parameter(
+        1.0, "how much dearer a metre right at an obstacle is in the cost-to-go", low=0.0, high=20.0
+    )
+    hysteresis: float = parameter(
+        0.5, "bonus of the current target, against indecision", unit="m", low=0.0, high=20.0
+    )
+    string_pulling: bool = parameter(True, "shorten the path inside the union of the regions")
+    margin_shrinking: bool = parameter(True, "when nothing is left to explore, try again with less margin")
+    margin_step: float = parameter(0.01, "by how much the margin shrinks", unit="m", above=0.0, high=1.0)
+    margin_rounds: int = parameter(6, "how often it may shrink or be retried", low=0, high=100)
+    rate: float = parameter(20.0, "updates of the planner", unit="Hz", above=0.0, high=1000.0)

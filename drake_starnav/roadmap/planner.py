@@ -1,0 +1,267 @@
+"""The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
+
+import dataclasses
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
+from drake_starnav.roadmap.search import LINE_STEP, Route, find_route
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, scan_region, segment_covered
+
+OUTSIDE_TOLERANCE = 0.03
+"""The robot counts as having left the regions only when this far outside, m."""
+PASSED_DISTANCE = 0.06
+"""A way point this near has been passed, m."""
+GUIDE_RADIUS = 3.0
+"""Regions whose centre is nearer than this to the robot are handed to the controller, m."""
+
+
+class PlannerStatus(Enum):
+    """What the planner is doing."""
+
+    WAITING = "waiting"
+    EXPLORING = "exploring"
+    APPROACHING = "approaching"
+    UNREACHABLE = "unreachable"
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """What the controller needs from any planner. Immutable; W, m.
+
+    Attributes:
+        path: shape (k, 2), way points ahead; the first is the short-term goal. Empty: stand still.
+        arrives: whether the last way point is the goal, to stop at.
+        regions: star-shaped regions around the robot, for the modulation.
+    """
+
+    path: np.ndarray
+    arrives: bool
+    regions: RegionStack
+
+    def __deepcopy__(self, memo: dict) -> "Guidance":
+        return self
+
+    @staticmethod
+    def none() -> "Guidance":
+        """Stand still."""
+        return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
+
+
+@dataclass(frozen=True)
+class PlannerState:
+    """Everything the planner remembers. Immutable.
+
+    Attributes:
+        roadmap: the latest snapshot.
+        status: what the planner is doing.
+        path: shape (k, 2), way points still ahead, W, m.
+        target: stand and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
+        node_position: where the last node was added, shape (2,).
+        progress_position: where progress was last made, shape (2,).
+        progress_time: when, s.
+        rounds: how often the margin was shrunk or retried.
+        plans: how often the roadmap was searched.
+    """
+
+    roadmap: StarRoadmap
+    status: PlannerStatus
+    path: np.ndarray
+    target: np.ndarray | None
+    node_position: np.ndarray
+    progress_position: np.ndarray
+    progress_time: float
+    rounds: int
+    plans: int
+
+    def __deepcopy__(self, memo: dict) -> "PlannerState":
+        return self
+
+    @staticmethod
+    def initial(parameters: PlannerParameters, robot_radius: float) -> "PlannerState":
+        """Before the first scan."""
+        nowhere = np.full(2, np.inf)
+        return PlannerState(
+            roadmap=StarRoadmap.empty(parameters, robot_radius),
+            status=PlannerStatus.WAITING,
+            path=np.zeros((0, 2)),
+            target=None,
+            node_position=nowhere,
+            progress_position=nowhere,
+            progress_time=0.0,
+            rounds=0,
+            plans=0,
+        )
+
+    def guidance(self, position: np.ndarray) -> Guidance:
+        """The part of the plan that the controller needs around `position`, shape (2,), W, m."""
+        if not len(self.path):
+            return Guidance.none()
+        return Guidance(
+            self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack.near(position, GUIDE_RADIUS)
+        )
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One scan as the planner sees it.
+
+    Attributes:
+        region: star-shaped region of the scan, W.
+        scan: in S.
+        pose: (x, y, yaw) of S in W when the scan was taken.
+    """
+
+    region: StarRegion
+    scan: LaserScan
+    pose: np.ndarray
+
+
+def plan_step(
+    state: PlannerState,
+    seen: Observation,
+    position: np.ndarray,
+    goal: np.ndarray,
+    time: float,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> PlannerState:
+    """One update of the planner.
+
+    A node is added at the start, when the robot leaves the union of regions, every `node_spacing`, when the target
+    frontier's probe is seen, on arrival at the target, and when no progress was made for `progress_timeout`.
+    In the last two cases the target is retired.
+
+    Args:
+        state: before; it is not changed.
+        seen: the latest scan.
+        position: of the robot now, shape (2,), W, m.
+        goal: shape (2,), W, m.
+        time: s.
+        parameters: of the roadmap.
+        robot_radius: m.
+    """
+    if state.status is PlannerStatus.UNREACHABLE:
+        return state
+    if seen.region.margin != state.roadmap.margin and len(state.roadmap):
+        narrower = dataclasses.replace(parameters, margin=state.roadmap.margin)
+        seen = dataclasses.replace(seen, region=scan_region(seen.scan, seen.pose, robot_radius, narrower))
+    state, stalled = _watched(state, position, time, parameters)
+    roadmap, target = state.roadmap, state.target
+    arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
+    if target is not None and (arrived or stalled):
+        if parameters.retire_dead_ends:
+            roadmap = retired(roadmap, target[0], parameters.retired_radius)
+        target = None
+    if arrived or stalled or _node_is_due(state, seen, position, parameters):
+        roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot_radius)
+        state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
+        return _planned(state, seen, position, goal, parameters, robot_radius)
+    if not len(state.path):
+        return _planned(state, seen, position, goal, parameters, robot_radius)
+    return dataclasses.replace(state, path=_path_ahead(state.roadmap, state.path, position))
+
+
+def _watched(
+    state: PlannerState, position: np.ndarray, time: float, parameters: PlannerParameters
+) -> tuple[PlannerState, bool]:
+    """The state with its progress watch brought up to date, and whether the watch has run out."""
+    moved = not _distance(position, state.progress_position) <= parameters.progress_distance
+    stalled = not moved and time - state.progress_time > parameters.progress_timeout
+    if moved:
+        state = dataclasses.replace(state, progress_position=position.copy(), progress_time=time)
+    elif stalled:
+        state = dataclasses.replace(state, progress_time=time)
+    return state, stalled
+
+
+def _node_is_due(
+    state: PlannerState, seen: Observation, position: np.ndarray, parameters: PlannerParameters
+) -> bool:
+    if not len(state.roadmap):
+        return True
+    if parameters.growth == "arrival":
+        return False
+    driven = _distance(position, state.node_position)
+    if driven > parameters.node_spacing:
+        return True
+    if state.target is not None and driven > 0.15:
+        region = seen.region
+        if covers(region.center, region.bearing_0, region.boundary.values, *state.target[1]):
+            return True
+    return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
+
+
+def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
+    """Whether the robot, moved by the tolerance towards the region's centre, is in one of the regions."""
+    stack = roadmap.stack
+    if first_cover(*stack.arrays, *position) >= 0:
+        return True
+    offset = stack.center - position
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    for k in np.flatnonzero(away <= stack.reach + OUTSIDE_TOLERANCE)[::-1]:
+        nearer = position + offset[k] * min(OUTSIDE_TOLERANCE / max(away[k], 1e-9), 1.0)
+        if covers(stack.center[k], stack.bearing_0[k], stack.values[k], *nearer):
+            return True
+    return False
+
+
+def _planned(
+    state: PlannerState,
+    seen: Observation,
+    position: np.ndarray,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> PlannerState:
+    """The state with a new route; where none is left, margins shrink round by round until one is found."""
+    current = None if state.target is None else state.target[0]
+    roadmap, rounds = state.roadmap, state.rounds
+    while True:
+        route = find_route(roadmap, seen.region, position, goal, parameters, robot_radius, current)
+        if route is not None:
+            break
+        if not parameters.margin_shrinking or rounds >= parameters.margin_rounds:
+            return dataclasses.replace(
+                state, roadmap=roadmap, status=PlannerStatus.UNREACHABLE, path=np.zeros((0, 2)), target=None
+            )
+        rounds += 1
+        margin = max(roadmap.margin - parameters.margin_step, 0.0)
+        roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
+        narrower = dataclasses.replace(parameters, margin=margin)
+        seen = dataclasses.replace(seen, region=scan_region(seen.scan, seen.pose, robot_radius, narrower))
+        roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot_radius)
+        current = None
+    return dataclasses.replace(
+        state,
+        roadmap=roadmap,
+        status=PlannerStatus.APPROACHING if route.frontier < 0 else PlannerStatus.EXPLORING,
+        path=_path_ahead(roadmap, route.path, position),
+        target=_target(roadmap, route),
+        rounds=rounds,
+        plans=state.plans + 1,
+    )
+
+
+def _target(roadmap: StarRoadmap, route: Route) -> np.ndarray | None:
+    if route.frontier < 0:
+        return None
+    return np.array([roadmap.frontiers.stand[route.frontier], roadmap.frontiers.probe[route.frontier]])
+
+
+def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """The path without the way points that are passed, or that the robot can see past."""
+    while len(path) > 1 and (
+        _distance(path[0], position) < PASSED_DISTANCE
+        or segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP)
+    ):
+        path = path[1:]
+    return path
+
+
+def _distance(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.hypot(a[0] - b[0], a[1] - b[1]))

@@ -1,0 +1,174 @@
+"""The star roadmap: regions as nodes, overlaps as edges, frontiers where it may grow. An immutable snapshot."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.roadmap.frontiers import Frontiers, cluster_frontiers, edge_frontiers, uncovered
+from drake_starnav.roadmap.hit_memory import HitMemory
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.stars.region import RegionStack, StarRegion, covers, scan_region
+
+DRIVEN_EDGE_PENALTY = 0.2
+"""Extra length of an edge that was driven but that no region certifies, m."""
+PROBE_SLACK = 0.04
+"""A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
+
+
+@dataclass(frozen=True)
+class StarRoadmap:
+    """What the robot knows, grown scan by scan. Immutable: every change is a new snapshot that shares the rest.
+
+    Attributes:
+        regions: one per node, oldest first.
+        stack: the same regions as arrays.
+        scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
+        edges: shape (e, 2), node indices; both straight segments between their centres are free.
+        lengths: shape (e,), m.
+        frontiers: where the unknown may be entered.
+        retired: shape (k, 3): x, y, radius of places that were tried and led nowhere.
+        hits: distances to the hits of all node scans.
+        margin: clearance that the regions keep beyond the robot's radius, m.
+    """
+
+    regions: tuple[StarRegion, ...]
+    stack: RegionStack
+    scans: tuple[tuple[LaserScan, np.ndarray], ...]
+    edges: np.ndarray
+    lengths: np.ndarray
+    frontiers: Frontiers
+    retired: np.ndarray
+    hits: HitMemory
+    margin: float
+
+    def __deepcopy__(self, memo: dict) -> "StarRoadmap":
+        return self
+
+    def __len__(self) -> int:
+        return len(self.regions)
+
+    @staticmethod
+    def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
+        """A roadmap before the first scan."""
+        return StarRoadmap(
+            regions=(),
+            stack=RegionStack.of(()),
+            scans=(),
+            edges=np.zeros((0, 2), np.int64),
+            lengths=np.zeros(0),
+            frontiers=Frontiers.none(),
+            retired=np.zeros((0, 3)),
+            hits=HitMemory.empty(parameters.grid_resolution, robot_radius),
+            margin=parameters.margin,
+        )
+
+
+def extended(
+    roadmap: StarRoadmap,
+    region: StarRegion,
+    scan: LaserScan,
+    pose: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+    stamp: bool = True,
+) -> StarRoadmap:
+    """The roadmap with one more node.
+
+    Args:
+        roadmap: before.
+        region: the new node's region, made from `scan`.
+        scan: in the sensor frame S at the robot's centre.
+        pose: (x, y, yaw) of S in W when the scan was taken.
+        parameters: of the roadmap.
+        robot_radius: m.
+        stamp: whether the scan's hits are new to the hit memory.
+    """
+    index = len(roadmap)
+    stack = roadmap.stack.appended(region) if index else RegionStack.of((region,))
+    neighbours = _neighbours(*stack.arrays)
+    lengths = np.hypot(*(stack.center[neighbours] - region.center).T)
+    if index and not len(neighbours):  # the robot drove from the last node to here
+        neighbours = np.array([index - 1])
+        lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
+    hits = roadmap.hits
+    if stamp:
+        distance = smoothed_distances(scan, parameters)
+        hit = distance < scan.range_max
+        angle = scan.bearings[hit] + pose[2]
+        hits = hits.stamped(pose[:2] + distance[hit][:, None] * np.column_stack((np.cos(angle), np.sin(angle))))
+    old = roadmap.frontiers
+    if len(old):
+        newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
+        old = old.where(uncovered(old.probe, newest) & _alive(old, region, roadmap.retired, hits, robot_radius))
+    if parameters.frontiers == "edges":
+        new = edge_frontiers(region, index, parameters)
+    else:
+        new = cluster_frontiers(region, scan, pose, index, parameters)
+    if len(new):
+        new = new.where(uncovered(new.probe, stack.arrays, skip=index))
+        new = new.where(_alive(new, region, roadmap.retired, hits, robot_radius))
+    return dataclasses.replace(
+        roadmap,
+        regions=(*roadmap.regions, region),
+        stack=stack,
+        scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
+        edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), index))))),
+        lengths=np.concatenate((roadmap.lengths, lengths)),
+        frontiers=old.joined(new),
+        hits=hits,
+    )
+
+
+def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float) -> StarRoadmap:
+    """The roadmap with the frontiers within `radius` (m) of a place (2,) in W given up for good."""
+    keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
+    return dataclasses.replace(
+        roadmap,
+        frontiers=roadmap.frontiers.where(keep),
+        retired=np.vstack((roadmap.retired, [[place[0], place[1], radius]])),
+    )
+
+
+def rebuilt(
+    roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float
+) -> StarRoadmap:
+    """The same scans as a roadmap with another margin (m) and with no place retired."""
+    parameters = dataclasses.replace(parameters, margin=margin)
+    out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
+    for scan, pose in roadmap.scans:
+        region = scan_region(scan, pose, robot_radius, parameters)
+        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=False)
+    return out
+
+
+def _alive(
+    frontiers: Frontiers, region: StarRegion, retired_places: np.ndarray, hits: HitMemory, robot_radius: float
+) -> np.ndarray:
+    """Which frontiers are not where the robot stands, not retired, and not behind a wall that was hit."""
+    keep = np.hypot(*(frontiers.stand - region.center).T) > 0.12
+    keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
+    for x, y, radius in retired_places:
+        keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
+    return keep
+
+
+@njit(cache=True)
+def _neighbours(center, bearing_0, values, reach):
+    """Nodes that the last region contains the centre of, or that contain the last region's centre."""
+    last = len(reach) - 1
+    out = np.empty(last, np.int64)
+    n = 0
+    for k in range(last):
+        dx, dy = center[k, 0] - center[last, 0], center[k, 1] - center[last, 1]
+        if dx * dx + dy * dy > max(reach[k], reach[last]) ** 2:
+            continue
+        if covers(center[k], bearing_0[k], values[k], center[last, 0], center[last, 1]) or covers(
+            center[last], bearing_0[last], values[last], center[k, 0], center[k, 1]
+        ):
+            out[n] = k
+            n += 1
+    return out[:n].copy()

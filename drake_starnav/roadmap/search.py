@@ -1,0 +1,247 @@
+"""Search of the roadmap: which frontier next, and by which path."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_starnav.roadmap.hit_memory import cost_to_go
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.stars.region import StarRegion, covers, segment_covered
+
+OFF_MAP_PENALTY = 0.1
+"""Extra length where the robot is in no region and must first drive to the nearest node, m."""
+UNREACHABLE_PENALTY = 20.0
+"""Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
+LINE_STEP = 0.05
+"""Sampling of lines of sight inside the union of regions, m."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """The chosen target and the way to it.
+
+    Attributes:
+        path: shape (k, 2), way points from after the robot to the target, W, m.
+        frontier: index of the target frontier; -1 when the target is the goal.
+        node: node by which the target is entered.
+    """
+
+    path: np.ndarray
+    frontier: int
+    node: int
+
+
+def find_route(
+    roadmap: StarRoadmap,
+    here: StarRegion,
+    position: np.ndarray,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+    current: np.ndarray | None = None,
+) -> Route | None:
+    """The goal if a region contains it, else the frontier with the least cost g + h; None if nothing is left.
+
+    g is the length in the graph from the robot to the frontier (or the straight line, where it stays inside the
+    union of regions), h the optimistic cost-to-go from the frontier's probe to the goal.
+
+    Args:
+        roadmap: the snapshot.
+        here: region of the latest scan.
+        position: of the robot, shape (2,), W, m.
+        goal: shape (2,), W, m.
+        parameters: cost_to_go, hysteresis, string_pulling.
+        robot_radius: m.
+        current: stand of the present target frontier, shape (2,), which gets a bonus.
+
+    Source: paper, section III-D; ranking of frontiers: this project.
+    """
+    distance, previous = graph_distances(roadmap, here, position)
+    goal_node = _entry_node(roadmap, distance, goal)
+    if covers(here.center, here.bearing_0, here.boundary.values, goal[0], goal[1]):
+        return Route(goal[None, :].copy(), -1, goal_node)
+    if goal_node >= 0:
+        path = _node_path(roadmap, previous, goal_node, goal)
+        return Route(_pulled(roadmap, position, path, parameters), -1, goal_node)
+    if not len(roadmap.frontiers):
+        return None
+    chosen, direct = _best_frontier(roadmap, distance, position, goal, parameters, robot_radius, current)
+    if chosen < 0:
+        return None
+    stand, node = roadmap.frontiers.stand[chosen], int(roadmap.frontiers.owner[chosen])
+    path = stand[None, :].copy() if direct else _node_path(roadmap, previous, node, stand)
+    return Route(_pulled(roadmap, position, path, parameters), chosen, node)
+
+
+def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor.
+
+    The robot is one more vertex (the last one), joined to the nodes whose region contains it and to those that the
+    latest scan's region contains.
+    """
+    n = len(roadmap)
+    first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
+    length = np.hypot(*(roadmap.stack.center[first] - position).T)
+    if not len(first):
+        away = np.hypot(*(roadmap.stack.center - position).T)
+        first = np.array([np.argmin(away)])
+        length = away[first] + OFF_MAP_PENALTY
+    tail = np.concatenate((roadmap.edges[:, 0], np.full(len(first), n)))
+    head = np.concatenate((roadmap.edges[:, 1], first))
+    # a stored zero would mean "no edge": two coincident centres are a micrometre apart
+    weight = np.maximum(np.concatenate((roadmap.lengths, length)), 1e-6)
+    graph = csr_array((weight, (tail, head)), shape=(n + 1, n + 1))
+    distance, previous = dijkstra(graph, directed=False, indices=n, return_predecessors=True)
+    return distance[:n], previous
+
+
+def _entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
+    """The node whose region contains the goal and through which the way is shortest, or -1."""
+    inside = np.flatnonzero(_containing(*roadmap.stack.arrays, goal[0], goal[1]))
+    if not len(inside):
+        return -1
+    cost = distance[inside] + np.hypot(*(roadmap.stack.center[inside] - goal).T)
+    best = int(np.argmin(cost))
+    return int(inside[best]) if np.isfinite(cost[best]) else -1
+
+
+def _best_frontier(
+    roadmap: StarRoadmap,
+    distance: np.ndarray,
+    position: np.ndarray,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+    current: np.ndarray | None,
+) -> tuple[int, bool]:
+    """Index of the cheapest frontier (-1 if none can be reached) and whether the way there is the straight line."""
+    frontiers = roadmap.frontiers
+    ahead = remaining_cost(roadmap, goal, parameters, robot_radius)
+    ahead = ahead + np.hypot(*(frontiers.probe - frontiers.stand).T)
+    if current is not None:
+        ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
+    graph = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
+    straight = np.hypot(*(frontiers.stand - position).T)
+    bound = np.minimum(graph, straight) + ahead
+    best, best_cost, direct = -1, np.inf, False
+    for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
+        if bound[i] >= best_cost:
+            break
+        seen = segment_covered(*roadmap.stack.arrays, *position, *frontiers.stand[i], LINE_STEP)
+        cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
+        if cost < best_cost:
+            best, best_cost, direct = int(i), cost, bool(seen)
+    return best, direct
+
+
+def remaining_cost(
+    roadmap: StarRoadmap, goal: np.ndarray, parameters: PlannerParameters, robot_radius: float
+) -> np.ndarray:
+    """Optimistic cost from every frontier's probe to the goal, shape (n,), m."""
+    probe = roadmap.frontiers.probe
+    straight = np.hypot(*(probe - goal).T)
+    if parameters.cost_to_go == "straight":
+        return straight
+    border = roadmap.scans[0][0].range_max + 0.5
+    corners = np.vstack((roadmap.stack.center, goal[None, :]))
+    cost = cost_to_go(
+        roadmap.hits,
+        probe,
+        goal,
+        corners.min(axis=0) - border,
+        corners.max(axis=0) + border,
+        robot_radius,
+        parameters.near_wall_cost,
+    )
+    return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
+
+
+def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
+    """Way points from the first node to `node` and on to `end`."""
+    chain = [node]
+    while 0 <= previous[chain[-1]] < len(roadmap):
+        chain.append(int(previous[chain[-1]]))
+    return np.vstack((roadmap.stack.center[chain[::-1]], end[None, :]))
+
+
+def _pulled(
+    roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parameters: PlannerParameters
+) -> np.ndarray:
+    if not parameters.string_pulling or len(path) < 2:
+        return path
+    return string_pulled(roadmap, position, path)
+
+
+def string_pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """The path shortened inside the union of regions: from the robot forwards, then, finer, from the end back.
+
+    Args:
+        roadmap: its regions bound the path.
+        position: of the robot, shape (2,), W, m.
+        path: shape (k, 2), way points after the robot, W, m.
+    """
+    regions = roadmap.stack.arrays
+    line = np.vstack((position, path))
+    forward = _pull(_resampled(line, 0.2)[1:], *position, *regions)
+    line = np.vstack((position, forward))
+    backward = _pull(_resampled(line, 0.1)[:-1][::-1].copy(), *line[-1], *regions)
+    if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
+        return forward
+    return np.vstack((backward[:-1][::-1], line[-1:]))
+
+
+def _resampled(line: np.ndarray, step: float) -> np.ndarray:
+    """The polyline with intermediate points at most `step` apart; corners stay."""
+    points = [line[:1]]
+    for a, b in zip(line[:-1], line[1:], strict=True):
+        count = int(math.hypot(b[0] - a[0], b[1] - a[1]) / step) + 1
+        points.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
+    return np.vstack(points)
+
+
+@njit(cache=True)
+def _pull(points, x, y, center, bearing_0, values, reach):
+    """From (x, y) always on to the last of the points in line of sight."""
+    count = len(points)
+    out = np.empty((count, 2))
+    n = 0
+    i = 0
+    while i < count:
+        j = count - 1
+        while j > i and not segment_covered(
+            center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], LINE_STEP
+        ):
+            j -= 1
+        x, y = points[j, 0], points[j, 1]
+        out[n, 0], out[n, 1] = x, y
+        n += 1
+        i = j + 1
+    return out[:n].copy()
+
+
+@njit(cache=True)
+def _containing(center, bearing_0, values, reach, x, y):
+    out = np.zeros(len(reach), np.bool_)
+    for k in range(len(reach)):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        if dx * dx + dy * dy <= reach[k] * reach[k]:
+            out[k] = covers(center[k], bearing_0[k], values[k], x, y)
+    return out
+
+
+@njit(cache=True)
+def _visible_nodes(center, bearing_0, values, reach, here_center, here_bearing_0, here_values, x, y):
+    """Nodes whose region contains (x, y), or whose centre the region `here` contains."""
+    out = np.empty(len(reach), np.int64)
+    inside = _containing(center, bearing_0, values, reach, x, y)
+    n = 0
+    for k in range(len(reach)):
+        if inside[k] or covers(here_center, here_bearing_0, here_values, center[k, 0], center[k, 1]):
+            out[n] = k
+            n += 1
+    return out[:n].copy()

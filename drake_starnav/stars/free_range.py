@@ -1,0 +1,270 @@
+"""From a laser scan to the free range of the robot's centre: erosion by the robot's disc in polar coordinates.
+
+A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0 + 2 pi i / M`.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import gaussian_filter1d
+
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.parameters import StarParameters
+
+CONNECTED_CHORD = 0.15
+"""Neighbouring hits nearer than this belong to one surface: no robot passes between them, m."""
+SMOOTHING_JUMP = 0.12
+"""Range step between beams at which smoothing stops, m."""
+SMOOTHING_LIMIT = 0.04
+"""A smoothed range that differs by more than this from the measured one is refused, m."""
+PAPER_GAUSSIAN_SAMPLES = 10
+"""Width of the paper's Gaussian filter: standard deviation of a quarter of it, so 10 samples hold 95 %."""
+
+
+@dataclass(frozen=True)
+class BearingHits:
+    """The nearest hit in each sample of a bearing grid; all arrays have shape (M,).
+
+    Attributes:
+        distance: m; infinity where the sample has no hit.
+        half_gap: half the chord to the neighbouring hit on the same surface, m.
+        offset: how far the hit's bearing may lie from the sample's, rad.
+    """
+
+    distance: np.ndarray
+    half_gap: np.ndarray
+    offset: np.ndarray
+
+
+def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
+    """Ranges with less noise, shape (n,), m; corners and separate surfaces stay as they are."""
+    distance = np.where(scan.distances > parameters.range_clip, scan.range_max, scan.distances)
+    if parameters.smoothing == "moving_average":
+        return _moving_average(distance, scan.range_max, parameters.smoothing_beams, scan.full_circle)
+    if parameters.smoothing == "gaussian":
+        clipped = np.minimum(distance, parameters.range_clip)
+        smooth = gaussian_filter1d(clipped, PAPER_GAUSSIAN_SAMPLES / 4, mode="wrap" if scan.full_circle else "nearest")
+        return np.where(distance >= min(scan.range_max, parameters.range_clip), distance, smooth)
+    return distance
+
+
+def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
+    """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
+
+    A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
+    connected hits, so that no slit is left between consecutive beams.
+    """
+    return _half_gaps(distance, scan.range_max, scan.angle_increment, scan.full_circle)
+
+
+def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
+    """Number of samples M: a multiple of the beams of a full-circle scan, so that samples lie on beams."""
+    if not scan.full_circle:
+        return parameters.bearings
+    beams = len(scan.ranges)
+    return beams * math.ceil(parameters.bearings / beams)
+
+
+def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
+    """The scan's hits on a bearing grid whose sample 0 is the first beam."""
+    return BearingHits(*_scan_to_bearings(distance, half_gap, scan.range_max, scan.angle_increment, samples))
+
+
+def measured_range(scan: LaserScan, samples: int, far: float) -> np.ndarray:
+    """How far each bearing was looked at, shape (M,): `far` inside the field of view, 0 outside it, m."""
+    if scan.full_circle:
+        return np.full(samples, far)
+    bearing = 2.0 * math.pi / samples * np.arange(samples)
+    return np.where(bearing <= scan.angle_increment * (len(scan.ranges) - 1) + 1e-9, far, 0.0)
+
+
+def point_hits(
+    points: np.ndarray, half_gap: np.ndarray, center: np.ndarray, bearing_0: float, reach: float, samples: int
+) -> BearingHits:
+    """The nearest of many points in each bearing sample as seen from `center`.
+
+    Args:
+        points: shape (n, 2), frame W, m.
+        half_gap: shape (n,), m, as from `half_gaps`.
+        center: shape (2,), frame W, m.
+        bearing_0: bearing of sample 0 in W, rad.
+        reach: points farther than this are left out, m.
+        samples: M.
+    """
+    return BearingHits(*_points_to_bearings(points, half_gap, center[0], center[1], bearing_0, reach, samples))
+
+
+def eroded_range(hits: BearingHits, radius: float, measured: np.ndarray) -> np.ndarray:
+    """How far the centre of a disc can move straight out at each bearing, shape (M,), m.
+
+    With the hits q_j at distance d_j and bearing theta_j,
+        Phi_r(theta) = min_j [ d_j cos(D) - sqrt(R_j^2 - d_j^2 sin^2(D)) ],   D = theta - theta_j,
+    over |D| < asin(R_j/d_j), and 0 where d_j <= R_j and |D| <= pi/2. A hit that lies off its sample's bearing
+    by at most delta gets R_j + d_j delta. Between two samples the true free range is at least the smaller of both.
+
+    Args:
+        hits: on M bearings.
+        radius: R, of the disc with its margin, m.
+        measured: shape (M,), how far each bearing was looked at, m; the disc must end inside it.
+    """
+    samples = len(hits.distance)
+    cosine, sine_squared = _tables(samples)
+    limit = np.maximum(measured - radius, 0.0)
+    return _erode(hits.distance, hits.half_gap, hits.offset, radius, limit, cosine, sine_squared)
+
+
+_TABLES: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+
+def _tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """cos and sin^2 of every difference of two bearings: constants of M, computed once."""
+    if samples not in _TABLES:
+        angle = 2.0 * math.pi / samples * np.arange(samples)
+        _TABLES[samples] = np.cos(angle), np.sin(angle) ** 2
+    return _TABLES[samples]
+
+
+@njit(cache=True)
+def _moving_average(distance, range_max, half_width, wrap):
+    n = len(distance)
+    out = distance.copy()
+    for i in range(n):
+        if distance[i] >= range_max:
+            continue
+        width = half_width if wrap else min(half_width, i, n - 1 - i)
+        total = distance[i]
+        count = 0
+        for k in range(1, width + 1):  # grow a symmetric window while both sides stay on the surface
+            a, b = distance[(i - k) % n], distance[(i + k) % n]
+            if a >= range_max or b >= range_max:
+                break
+            if abs(a - distance[(i - k + 1) % n]) > SMOOTHING_JUMP or abs(b - distance[(i + k - 1) % n]) > SMOOTHING_JUMP:
+                break
+            total += a + b
+            count = k
+        mean = total / (2 * count + 1)
+        if abs(mean - distance[i]) < SMOOTHING_LIMIT:
+            out[i] = mean
+    return out
+
+
+@njit(cache=True)
+def _half_gaps(distance, range_max, increment, wrap):
+    n = len(distance)
+    out = np.zeros(n)
+    cosine = math.cos(increment)
+    for i in range(n):
+        if not wrap and i == n - 1:
+            break
+        j = (i + 1) % n
+        a, b = distance[i], distance[j]
+        if a >= range_max or b >= range_max:
+            continue
+        chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+        if chord < CONNECTED_CHORD:
+            out[i] = max(out[i], 0.5 * chord)
+            out[j] = max(out[j], 0.5 * chord)
+    return out
+
+
+@njit(cache=True)
+def _scan_to_bearings(beam_distance, beam_gap, range_max, increment, samples):
+    distance = np.full(samples, np.inf)
+    gap = np.zeros(samples)
+    offset = np.zeros(samples)
+    step = 2.0 * math.pi / samples
+    for i in range(len(beam_distance)):
+        if beam_distance[i] >= range_max:
+            continue
+        position = i * increment / step
+        k = int(math.floor(position + 0.5))
+        delta = abs(position - k) * step
+        k %= samples
+        distance[k] = min(distance[k], beam_distance[i])
+        gap[k] = max(gap[k], beam_gap[i])
+        if delta > 1e-9:
+            offset[k] = max(offset[k], delta)
+    return distance, gap, offset
+
+
+@njit(cache=True)
+def _points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
+    distance = np.full(samples, np.inf)
+    gap = np.zeros(samples)
+    offset = np.zeros(samples)
+    step = 2.0 * math.pi / samples
+    for i in range(len(points)):
+        dx = points[i, 0] - cx
+        dy = points[i, 1] - cy
+        squared = dx * dx + dy * dy
+        if squared > reach * reach:
+            continue
+        position = (math.atan2(dy, dx) - bearing_0) / step
+        nearest = math.floor(position + 0.5)
+        k = int(nearest) % samples
+        distance[k] = min(distance[k], math.sqrt(squared))
+        gap[k] = max(gap[k], point_gap[i])
+        offset[k] = max(offset[k], abs(position - nearest) * step)
+    return distance, gap, offset
+
+
+@njit(cache=True)
+def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
+    samples = len(distance)
+    out = limit.copy()
+    farthest = limit.max()
+    for j in range(samples):
+        d = distance[j]
+        inflated = radius + d * offset[j] if offset[j] > 0.0 else radius
+        if d - inflated - gap[j] >= farthest:
+            continue
+        squared = inflated * inflated + gap[j] * gap[j]
+        if d * d <= squared:
+            for i in range(-(samples // 4), samples // 4 + 1):
+                out[(j + i) % samples] = 0.0
+            continue
+        width = int(math.asin(math.sqrt(squared) / d) * samples / (2.0 * math.pi))
+        for i in range(width + 1):
+            entry = d * cosine[i] - math.sqrt(max(squared - d * d * sine_squared[i], 0.0))
+            left = j + i
+            if left >= samples:
+                left -= samples
+            right = j - i
+            if right < 0:
+                right += samples
+            if entry < out[left]:
+                out[left] = entry
+            if entry < out[right]:
+                out[right] = entry
+    return out
+
+
+def free_range(scan: LaserScan, radius: float, parameters: StarParameters) -> tuple[np.ndarray, np.ndarray]:
+    """Free range of the robot's centre at every bearing, as the planner uses it.
+
+    Args:
+        scan: in the sensor frame S at the robot's centre.
+        radius: of the robot, without margin, m.
+        parameters: margin, erosion, smoothing.
+
+    Returns:
+        The free range and how far it could have been at most (0 where the scan did not look), each of
+        shape (M,), m; sample 0 is the first beam.
+
+    Source: paper, section III-A, with the erosion that it leaves to the controller.
+    """
+    samples = bearing_count(scan, parameters)
+    inflated = radius + parameters.margin
+    distance = smoothed_distances(scan, parameters)
+    reach = min(scan.range_max, parameters.range_clip)
+    measured = measured_range(scan, samples, reach)
+    if parameters.erosion == "disc":
+        hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
+        return eroded_range(hits, inflated, measured), np.maximum(measured - inflated, 0.0)
+    shrink = inflated if parameters.erosion == "radial" else 0.0
+    beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
+    beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
+    limit = np.maximum(measured - shrink, 0.0)
+    return np.clip(distance[beam] - shrink, 0.0, limit), limit

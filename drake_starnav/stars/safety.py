@@ -1,0 +1,103 @@
+"""The safety star: where the robot's centre may be, by the unsmoothed hits of the last few scans."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import (
+    bearing_count,
+    eroded_range,
+    half_gaps,
+    measured_range,
+    point_hits,
+    smoothed_distances,
+)
+from drake_starnav.stars.parameters import StarParameters
+
+NEAR_HIT_RANGE = 1.0
+"""Hits nearer than this take part in the near-wall term, m."""
+
+
+@dataclass(frozen=True)
+class SafetyStar:
+    """A star-shaped set of positions of the robot's centre that the last scans certify. Immutable; W, m.
+
+    Every point inside has all hits farther than the robot's radius plus `margin`, and so has the whole straight
+    segment from the centre to it.
+
+    Attributes:
+        center: where the last scan was taken, shape (2,).
+        bearing_0: bearing of sample 0, rad.
+        values: shape (M,), boundary distance at the samples; between two samples the smaller one counts.
+        near_hits: shape (k, 2), filtered hits close to the robot.
+    """
+
+    center: np.ndarray
+    bearing_0: float
+    values: np.ndarray
+    near_hits: np.ndarray
+
+    def __deepcopy__(self, memo: dict) -> "SafetyStar":
+        return self
+
+    @staticmethod
+    def none() -> "SafetyStar":
+        """Nothing seen: no motion can be certified."""
+        return SafetyStar(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
+
+
+@dataclass(frozen=True)
+class ScanMemory:
+    """The hits of the last scans near the robot, oldest first. Immutable.
+
+    Attributes:
+        points: per scan, shape (n, 2), W, m.
+        half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
+    """
+
+    points: tuple[np.ndarray, ...] = ()
+    half_gaps: tuple[np.ndarray, ...] = ()
+
+    def __deepcopy__(self, memo: dict) -> "ScanMemory":
+        return self
+
+    def remembered(self, scan: LaserScan, pose: np.ndarray, reach: float, count: int) -> "ScanMemory":
+        """The memory with one more scan, of which hits within `reach` (m) matter, and at most `count` scans."""
+        distance = scan.distances
+        gap = half_gaps(scan, distance)
+        near = scan.hits & (distance < reach)
+        angle = scan.bearings[near] + pose[2]
+        points = pose[:2] + distance[near][:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+        kept = max(count - 1, 0)
+        return ScanMemory(
+            (*self.points[len(self.points) - min(kept, len(self.points)) :], points),
+            (*self.half_gaps[len(self.half_gaps) - min(kept, len(self.half_gaps)) :], gap[near]),
+        )
+
+
+def safety_star(
+    memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float, parameters: StarParameters
+) -> SafetyStar:
+    """The safety star about the latest scan.
+
+    Args:
+        memory: the last scans, the latest among them.
+        scan: the latest, in the sensor frame S at the robot's centre.
+        pose: (x, y, yaw) of S in W when it was taken.
+        radius: of the robot with the safety margin, m.
+        reach: how far the star extends at most, m.
+        parameters: for the number of bearings and the filter of the near hits.
+    """
+    samples = bearing_count(scan, parameters)
+    bearing_0 = float(pose[2]) + scan.angle_min
+    center = np.array(pose[:2], dtype=float)
+    hits = point_hits(
+        np.vstack(memory.points), np.concatenate(memory.half_gaps), center, bearing_0, reach + 2.0 * radius, samples
+    )
+    measured = measured_range(scan, samples, min(scan.range_max, reach + radius))
+    filtered = smoothed_distances(scan, parameters)
+    near = filtered < min(NEAR_HIT_RANGE, scan.range_max)
+    angle = scan.bearings[near] + pose[2]
+    near_hits = center + filtered[near][:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    return SafetyStar(center, bearing_0, eroded_range(hits, radius, measured), near_hits)
