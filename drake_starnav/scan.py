@@ -62,6 +62,11 @@ class LaserScan:
     def __deepcopy__(self, memo: dict) -> "LaserScan":
         return self  # immutable: Drake's copies of abstract state cost nothing
 
+    @staticmethod
+    def nothing() -> "LaserScan":
+        """A scan that saw nothing, as the model value of ports."""
+        return LaserScan(0.0, -math.pi, 0.5 * math.pi, 0.0, 1.0, np.full(4, math.inf))
+
     @property
     def angle_max(self) -> float:
         """Bearing of the last beam, rad."""

@@ -111,14 +111,22 @@ class Observation:
     """One scan as the planner sees it.
 
     Attributes:
-        region: star-shaped region of the scan, W.
+        region: star-shaped region of the scan, W; None before the first scan.
         scan: in S.
         pose: (x, y, yaw) of S in W when the scan was taken.
     """
 
-    region: StarRegion
+    region: StarRegion | None
     scan: LaserScan
     pose: np.ndarray
+
+    def __deepcopy__(self, memo: dict) -> "Observation":
+        return self
+
+    @staticmethod
+    def none() -> "Observation":
+        """Nothing has been seen yet."""
+        return Observation(None, LaserScan.nothing(), np.zeros(3))
 
 
 def plan_step(

@@ -1,0 +1,110 @@
+"""The command lines of the package: what scripts/ and `python -m drake_starnav` call."""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from tqdm import tqdm
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import METHODS, load_scenario, scenario_names
+
+REACHED, NOT_REACHED, BAD_INPUT = 0, 1, 2
+"""Exit codes."""
+
+
+def simulate(arguments: Sequence[str] | None = None) -> int:
+    """Run one scenario; see `--help`. Returns the exit code."""
+    parser = argparse.ArgumentParser(prog="simulate.py", description="Drive one scenario and say how it went.")
+    parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
+    parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
+    parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
+        help="override a scenario parameter, e.g. robot.radius=0.3; may be repeated",
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
+    options = parser.parse_args(arguments)
+    try:
+        return _simulate(options)
+    except StarnavError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    if options.seed < 0:
+        raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
+    for path in (options.html, options.json):
+        check_writable(path)
+    scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
+    from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
+
+    with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
+
+        def progress(now: float, limit: float) -> None:
+            bar.set_description(f"{scenario.name} seed {options.seed}: {now:5.1f} s of at most {limit:g} s")
+            bar.n = now / limit
+            bar.refresh()
+
+        trial = run_trial(
+            scenario, method=options.method, seed=options.seed, html=options.html, progress=progress
+        )
+    if options.json is not None:
+        write_text(options.json, json.dumps(trial_record(trial), indent=2) + "\n")
+    if not options.quiet:
+        print(_table(trial_record(trial)))
+        for path in (options.html, options.json):
+            if path is not None:
+                print(f"wrote {path}")
+        if options.html is not None:
+            print(f"open file://{options.html.resolve()} in a browser, no network needed")
+    return REACHED if trial.outcome == "reached" else NOT_REACHED
+
+
+def check_writable(path: Path | None) -> None:
+    """Raise `StarnavError` unless a file can be written at `path`; makes its folder."""
+    if path is None:
+        return
+    try:
+        if path.is_dir():
+            raise IsADirectoryError("it is a folder")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError("it is write-protected")
+    except OSError as error:
+        reason = error.strerror or error
+        raise StarnavError(f"cannot write {path}: {reason}; allowed: a file in a folder you may write to") from None
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole or not at all: under a temporary name first, then renamed."""
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False, encoding="utf-8") as file:
+        file.write(text)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)
+
+
+def _table(record: dict) -> str:
+    shortest = record["shortest_path_m"]
+    ratio = f" ({record['path_length_m'] / shortest:.3f} x shortest)" if shortest else ""
+    clearance = record["min_clearance_m"]
+    micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
+    rows = (
+        ("outcome", record["outcome"]),
+        ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
+        ("path", f"{record['path_length_m']:.2f} m{ratio}"),
+        ("mean speed", f"{record['mean_speed_mps']:.2f} m/s"),
+        ("least clearance", "nothing to hit" if clearance is None else f"{clearance * 1000:.0f} mm"),
+        ("roadmap", f"{record['nodes']} nodes"),
+        ("median times", ", ".join(f"{name} {value:.0f} us" for name, value in micro.items())),
+    )
+    return "\n".join(f"{name:>16}  {value}" for name, value in rows)

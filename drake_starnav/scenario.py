@@ -1,0 +1,220 @@
+"""Scenarios: typed parameters <-> YAML.
+
+A scenario has the sections `world, robot, lidar, planner, controller, simulation, recording`; each is a dataclass with
+defaults, so that a file says only what differs. The world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.drawing import RecordingParameters
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.models import model_path
+from drake_starnav.parameters import build, parameter, unknown_name
+from drake_starnav.robot import RobotParameters
+from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.worlds import WORLD_KINDS
+
+
+@dataclass(frozen=True)
+class SimulationParameters:
+    """How a trial is simulated and judged."""
+
+    timeout: float = parameter(0.0, "time a trial may take; 0 for the world's own", unit="s", low=0.0, high=1e6)
+    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", above=0.0, high=0.02)
+    goal_tolerance: float = parameter(
+        0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0
+    )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything that, with a seed, defines a trial."""
+
+    name: str
+    world: Any
+    robot: RobotParameters = field(default_factory=RobotParameters)
+    lidar: LidarParameters = field(default_factory=LidarParameters)
+    planner: PlannerParameters = field(default_factory=PlannerParameters)
+    controller: ControllerParameters = field(default_factory=ControllerParameters)
+    simulation: SimulationParameters = field(default_factory=SimulationParameters)
+    recording: RecordingParameters = field(default_factory=RecordingParameters)
+
+
+SECTIONS: dict[str, type] = {
+    "robot": RobotParameters,
+    "lidar": LidarParameters,
+    "planner": PlannerParameters,
+    "controller": ControllerParameters,
+    "simulation": SimulationParameters,
+    "recording": RecordingParameters,
+}
+
+METHODS: dict[str, dict[str, dict[str, Any]]] = {
+    "star": {},
+    "star_paper": {
+        "planner": {
+            "erosion": "none",
+            "smoothing": "gaussian",
+            "range_clip": 2.0,
+            "segmentation": "slope",
+            "one_sided_fit": False,
+            "frontiers": "dbscan",
+            "growth": "arrival",
+            "arrival_distance": 0.25,
+            "cost_to_go": "straight",
+            "hysteresis": 0.0,
+            "string_pulling": False,
+            "margin": 0.0,
+            "margin_shrinking": False,
+        },
+        "controller": {
+            "rate": 40.0,
+            "weights": "paper",
+            "nearest_point_term": True,
+            "near_wall_term": False,
+            "tracking": "pid",
+            "certificate": False,
+        },
+    },
+}
+"""Methods are settings of one pipeline: what each sets before the scenario's own keys do."""
+
+
+class _Tagged(dict):
+    """A mapping of a YAML file with the tag it carried."""
+
+    tag: str = ""
+
+
+class _Loader(yaml.SafeLoader):
+    """Plain YAML whose mappings may carry a tag; it never makes objects of other kinds."""
+
+
+def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> _Tagged:
+    if isinstance(node, yaml.ScalarNode) and node.value == "":
+        mapping = _Tagged()
+    elif isinstance(node, yaml.MappingNode):
+        mapping = _Tagged(loader.construct_mapping(node, deep=True))
+    else:
+        raise yaml.constructor.ConstructorError(None, None, f"!{suffix} must be followed by a mapping", node.start_mark)
+    mapping.tag = suffix
+    return mapping
+
+
+_Loader.add_multi_constructor("!", _tagged)
+
+
+def scenario_names() -> list[str]:
+    """Names of the shipped scenarios."""
+    return sorted(path.stem for path in model_path("scenarios").glob("*.yaml"))
+
+
+def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
+    """A shipped scenario by name, or one from a YAML file by path.
+
+    Args:
+        name_or_path: e.g. "forest", or "my/world.yaml".
+        method: whose settings the scenario's own keys are laid over; see `METHODS`.
+        overrides: "dotted.key=value" texts, laid over the scenario's keys.
+
+    Raises:
+        StarnavError: no such scenario or method, broken YAML, unknown key, or a value that is not allowed.
+    """
+    path = Path(name_or_path)
+    shipped = model_path("scenarios", f"{name_or_path}.yaml")
+    if path.suffix not in (".yaml", ".yml") and not path.is_file():
+        if name_or_path not in scenario_names():
+            raise unknown_name(f"scenario {name_or_path!r}", name_or_path, [*scenario_names(), "a path to a YAML file"])
+        path = shipped
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise StarnavError(f"scenario file {path} cannot be read: {error}; allowed: a UTF-8 YAML file") from None
+    return parse_scenario(text, name=path.stem, place=str(path), method=method, overrides=overrides)
+
+
+def parse_scenario(
+    text: str, *, name: str, place: str = "scenario", method: str = "star", overrides: Sequence[str] = ()
+) -> Scenario:
+    """A scenario from YAML text; arguments as for `load_scenario`, `place` names the text in messages."""
+    sections = _read(text, place)
+    for override in overrides:
+        _override(sections, override)
+    if method not in METHODS:
+        raise unknown_name(f"method {method!r}", method, METHODS)
+    for key in sections:
+        if key not in ("world", *SECTIONS):
+            raise unknown_name(f"key {key} in {place}", str(key), ["world", *SECTIONS])
+    parts = {
+        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
+        for key, cls in SECTIONS.items()
+    }
+    return Scenario(name=name, world=_world(sections.get("world"), place), **parts)
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
+    lines = [f"world: !{type(scenario.world).__name__} {_flow(dataclasses.asdict(scenario.world))}"]
+    for key in SECTIONS:
+        values = dataclasses.asdict(getattr(scenario, key))
+        lines.append(f"{key}: {_flow(values)}")
+    return "\n".join(lines) + "\n"
+
+
+def _flow(values: dict[str, Any]) -> str:
+    return yaml.safe_dump(values, default_flow_style=True, sort_keys=False, width=math.inf).strip()
+
+
+def _read(text: str, place: str) -> dict[str, Any]:
+    try:
+        sections = yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or str(error)
+        raise StarnavError(f"{place}{where}: {problem}; allowed: valid YAML") from None
+    except ValueError as error:
+        raise StarnavError(f"{place}: {error}; allowed: valid YAML") from None
+    if not isinstance(sections, dict):
+        raise StarnavError(f"{place} holds {sections!r}; allowed: a mapping with {', '.join(('world', *SECTIONS))}")
+    return sections
+
+
+def _override(sections: dict[str, Any], text: str) -> None:
+    key, separator, value = text.partition("=")
+    names = key.split(".")
+    if not separator or len(names) != 2 or not all(names):
+        raise StarnavError(f"override {text!r}; allowed: section.key=value, e.g. robot.radius=0.3")
+    section, name = names
+    if section not in ("world", *SECTIONS):
+        raise unknown_name(f"key {key}", section, ["world", *SECTIONS])
+    try:
+        parsed = yaml.load(value, Loader=_Loader)
+    except (yaml.YAMLError, ValueError):
+        raise StarnavError(f"override {text!r}: the value is not valid YAML; allowed: e.g. robot.radius=0.3") from None
+    if isinstance(parsed, str):
+        try:
+            parsed = float(parsed)  # YAML 1.1 reads 1e-3 as a text
+        except ValueError:
+            pass
+    if not isinstance(sections.get(section), dict):
+        sections[section] = {}
+    sections[section][name] = parsed
+
+
+def _world(mapping: Any, place: str) -> Any:
+    if not isinstance(mapping, _Tagged):
+        tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
+        raise StarnavError(f"world in {place} is {mapping!r}; allowed: a mapping tagged {tags}")
+    if mapping.tag not in WORLD_KINDS:
+        raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
+    return build(WORLD_KINDS[mapping.tag], dict(mapping), "world")

@@ -1,0 +1,180 @@
+"""One scenario and one seed -> one trial: its outcome, its figures and, if asked for, its recording."""
+
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+from drake_starnav.diagram import Navigation, add_navigation
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import Scenario
+from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.worlds import make_world
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.world import World
+
+MONITOR_PERIOD = 0.02
+"""Arrival and contact are checked this often; the clearance is judged at every step of the plant afterwards, s."""
+PROGRESS_PERIOD = 0.5
+"""Simulated time between two reports of progress, s."""
+SHORTEST_PATH_SLACK = 0.005
+"""The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
+STEPS = ("command", "scan", "fit", "plan")
+"""What is timed, in the order of a trial's fields."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The result of one run; the field names are those of its JSON form.
+
+    Attributes:
+        outcome: reached, collision, timeout or unreachable.
+        time_s: simulated time until the outcome.
+        path_length_m: driven by the robot's centre.
+        shortest_path_m: by an omniscient robot of the same radius; None where there is no way.
+        min_clearance_m: least distance of the hull to an obstacle; negative in a collision.
+        mean_speed_mps: path length over time.
+        nodes: in the roadmap at the end.
+        wall_s: wall-clock time of the simulation.
+        state_hash: SHA-256 of the logged plant state.
+        command, scan, fit, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
+    """
+
+    scenario: str
+    method: str
+    seed: int
+    outcome: str
+    time_s: float
+    path_length_m: float
+    shortest_path_m: float | None
+    min_clearance_m: float
+    mean_speed_mps: float
+    nodes: int
+    wall_s: float
+    state_hash: str
+    command: dict[str, float]
+    scan: dict[str, float]
+    fit: dict[str, float]
+    plan: dict[str, float]
+
+
+def run_trial(
+    scenario: Scenario,
+    *,
+    method: str = "star",
+    seed: int = 0,
+    html: Path | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Trial:
+    """Simulate one trial.
+
+    Args:
+        scenario: the parameters; those of the method are already in them.
+        method: its name, for the record.
+        seed: of the world and of the sensor's noise.
+        html: where to leave a recording, if anywhere.
+        progress: called now and then with the simulated time and the time limit, s.
+
+    Raises:
+        StarnavError: the world cannot be made (e.g. the start is inside an obstacle), or the recording not written.
+    """
+    world = make_world(scenario.world, seed, scenario.robot.radius)
+    timeout = scenario.simulation.timeout or world.timeout
+    stopwatch = Stopwatch()
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
+    _add_monitors(builder, navigation, scenario.simulation.goal_tolerance)
+    log = LogVectorOutput(
+        navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step
+    )
+    recorder = None
+    if html is not None:
+        from drake_starnav.recording import Recorder  # Meshcat is only started when it is wanted
+
+        recorder = Recorder(builder, navigation, scenario)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    start = time.perf_counter()
+    if recorder is not None:
+        recorder.start()
+    message = _advance(simulator, timeout, progress)
+    wall = time.perf_counter() - start
+    context = simulator.get_context()
+    states = log.FindLog(context).data()
+    least = _least_clearance(world, states, scenario.robot.radius)
+    outcome = "collision" if least < 0.0 else message
+    elapsed = context.get_time()
+    length = float(np.hypot(*np.diff(states[4:6], axis=1)).sum())
+    shortest = shortest_path(world, scenario.robot.radius + SHORTEST_PATH_SLACK)
+    roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+    trial = Trial(
+        scenario=scenario.name,
+        method=method,
+        seed=seed,
+        outcome=outcome,
+        time_s=round(elapsed, 6),
+        path_length_m=length,
+        shortest_path_m=None if shortest is None else float(shortest[0]),
+        min_clearance_m=least,
+        mean_speed_mps=length / elapsed if elapsed > 0.0 else 0.0,
+        nodes=len(roadmap.roadmap),
+        wall_s=wall,
+        state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
+        **{name: stopwatch.summary(name) for name in STEPS},
+    )
+    if recorder is not None:
+        recorder.finish(html, f"{trial.scenario} · {trial.method} · seed {trial.seed} · {trial.outcome}")
+    return trial
+
+
+def _add_monitors(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
+    station = navigation.station
+    collision = builder.AddNamedSystem(
+        "collision_monitor",
+        CollisionMonitor(robot=station.robot_geometries, ground=[station.ground], period=MONITOR_PERIOD),
+    )
+    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
+    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
+    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
+
+
+def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None] | None) -> str:
+    """Run until something ends the trial: reached, unreachable, collision or timeout."""
+    simulator.Initialize()
+    while True:
+        now = simulator.get_context().get_time()
+        if now >= timeout - 1e-9:
+            return "timeout"
+        status = simulator.AdvanceTo(min(now + PROGRESS_PERIOD, timeout))
+        if progress is not None:
+            progress(simulator.get_context().get_time(), timeout)
+        if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+            message = status.message()
+            return message if message in ("reached", "unreachable") else "collision"
+        if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
+            raise StarnavError(f"simulation failed: {status.message()}")
+
+
+def _least_clearance(world: World, states: np.ndarray, radius: float) -> float:
+    """Least distance of the hull to an obstacle over the logged states, m; infinite in an empty world."""
+    return float(clearance(world, states[4:6].T.copy()).min()) - radius
+
+
+def trial_record(trial: Trial) -> dict[str, Any]:
+    """The trial as a JSON-compatible mapping; an infinite clearance (nothing to hit) is null."""
+    record = dict(vars(trial))
+    if not np.isfinite(trial.min_clearance_m):
+        record["min_clearance_m"] = None
+    return record

@@ -1,0 +1,180 @@
+"""The robot in its world, as one diagram with dotted ports."""
+
+import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from pydrake.geometry import Role, SceneGraph
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import ZeroOrderHold
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.models import model_path
+from drake_starnav.robot import RobotParameters
+from drake_starnav.systems.lidar_sensor import LidarSensor
+from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.systems.world_geometry import add_ground, add_world
+from drake_starnav.worlds.world import World
+
+WHEELS = ("left_wheel", "right_wheel")
+"""Names of the joints, links and actuators that a robot model must have besides `base_link` and frame `lidar`."""
+DRAKE_NAMESPACE = "http://drake.mit.edu"
+HULL = "hull"
+"""Geometries of the shipped robots whose name begins so get the radius of `robot.radius`."""
+WHEEL_GAIN = 1.0
+"""Velocity servo of the wheels, N m s/rad."""
+
+
+class NavigationStation(Diagram):
+    """A differential-drive robot with a lidar in a world: plant, scene, sensor and wheel servo in one diagram.
+
+    ```
+                           ┌───────────────────┐
+                           │                   ├──> lidar.scan, lidar.ranges, lidar.point_cloud, lidar.X_WS
+                           │                   ├──> localization.pose, localization.state
+    drive.twist_command ──>│ NavigationStation ├──> localization.scan_pose
+                           │                   ├──> cheat.robot_state, cheat.contact_results
+                           │                   ├──> cheat.geometry_query
+                           └───────────────────┘
+    ```
+
+    Ports:
+        drive.twist_command: vector (v, omega), m/s and rad/s.
+        lidar.*: as of `LidarSensor`; the sensor frame S lies on the robot's axis.
+        localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad: the truth.
+        localization.state: vector (x, y, yaw, v, omega).
+        localization.scan_pose: the pose at the time of the scan that `lidar.scan` holds.
+        cheat.robot_state: multibody state of the robot.
+        cheat.contact_results: `ContactResults` of the plant.
+        cheat.geometry_query: `QueryObject` of the scene.
+    """
+
+    def __init__(
+        self, world: World, robot: RobotParameters, lidar: LidarParameters, *, time_step: float = 0.005, seed: int = 0
+    ) -> None:
+        """
+        Args:
+            world: obstacles, and where the robot starts.
+            robot: model and size.
+            lidar: the sensor.
+            time_step: of the plant, s.
+            seed: of the sensor's noise.
+        """
+        super().__init__()
+        builder = DiagramBuilder()
+        config = MultibodyPlantConfig(
+            time_step=time_step, contact_model="point", discrete_contact_approximation="lagged"
+        )
+        plant, scene_graph = AddMultibodyPlant(config, builder)
+        self.plant: MultibodyPlant = plant
+        self.scene_graph: SceneGraph = scene_graph
+        self.robot_model = _add_robot(plant, scene_graph, robot, world.start)
+        self.ground = add_ground(plant, world.extent)
+        add_world(plant, world)
+        plant.Finalize()
+        inspector = scene_graph.model_inspector()
+        bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self.robot_model)]
+        frames = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
+        self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+
+        base = plant.GetBodyByName("base_link", self.robot_model)
+        frame_S = plant.GetFrameByName("lidar", self.robot_model)
+        sensor = builder.AddNamedSystem(
+            "lidar",
+            LidarSensor(
+                lidar,
+                parent_frame_id=plant.GetBodyFrameIdOrThrow(base.index()),
+                X_PS=frame_S.GetFixedPoseInBodyFrame(),
+                exclude_frames=frames,
+                seed=seed,
+            ),
+        )
+        builder.Connect(scene_graph.get_query_output_port(), sensor.GetInputPort("geometry_query"))
+        localization = builder.AddNamedSystem(
+            "localization",
+            PlanarLocalization(
+                num_positions=plant.num_positions(self.robot_model),
+                num_velocities=plant.num_velocities(self.robot_model),
+            ),
+        )
+        robot_state = plant.get_state_output_port(self.robot_model)
+        builder.Connect(robot_state, localization.GetInputPort("multibody_state"))
+        scan_pose = builder.AddNamedSystem("scan_pose", ZeroOrderHold(1.0 / lidar.rate, 3))
+        builder.Connect(localization.GetOutputPort("pose"), scan_pose.get_input_port())
+        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**_drive_geometry(plant, scene_graph, self.robot_model)))
+        builder.Connect(
+            wheels.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model)
+        )
+
+        builder.ExportInput(wheels.GetInputPort("twist_command"), "drive.twist_command")
+        for name in ("scan", "ranges", "point_cloud", "X_WS"):
+            builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
+        for name in ("pose", "state"):
+            builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
+        builder.ExportOutput(scan_pose.get_output_port(), "localization.scan_pose")
+        builder.ExportOutput(robot_state, "cheat.robot_state")
+        builder.ExportOutput(plant.get_contact_results_output_port(), "cheat.contact_results")
+        builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")
+        builder.BuildInto(self)
+        self.set_name("station")
+
+
+def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
+    """The robot's model file and its text; a shipped robot's hull gets the radius of `robot.radius`."""
+    path = model_path("robots", f"{robot.model}.urdf")
+    shipped = path.is_file()
+    if not shipped:
+        path = Path(robot.model)
+        if not path.is_file():
+            names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
+            raise StarnavError(f"robot.model is {robot.model!r}; allowed: {names}, or the path of a URDF file")
+    text = path.read_text(encoding="utf-8")
+    if shipped:
+        ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
+        root = ElementTree.fromstring(text)
+        for element in (*root.iter("collision"), *root.iter("visual")):
+            cylinder = element.find("geometry/cylinder")
+            if element.get("name", "").startswith(HULL) and cylinder is not None:
+                cylinder.set("radius", repr(robot.radius))
+        text = ElementTree.tostring(root, encoding="unicode")
+    return str(path), text
+
+
+def _add_robot(
+    plant: MultibodyPlant, scene_graph: SceneGraph, robot: RobotParameters, start: tuple[float, float, float]
+) -> ModelInstanceIndex:
+    path, text = robot_urdf(robot)
+    (model,) = Parser(plant).AddModelsFromString(text, "urdf")
+    for name in WHEELS:
+        if not plant.HasJointActuatorNamed(name, model):
+            raise StarnavError(f"robot model {path} has no actuator {name}; allowed: actuators {', '.join(WHEELS)}")
+        plant.GetJointActuatorByName(name, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
+    base = plant.GetBodyByName("base_link", model)
+    axle = plant.GetJointByName(WHEELS[0], model).frame_on_parent().GetFixedPoseInBodyFrame().translation()
+    height = _wheel_radius(plant, scene_graph, model) - axle[2]
+    X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], height])
+    plant.SetDefaultFloatingBaseBodyPose(base, X_WB)
+    return model
+
+
+def _wheel_radius(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> float:
+    """Radius of the left wheel's collision sphere, m."""
+    (geometry,) = plant.GetCollisionGeometriesForBody(plant.GetJointByName(WHEELS[0], model).child_body())
+    return scene_graph.model_inspector().GetShape(geometry).radius()
+
+
+def _drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> dict[str, float]:
+    """Wheel radius and track as the model has them, m."""
+    left, right = (
+        plant.GetJointByName(name, model).frame_on_parent().GetFixedPoseInBodyFrame().translation() for name in WHEELS
+    )
+    return {
+        "wheel_radius": _wheel_radius(plant, scene_graph, model),
+        "track": math.hypot(left[0] - right[0], left[1] - right[1]),
+    }

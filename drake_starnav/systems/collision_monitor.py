@@ -1,0 +1,57 @@
+"""Ends a run when the robot touches anything but the ground."""
+
+from collections.abc import Collection
+
+from pydrake.common.value import Value
+from pydrake.geometry import GeometryId
+from pydrake.multibody.plant import ContactResults
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+
+
+class CollisionMonitor(LeafSystem):
+    """Watches the plant's contacts and terminates the simulation at the first one that is not with the ground.
+
+    ```
+                        ┌──────────────────┐
+    contact_results ───>│ CollisionMonitor │
+                        └──────────────────┘
+    ```
+
+    Ports:
+        contact_results: abstract, `ContactResults` of the plant.
+
+    The simulator stops with status "reached termination" and a message that names both geometries.
+    """
+
+    def __init__(
+        self, *, robot: Collection[GeometryId], ground: Collection[GeometryId], period: float, offset: float = 0.0
+    ) -> None:
+        """
+        Args:
+            robot: proximity geometries of the robot.
+            ground: geometries that the robot may touch.
+            period, offset: of the checks, s. Contact lasts while the wheels push, so that few checks suffice.
+        """
+        super().__init__()
+        self._robot, self._ground = set(robot), set(ground)
+        self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self.DeclarePeriodicPublishEvent(period, offset, self._check)
+
+    def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
+        """Pairs of geometries, the robot's first, that touch and should not."""
+        results = self.GetInputPort("contact_results").Eval(context)
+        found = []
+        for i in range(results.num_point_pair_contacts()):
+            pair = results.point_pair_contact_info(i).point_pair()
+            a, b = (pair.id_A, pair.id_B) if pair.id_A in self._robot else (pair.id_B, pair.id_A)
+            if a in self._robot and b not in self._robot and b not in self._ground:
+                found.append((a, b))
+        return found
+
+    def _check(self, context: Context) -> EventStatus:
+        found = self.contacts(context)
+        if not found:
+            return EventStatus.Succeeded()
+        a, b = found[0]
+        message = f"collision of {a} with {b} at {context.get_time():.3f} s"
+        return EventStatus.ReachedTermination(self, message)

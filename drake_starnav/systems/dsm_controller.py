@@ -1,0 +1,111 @@
+"""Dynamical system modulation with a braking certificate, as a Drake system."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+
+from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.robot import RobotParameters
+from drake_starnav.roadmap import Guidance
+from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.stopwatch import Stopwatch
+
+TWIST, VECTOR, CERTIFIED, ERRORS = slice(0, 2), slice(2, 4), 4, slice(5, 7)
+"""Layout of the discrete state."""
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What the controller guarantees about the robot's motion. Immutable.
+
+    Attributes:
+        certified: whether the last command passed the braking certificate; if not, it brakes.
+        path: shape (n, 3), (x, y, yaw) in W of the robot braking fully from now on, m and rad.
+    """
+
+    certified: bool
+    path: np.ndarray
+
+    def __deepcopy__(self, memo: dict) -> "Certificate":
+        return self
+
+
+class DsmController(LeafSystem):
+    """Follows guidance along the star regions and sends only twists from which the robot can stop in seen space.
+
+    ```
+                    ┌───────────────┐
+    guidance ──────>│               ├──> twist_command
+    safety_star ───>│ DsmController ├──> guiding_vector
+    state ─────────>│               ├──> certificate
+                    └───────────────┘
+    ```
+
+    Ports:
+        guidance: abstract, `Guidance` from any planner.
+        safety_star: abstract, `SafetyStar`.
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
+        twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
+        guiding_vector: unit vector (x, y) in W that a robot without wheels would follow; zero when there is none.
+        certificate: abstract, `Certificate`.
+
+    Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped.
+    """
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        controller: ControllerParameters,
+        *,
+        offset: float,
+        stopwatch: Stopwatch | None = None,
+    ) -> None:
+        """
+        Args:
+            robot: its radius and limits.
+            controller: parameters.
+            offset: of the first update, s.
+            stopwatch: where to note `command` times, if anywhere.
+        """
+        super().__init__()
+        self._robot, self._controller = robot, controller
+        self._stopwatch = stopwatch or Stopwatch()
+        self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
+        self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self.DeclareVectorInputPort("state", 5)
+        index = self.DeclareDiscreteState(7)
+        ticket = {self.discrete_state_ticket(index)}
+        self.DeclareVectorOutputPort("twist_command", 2, self._calc_twist, ticket)
+        self.DeclareVectorOutputPort("guiding_vector", 2, self._calc_vector, ticket)
+        stopped = Certificate(False, np.zeros((1, 3)))
+        self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
+        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
+
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        guidance = self.GetInputPort("guidance").Eval(context)
+        star = self.GetInputPort("safety_star").Eval(context)
+        pose = self.GetInputPort("state").Eval(context)[:3].copy()
+        before = context.get_discrete_state(0).value().copy()
+        with self._stopwatch.measure("command"):
+            command = control_step(
+                pose, before[TWIST], before[ERRORS], guidance.path, guidance.arrives, guidance.regions, star,
+                self._controller, self._robot,
+            )
+        values.set_value(np.concatenate((command.twist, command.guiding_vector, [command.certified], command.errors)))
+        return EventStatus.Succeeded()
+
+    def _calc_twist(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(0).value()[TWIST])
+
+    def _calc_vector(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(0).value()[VECTOR])
+
+    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
+        held = context.get_discrete_state(0).value()
+        pose = self.GetInputPort("state").Eval(context)[:3]
+        period = 1.0 / self._controller.rate
+        path = braking_path(pose, held[TWIST], np.zeros(2), period, limits_array(self._robot))
+        output.set_value(Certificate(bool(held[CERTIFIED]), path))

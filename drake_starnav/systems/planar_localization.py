@@ -1,0 +1,48 @@
+"""Where a floating robot is in the plane."""
+
+import math
+
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+
+class PlanarLocalization(LeafSystem):
+    """Reads the planar pose and twist of a robot from its multibody state: the truth, without error.
+
+    ```
+                        ┌────────────────────┐
+    multibody_state ───>│ PlanarLocalization ├──> pose
+                        │                    ├──> state
+                        └────────────────────┘
+    ```
+
+    Ports:
+        multibody_state: vector of the model's positions (quaternion and position of its floating base first) and
+            velocities (angular and translational, in W, first).
+        pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
+        state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, m/s, omega about W's z, rad/s.
+    """
+
+    def __init__(self, *, num_positions: int, num_velocities: int) -> None:
+        """
+        Args:
+            num_positions, num_velocities: of the model instance.
+        """
+        super().__init__()
+        self._num_positions = num_positions
+        port = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
+        self.DeclareVectorOutputPort("pose", 3, self._calc_pose, {port.ticket()})
+        self.DeclareVectorOutputPort("state", 5, self._calc_state, {port.ticket()})
+
+    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(_pose(self.GetInputPort("multibody_state").Eval(context)))
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        x = self.GetInputPort("multibody_state").Eval(context)
+        px, py, yaw = _pose(x)
+        omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
+        output.SetFromVector((px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega_z))
+
+
+def _pose(x) -> tuple[float, float, float]:
+    qw, qx, qy, qz = x[:4]
+    return x[4], x[5], math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))

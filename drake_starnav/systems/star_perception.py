@@ -1,0 +1,98 @@
+"""Each scan made into star-shaped regions once, for everybody who needs them."""
+
+from dataclasses import dataclass
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.roadmap import Observation, PlannerParameters
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import free_range
+from drake_starnav.stars.region import fit_region
+from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
+from drake_starnav.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True)
+class _Perceived:
+    observation: Observation
+    safety: SafetyStar
+    memory: ScanMemory
+
+    def __deepcopy__(self, memo: dict) -> "_Perceived":
+        return self  # immutable: Drake's copies of abstract state cost nothing
+
+
+class StarPerception(LeafSystem):
+    """Turns each laser scan into the planner's star-shaped region and the controller's safety star.
+
+    ```
+             ┌────────────────┐
+    scan ───>│ StarPerception ├──> star
+    pose ───>│                ├──> safety_star
+             └────────────────┘
+    ```
+
+    Ports:
+        scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre.
+        pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
+        star: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
+        safety_star: abstract, `SafetyStar` from the last `controller.scan_memory` scans.
+
+    Updates periodically at the lidar's rate, `offset` seconds after it; the last scans are abstract state.
+    """
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        planner: PlannerParameters,
+        controller: ControllerParameters,
+        *,
+        rate: float,
+        offset: float,
+        stopwatch: Stopwatch | None = None,
+    ) -> None:
+        """
+        Args:
+            robot: its radius.
+            planner: of the regions.
+            controller: of the safety star.
+            rate: of the lidar, Hz.
+            offset: from the lidar's update to this one, s; at least one step of the plant.
+            stopwatch: where to note `scan` and `fit` times, if anywhere.
+        """
+        super().__init__()
+        self._robot, self._planner, self._controller = robot, planner, controller
+        self._stopwatch = stopwatch or Stopwatch()
+        self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
+        self.DeclareVectorInputPort("pose", 3)
+        nothing = _Perceived(Observation.none(), SafetyStar.none(), ScanMemory())
+        self._state = self.DeclareAbstractState(Value(nothing))
+        depends = {self.abstract_state_ticket(self._state)}
+        self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), self._calc_star, depends)
+        self.DeclareAbstractOutputPort("safety_star", lambda: Value(nothing.safety), self._calc_safety_star, depends)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
+
+    def _update(self, context: Context, state: State) -> EventStatus:
+        scan = self.GetInputPort("scan").Eval(context)
+        pose = self.GetInputPort("pose").Eval(context).copy()
+        controller, radius = self._controller, self._robot.radius
+        with self._stopwatch.measure("scan"):
+            profile = free_range(scan, radius, self._planner)
+            with self._stopwatch.measure("fit"):
+                region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)
+            safe_radius = radius + controller.safety_margin
+            memory = context.get_abstract_state(self._state).get_value().memory
+            memory = memory.remembered(scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory)
+            safety = safety_star(memory, scan, pose, safe_radius, controller.safety_range, self._planner)
+        seen = _Perceived(Observation(region, scan, pose), safety, memory)
+        state.get_mutable_abstract_state(self._state).set_value(seen)
+        return EventStatus.Succeeded()
+
+    def _calc_star(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._state).get_value().observation)
+
+    def _calc_safety_star(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._state).get_value().safety)

@@ -1,0 +1,108 @@
+"""The star roadmap as a Drake system."""
+
+from dataclasses import dataclass
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+
+from drake_starnav.robot import RobotParameters
+from drake_starnav.roadmap import Guidance, Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True)
+class _Plan:
+    state: PlannerState
+    guidance: Guidance
+
+    def __deepcopy__(self, memo: dict) -> "_Plan":
+        return self  # immutable: Drake's copies of abstract state cost nothing
+
+
+class StarRoadmapPlanner(LeafSystem):
+    """Grows a roadmap of star-shaped regions and chooses a short-term goal in it.
+
+    ```
+             ┌────────────────────┐
+    star ───>│                    ├──> guidance
+    pose ───>│ StarRoadmapPlanner ├──> short_term_goal
+    goal ───>│                    ├──> roadmap
+             │                    ├──> status
+             └────────────────────┘
+    ```
+
+    Ports:
+        star: abstract, `Observation` of the latest scan.
+        pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
+        goal: vector (x, y) in W, m.
+        guidance: abstract, `Guidance` for the controller.
+        short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
+        roadmap: abstract, `PlannerState`: the roadmap and what the planner is about to do.
+        status: abstract, `PlannerStatus`.
+
+    One periodic update; the roadmap is an immutable snapshot in abstract state, the short-term goal discrete state.
+    A moved goal is taken up at the next search of the roadmap.
+    """
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        planner: PlannerParameters,
+        *,
+        offset: float,
+        stopwatch: Stopwatch | None = None,
+    ) -> None:
+        """
+        Args:
+            robot: its radius.
+            planner: parameters.
+            offset: of the first update, s; later than the perception's, by at least one step of the plant.
+            stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
+        """
+        super().__init__()
+        self._robot, self._planner = robot, planner
+        self._stopwatch = stopwatch or Stopwatch()
+        self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self.DeclareVectorInputPort("pose", 3)
+        self.DeclareVectorInputPort("goal", 2)
+        initial = PlannerState.initial(planner, robot.radius)
+        self._plan = self.DeclareAbstractState(Value(_Plan(initial, Guidance.none())))
+        goal_state = self.DeclareDiscreteState(2)
+        depends = {self.abstract_state_ticket(self._plan)}
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance, depends)
+        self.DeclareStateOutputPort("short_term_goal", goal_state)
+        self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), self._calc_roadmap, depends)
+        self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), self._calc_status, depends)
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / planner.rate, offset, self._update)
+
+    def _initialize(self, context: Context, state: State) -> EventStatus:
+        pose = self.GetInputPort("pose").Eval(context)
+        state.get_mutable_discrete_state(0).set_value(pose[:2])
+        return EventStatus.Succeeded()
+
+    def _update(self, context: Context, state: State) -> EventStatus:
+        seen = self.GetInputPort("star").Eval(context)
+        if seen.region is None:
+            return EventStatus.DidNothing()
+        position = self.GetInputPort("pose").Eval(context)[:2].copy()
+        goal = self.GetInputPort("goal").Eval(context).copy()
+        before = context.get_abstract_state(self._plan).get_value().state
+        with self._stopwatch.measure("update"):
+            after = plan_step(seen=seen, state=before, position=position, goal=goal, time=context.get_time(),
+                              parameters=self._planner, robot_radius=self._robot.radius)
+            guidance = after.guidance(position)
+        if after.plans > before.plans:
+            self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
+        state.get_mutable_abstract_state(self._plan).set_value(_Plan(after, guidance))
+        state.get_mutable_discrete_state(0).set_value(guidance.path[0] if len(guidance.path) else position)
+        return EventStatus.Succeeded()
+
+    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._plan).get_value().guidance)
+
+    def _calc_roadmap(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._plan).get_value().state)
+
+    def _calc_status(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._plan).get_value().state.status)

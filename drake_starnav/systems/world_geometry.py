@@ -1,0 +1,86 @@
+"""A planar world as bodies of a MultibodyPlant."""
+
+import math
+
+import numpy as np
+from pydrake.geometry import Box, Convex, Cylinder, GeometryId, Shape, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+
+from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.world import World
+
+OBSTACLE_HEIGHT = 0.5
+"""Height of prisms, cylinders and walls, m; the lidar and the hull are lower."""
+WALL_THICKNESS = 0.1
+"""The walls along the bounds stand outside them, m."""
+GROUND_THICKNESS = 1.0
+GROUND_BORDER = 50.0
+"""The ground reaches this far beyond the world, m."""
+OBSTACLE_COLOR = [0.55, 0.57, 0.60, 1.0]
+WALL_COLOR = [0.35, 0.37, 0.40, 1.0]
+
+
+def add_ground(plant: MultibodyPlant, extent: tuple[float, float, float, float]) -> GeometryId:
+    """A flat floor at z = 0 under the box (x_min, y_min, x_max, y_max) and far beyond it.
+
+    A big box, since a half space among many anchored shapes crashes Drake (issue 19263).
+    """
+    x0, y0, x1, y1 = extent
+    box = Box(x1 - x0 + 2 * GROUND_BORDER, y1 - y0 + 2 * GROUND_BORDER, GROUND_THICKNESS)
+    X_WG = RigidTransform([0.5 * (x0 + x1), 0.5 * (y0 + y1), -0.5 * GROUND_THICKNESS])
+    return plant.RegisterCollisionGeometry(plant.world_body(), X_WG, box, "ground", CoulombFriction(1.0, 1.0))
+
+
+def add_world(plant: MultibodyPlant, world: World) -> None:
+    """Register the obstacles of a world, with collision and looks, on the world body of a plant not yet finalized.
+
+    They are anchored to the world body, which keeps a thousand of them cheap.
+    """
+    z = 0.5 * OBSTACLE_HEIGHT
+    for k, (x, y, radius) in enumerate(world.cylinders):
+        _add(plant, f"cylinder_{k}", Cylinder(radius, OBSTACLE_HEIGHT), RigidTransform([x, y, z]), OBSTACLE_COLOR)
+    for k, (x, y, radius) in enumerate(world.spheres):
+        _add(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
+    for k, polygon in enumerate(world.polygons):
+        for i, part in enumerate(convex_parts(polygon)):
+            shape, X_WG = _prism(part, f"polygon_{k}_{i}")
+            _add(plant, f"polygon_{k}_{i}", shape, X_WG, OBSTACLE_COLOR)
+    if world.bounds is not None:
+        for side, (cx, cy, length, width) in _walls(world.bounds).items():
+            _add(plant, f"wall_{side}", Box(length, width, OBSTACLE_HEIGHT), RigidTransform([cx, cy, z]), WALL_COLOR)
+
+
+def _add(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, color: list[float]) -> None:
+    body = plant.world_body()
+    plant.RegisterCollisionGeometry(body, X_WG, shape, name, CoulombFriction(0.3, 0.3))
+    plant.RegisterVisualGeometry(body, X_WG, shape, f"{name}_visual", color)
+
+
+def _prism(corners: np.ndarray, label: str) -> tuple[Shape, RigidTransform]:
+    """The upright prism over a convex footprint: a box where it is a rectangle, the cheaper shape."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.hypot(edges[:, 0], edges[:, 1])
+    center = corners.mean(axis=0)
+    z = 0.5 * OBSTACLE_HEIGHT
+    if len(corners) == 4:
+        corner_cosines = np.einsum("ij,ij->i", edges, np.roll(edges, -1, axis=0)) / (lengths * np.roll(lengths, -1))
+        if np.abs(corner_cosines).max() < 1e-9:
+            R_WG = RotationMatrix.MakeZRotation(math.atan2(edges[0, 1], edges[0, 0]))
+            return Box(lengths[0], lengths[1], OBSTACLE_HEIGHT), RigidTransform(R_WG, [*center, z])
+    flat = (corners - center).T
+    points = np.hstack([np.vstack((flat, np.full(flat.shape[1], s * z))) for s in (-1.0, 1.0)])
+    return Convex(points=points, label=label), RigidTransform([*center, z])
+
+
+def _walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:
+    """Centre and size of the four walls, whose inner faces are the bounds."""
+    x0, y0, x1, y1 = bounds
+    t = WALL_THICKNESS
+    cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+    return {
+        "south": (cx, y0 - 0.5 * t, x1 - x0 + 2 * t, t),
+        "north": (cx, y1 + 0.5 * t, x1 - x0 + 2 * t, t),
+        "west": (x0 - 0.5 * t, cy, t, y1 - y0),
+        "east": (x1 + 0.5 * t, cy, t, y1 - y0),
+    }
