@@ -1,0 +1,42 @@
+"""Worlds to drive through: generators by name, their reference paths, and the obstacles as data."""
+
+import zlib
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.corridor import Corridor
+from drake_starnav.worlds.forest import Forest
+from drake_starnav.worlds.maze import Maze
+from drake_starnav.worlds.obstacles import Obstacles
+from drake_starnav.worlds.paper_forest import PaperForest
+from drake_starnav.worlds.room import Room
+from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.world import World
+
+WORLD_KINDS: dict[str, type] = {kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles)}
+
+__all__ = ["WORLD_KINDS", "World", "clearance", "convex_parts", "make_world", "shortest_path", *WORLD_KINDS]
+
+
+def make_world(kind: Any, seed: int, robot_radius: float) -> World:
+    """The world of one kind and seed, the same on every machine.
+
+    Args:
+        kind: an instance of one of `WORLD_KINDS`: the generator with its sizes.
+        seed: 0 or a positive whole number; different kinds with the same seed are unrelated.
+        robot_radius: the radius of the robot for which the world must be solvable, m.
+
+    Raises:
+        StarnavError: a parameter is out of its limits, or no solvable world was found.
+    """
+    if type(kind) not in WORLD_KINDS.values():
+        raise StarnavError(f"world is {kind!r}; allowed: an instance of {', '.join(WORLD_KINDS)}")
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise StarnavError(f"seed is {seed!r}; allowed: a whole number 0 <= x")
+    # the checksum of the name numbers a kind for good, whatever kinds are added
+    number = zlib.crc32(type(kind).__name__.encode())
+    return kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), number])), robot_radius)

@@ -1,0 +1,57 @@
+"""A corridor folded into lanes, to see how planning time grows with the length of the way."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.parameters import parameter
+from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.solvable import first_solvable, random_yaw
+from drake_starnav.worlds.world import World
+
+_WALL = 0.1  # m, thickness of the walls between lanes
+
+
+@dataclass(frozen=True)
+class Corridor:
+    """Lanes of 8 m side by side, joined at alternating ends; fins from random sides make the lanes wind."""
+
+    length: float = parameter(40.0, "length of the corridor's middle line", unit="m", low=10.0, high=300.0)
+    width: float = parameter(1.5, "width of the corridor", unit="m", low=0.5, high=4.0)
+    lane: float = parameter(8.0, "length of one lane, turns included", unit="m", low=6.0, high=100.0)
+    fin: float = parameter(0.4, "share of the width that a fin takes; 0 for smooth walls", low=0.0, high=0.9)
+    timeout: float = parameter(60.0, "time a trial may take for each 10 m of length", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """A corridor that the robot can pass; see `first_solvable`."""
+        return first_solvable(self, self._draw, rng, robot_radius)
+
+    def _draw(self, rng: np.random.Generator) -> World:
+        pitch = self.width + _WALL
+        lanes = max(1, round(self.length / (self.lane - self.width + pitch)))
+        # the middle line: straight runs of lane - width, and a step of one pitch between two lanes
+        run = (self.length - (lanes - 1) * pitch) / lanes
+        lane = run + self.width
+        polygons = []
+        for k in range(1, lanes):
+            y = k * pitch - _WALL
+            left, right = (0.0, run) if k % 2 else (self.width, lane)
+            polygons.append(rectangle(left, y, right, y + _WALL))
+        for k in range(lanes):
+            bottom, top = k * pitch, k * pitch + self.width
+            reach = self.fin * self.width
+            x = self.width + rng.uniform(0.5, 1.5)
+            while reach > 0.0 and x < lane - self.width - 0.5:
+                low = rng.random() < 0.5
+                polygons.append(rectangle(x, bottom if low else top - reach, x + _WALL, bottom + reach if low else top))
+                x += rng.uniform(1.2, 2.5) * self.width
+        half = self.width / 2.0
+        goal_x = lane - half if lanes % 2 else half
+        return World(
+            name="corridor",
+            start=(half, half, random_yaw(rng)),
+            goal=(goal_x, (lanes - 1) * pitch + half),
+            polygons=tuple(polygons),
+            bounds=(0.0, 0.0, lane, lanes * pitch - _WALL),
+            timeout=self.timeout * self.length / 10.0,
+        )

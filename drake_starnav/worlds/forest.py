@@ -1,0 +1,51 @@
+"""Cylinders in a wide field, as in the paper's forest, at random places."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.parameters import parameter
+from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
+from drake_starnav.worlds.world import World
+
+_CLEARING = 2.2  # m, no trees in the strips at both ends, where start and goal lie
+_VERGE = (0.3, 0.6)  # m, the bounds' distance from the field along x and y
+_PLACES = 4000  # a dense forest is full after this many places were tried
+
+
+@dataclass(frozen=True)
+class Forest:
+    """A random forest: trees of one radius with a least gap, start on the left, goal on the right."""
+
+    width: float = parameter(20.0, "length of the field, from start to goal", unit="m", low=6.0, high=200.0)
+    height: float = parameter(12.0, "breadth of the field", unit="m", low=3.0, high=200.0)
+    radius: float = parameter(0.5, "radius of the trees", unit="m", above=0.0, high=5.0)
+    min_trees: int = parameter(40, "fewest trees, if that many find room", low=0, high=10000)
+    max_trees: int = parameter(74, "most trees", low=0, high=10000)
+    min_gap: float = parameter(0.6, "smallest least gap between trees; each forest draws its own", unit="m", low=0.0)
+    max_gap: float = parameter(0.9, "largest least gap between trees", unit="m", low=0.0)
+    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """A forest that the robot can cross; see `first_solvable`."""
+        check_order(self, "min_trees", "max_trees")
+        check_order(self, "min_gap", "max_gap")
+        return first_solvable(self, self._draw, rng, robot_radius)
+
+    def _draw(self, rng: np.random.Generator) -> World:
+        spacing = 2.0 * self.radius + rng.uniform(self.min_gap, self.max_gap)
+        wanted = int(rng.integers(self.min_trees, self.max_trees + 1))
+        places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (_PLACES, 2))
+        trees = np.empty((0, 2))
+        while len(trees) < wanted and len(places):
+            trees = np.vstack((trees, places[:1]))
+            places = places[np.hypot(*(places - places[0]).T) >= spacing]
+        start_y, goal_y = rng.uniform(0.8, self.height - 0.8, 2)
+        return World(
+            name="forest",
+            start=(rng.uniform(0.4, 1.2), start_y, random_yaw(rng)),
+            goal=(self.width - rng.uniform(0.4, 1.2), goal_y),
+            cylinders=np.column_stack((trees, np.full(len(trees), self.radius))),
+            bounds=(-_VERGE[0], -_VERGE[1], self.width + _VERGE[0], self.height + _VERGE[1]),
+            timeout=self.timeout,
+        )

@@ -1,0 +1,131 @@
+"""Mazes of two families: a lattice of cells with loops, and an open floor with doors and traps."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.parameters import parameter
+from drake_starnav.worlds.outlines import place, rectangle, trap
+from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
+from drake_starnav.worlds.world import World
+
+_WALL = 0.12  # m, thickness of the open family's walls
+_SMALLEST_SPHERE = 0.2  # m: the lidar passes over the widest part of smaller ones
+
+
+@dataclass(frozen=True)
+class Maze:
+    """A square maze crossed from one side to the other."""
+
+    size: float = parameter(12.0, "side of the square", unit="m", low=4.0, high=200.0)
+    family: str = parameter(
+        "any",
+        "cells: corridors on a lattice, with loops; open: walls with a door, U- and L-shaped traps, cylinders and "
+        "spheres; any: one of the two by chance",
+        choices=("any", "cells", "open"),
+    )
+    min_cells: int = parameter(9, "cells: fewest cells along a side", low=2, high=200)
+    max_cells: int = parameter(11, "cells: most cells along a side", low=2, high=200)
+    min_traps: int = parameter(6, "open: fewest free-standing walls, L and U shapes", low=0, high=2000)
+    max_traps: int = parameter(12, "open: most free-standing walls, L and U shapes", low=0, high=2000)
+    timeout: float = parameter(400.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """A maze that the robot can solve; see `first_solvable`."""
+        check_order(self, "min_cells", "max_cells")
+        check_order(self, "min_traps", "max_traps")
+        return first_solvable(self, self._draw, rng, robot_radius)
+
+    def _draw(self, rng: np.random.Generator) -> World:
+        family = ("cells", "open")[rng.integers(2)] if self.family == "any" else self.family
+        return self._draw_cells(rng) if family == "cells" else self._draw_open(rng)
+
+    def _draw_cells(self, rng: np.random.Generator) -> World:
+        n = int(rng.integers(self.min_cells, self.max_cells + 1))
+        cell = self.size / n
+        half = rng.uniform(0.1, 0.15) / 2.0
+        right, upper = _spanning_tree_walls(n, rng)
+        # a perfect maze has one way only: open some more walls to make loops
+        share = rng.uniform(0.1, 0.35)
+        right &= rng.random(right.shape) > share
+        upper &= rng.random(upper.shape) > share
+        polygons = []
+        for i, j in np.argwhere(right):
+            x, y = (i + 1) * cell, j * cell
+            polygons.append(rectangle(x - half, y - half, x + half, y + cell + half))
+        for i, j in np.argwhere(upper):
+            x, y = i * cell, (j + 1) * cell
+            polygons.append(rectangle(x - half, y - half, x + cell + half, y + half))
+        start, goal = (rng.integers(n, size=2) + 0.5) * cell
+        ends = np.array([(0.5 * cell, start), ((n - 0.5) * cell, goal)])
+        if rng.random() < 0.5:
+            ends = ends[:, ::-1]
+        return World(
+            name="maze",
+            start=(*ends[0], random_yaw(rng)),
+            goal=tuple(ends[1]),
+            polygons=tuple(polygons),
+            bounds=(0.0, 0.0, self.size, self.size),
+            timeout=self.timeout,
+        )
+
+    def _draw_open(self, rng: np.random.Generator) -> World:
+        size, half = self.size, _WALL / 2.0
+        polygons = []
+        lines = np.arange(3.0, size - 2.5)
+        for x in rng.choice(lines, size=min(len(lines), int(rng.integers(1, 4))), replace=False):
+            door = rng.uniform(0.9, 1.2)
+            y = rng.uniform(0.3, size - 0.3 - door)
+            polygons += [rectangle(x - half, 0.0, x + half, y), rectangle(x - half, y + door, x + half, size)]
+        for _ in range(rng.integers(self.min_traps, self.max_traps + 1)):
+            arms = int(rng.choice(3, p=(0.2, 0.3, 0.5)))
+            shape = trap(rng.uniform(1.0, 2.6), rng.uniform(0.8, 2.2), _WALL, arms)
+            quarter_turns = rng.integers(4) * math.pi / 2.0
+            angle = rng.uniform(0.0, 2.0 * math.pi) if rng.random() < 0.5 else quarter_turns
+            polygons.append(place(shape, rng.uniform(1.0, size - 1.0, 2), angle))
+        cylinders: list[tuple[float, ...]] = []
+        spheres: list[tuple[float, ...]] = []
+        for _ in range(rng.integers(3, 9)):
+            disc = (*rng.uniform(0.8, size - 0.8, 2), rng.uniform(0.15, 0.4))
+            sphere = disc[2] >= _SMALLEST_SPHERE and rng.random() < 0.5
+            (spheres if sphere else cylinders).append(disc)
+        start_y, goal_y = rng.uniform(0.4, size - 0.4, 2)
+        return World(
+            name="maze",
+            start=(rng.uniform(0.4, 1.4), start_y, random_yaw(rng)),
+            goal=(size - rng.uniform(0.4, 1.4), goal_y),
+            cylinders=np.array(cylinders),
+            spheres=np.array(spheres),
+            polygons=tuple(polygons),
+            bounds=(0.0, 0.0, size, size),
+            timeout=self.timeout,
+        )
+
+
+def _spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Walls of a perfect maze on n x n cells, carved by a random depth-first walk.
+
+    Returns:
+        right, shape (n - 1, n): whether a wall stands between cells (i, j) and (i + 1, j).
+        upper, shape (n, n - 1): the same for (i, j) and (i, j + 1).
+    """
+    right, upper = np.ones((n - 1, n), bool), np.ones((n, n - 1), bool)
+    seen = np.zeros((n, n), bool)
+    trail = [(int(rng.integers(n)), int(rng.integers(n)))]
+    seen[trail[0]] = True
+    while trail:
+        i, j = trail[-1]
+        around = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
+        fresh = [(a, b) for a, b in around if 0 <= a < n and 0 <= b < n and not seen[a, b]]
+        if not fresh:
+            trail.pop()
+            continue
+        a, b = fresh[rng.integers(len(fresh))]
+        if a != i:
+            right[min(a, i), j] = False
+        else:
+            upper[i, min(b, j)] = False
+        seen[a, b] = True
+        trail.append((a, b))
+    return right, upper

@@ -1,0 +1,68 @@
+"""Clearance against a plain NumPy computation."""
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds import World, clearance
+from drake_starnav.worlds.clearance import nearest_obstacle
+
+U_SHAPE = np.array([(1.0, 1.0), (3.0, 1.0), (3.0, 2.5), (2.7, 2.5), (2.7, 1.3), (1.3, 1.3), (1.3, 2.5), (1.0, 2.5)])
+
+
+def world(**changes) -> World:
+    values = {
+        "name": "test",
+        "start": (0.2, 0.2, 0.0),
+        "goal": (3.8, 3.8),
+        "cylinders": [(0.5, 3.0, 0.3), (3.4, 0.5, 0.2)],
+        "spheres": [(2.0, 3.2, 0.4)],
+        "polygons": (U_SHAPE,),
+        "bounds": (0.0, 0.0, 4.0, 4.0),
+    }
+    return World(**{**values, **changes})
+
+
+def inside_u(points: np.ndarray) -> np.ndarray:
+    x, y = points.T
+    hull = (x > 1.0) & (x < 3.0) & (y > 1.0) & (y < 2.5)
+    return hull & ~((x > 1.3) & (x < 2.7) & (y > 1.3))
+
+
+def brute_force(w: World, points: np.ndarray) -> np.ndarray:
+    distances = [np.hypot(*(points - disc[:2]).T) - disc[2] for disc in w.discs]
+    edges = []
+    for a, b in zip(U_SHAPE, np.roll(U_SHAPE, -1, axis=0), strict=True):
+        t = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+        edges.append(np.hypot(*(points - a - t[:, None] * (b - a)).T))
+    outline = np.min(edges, axis=0)
+    distances.append(np.where(inside_u(points), -outline, outline))
+    x0, y0, x1, y1 = w.bounds
+    distances += [points[:, 0] - x0, x1 - points[:, 0], points[:, 1] - y0, y1 - points[:, 1]]
+    return np.min(distances, axis=0)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_agrees_with_brute_force_inside_and_outside(order):
+    points = np.random.default_rng(1).uniform(-0.5, 4.5, (5000, 2))
+    w = world(polygons=(U_SHAPE[::order],))
+    np.testing.assert_allclose(clearance(w, points), brute_force(w, points), atol=1e-12)
+
+
+def test_an_empty_plane_is_infinitely_clear():
+    w = World("empty", (0.0, 0.0, 0.0), (1.0, 0.0))
+    assert np.isinf(clearance(w, np.zeros((3, 2)))).all()
+    assert nearest_obstacle(w, (0.0, 0.0)) == ("nothing", np.inf)
+
+
+@pytest.mark.parametrize(
+    ("point", "name"),
+    [((0.9, 3.0), "cylinders[0]"), ((2.0, 2.7), "spheres[0]"), ((2.0, 1.4), "polygons[0]"), ((3.9, 2.0), "bounds")],
+)
+def test_the_nearest_obstacle_has_a_name(point, name):
+    assert nearest_obstacle(world(), point)[0] == name
+
+
+def test_points_of_another_shape_are_refused():
+    with pytest.raises(StarnavError, match=r"\(3,\); allowed: \(n, 2\)"):
+        clearance(world(), np.zeros(3))

@@ -1,0 +1,103 @@
+"""Convex pieces cover a simple polygon without overlap."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds import convex_parts
+from drake_starnav.worlds.outlines import rectangle, trap
+
+
+def area(polygon: np.ndarray) -> float:
+    x, y = (polygon - polygon[0]).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def check_parts(polygon: np.ndarray, parts: list[np.ndarray]) -> None:
+    size = np.ptp(polygon, axis=0).max()
+    for part in parts:
+        edges = np.roll(part, -1, axis=0) - part
+        following = np.roll(edges, -1, axis=0)
+        assert (edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] >= -1e-9 * size**2).all()
+        assert area(part) > 0.0
+        offsets = np.abs(part[:, None] - polygon[None]).max(axis=2)
+        assert offsets.min(axis=1).max() < 1e-9  # no corner is new
+    assert sum(area(part) for part in parts) == pytest.approx(abs(area(polygon)), rel=1e-9, abs=1e-9 * size**2)
+
+
+@st.composite
+def star_polygons(draw):
+    """Simple polygons, mostly concave: a radius for each of some increasing angles."""
+    n = draw(st.integers(4, 20))
+    radii = draw(st.lists(st.floats(0.2, 3.0), min_size=n, max_size=n))
+    angles = 2.0 * math.pi / n * np.arange(n)
+    centre = draw(st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)))
+    polygon = np.array(centre) + np.array(radii)[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    return polygon[:: draw(st.sampled_from([1, -1]))]
+
+
+@given(star_polygons())
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_star_polygons(polygon):
+    check_parts(polygon, convex_parts(polygon))
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.1, 2.0), st.floats(0.1, 2.0)), min_size=1, max_size=8),
+    st.sampled_from([1, -1]),
+    st.floats(0.0, 6.3),
+)
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_combs(teeth, order, angle):
+    """Not star-shaped: teeth of different heights over a bar, turned."""
+    x, corners = 0.0, [(0.0, -0.1)]
+    for width, height in teeth:
+        corners += [(x, 0.0), (x, height), (x + 0.05, height), (x + 0.05, 0.0)]
+        x += width
+    corners += [(x, 0.0), (x, -0.1)]
+    turn = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])
+    polygon = (np.array(corners) @ turn)[::order]
+    check_parts(polygon, convex_parts(polygon))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_convex_polygon_stays_whole(order):
+    angles = 2.0 * math.pi / 9 * np.arange(9)
+    polygon = np.column_stack((np.cos(angles), np.sin(angles)))[::order]
+    (part,) = convex_parts(polygon)
+    assert len(part) == 9
+    assert area(part) == pytest.approx(abs(area(polygon)))
+
+
+@pytest.mark.parametrize(("arms", "pieces"), [(0, 1), (1, 2), (2, 3)])
+def test_traps_have_as_few_pieces_as_walls(arms, pieces):
+    polygon = trap(2.0, 1.5, 0.12, arms)
+    parts = convex_parts(polygon)
+    assert len(parts) == pieces
+    check_parts(polygon, parts)
+
+
+def test_repeated_and_straight_corners_are_dropped():
+    polygon = np.array([(0, 0), (1, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1), (0, 0)], dtype=float)
+    (part,) = convex_parts(polygon)
+    np.testing.assert_allclose(sorted(map(tuple, part)), sorted(map(tuple, rectangle(0.0, 0.0, 2.0, 1.0))))
+
+
+@pytest.mark.parametrize(
+    "polygon",
+    [
+        [(0, 0), (1, 1), (1, 0), (0, 1)],  # crossing edges
+        [(0, 0), (4, 0), (4, 2), (2, 0), (0, 2)],  # a corner on an edge
+        [(0, 0), (2, 0), (1, 0), (1, 1)],  # doubles back
+        [(0, 0), (1, 1), (2, 2)],  # no area
+        [(0, 0), (1, 0)],
+        [(0, 0), (1, 0), (math.nan, 1)],
+    ],
+)
+def test_other_polygons_are_refused(polygon):
+    with pytest.raises(StarnavError, match="allowed"):
+        convex_parts(np.array(polygon, dtype=float))

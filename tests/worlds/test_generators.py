@@ -1,0 +1,143 @@
+"""Every generated world is solvable, free at both ends, and the same wherever it is made."""
+
+import dataclasses
+import hashlib
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds import (
+    WORLD_KINDS,
+    Corridor,
+    Forest,
+    Maze,
+    Obstacles,
+    PaperForest,
+    Room,
+    World,
+    clearance,
+    convex_parts,
+    make_world,
+    shortest_path,
+)
+
+KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor()]
+GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name != "Obstacles"]
+
+
+def fingerprint(world: World) -> str:
+    numbers = [*world.start, *world.goal, *world.cylinders.ravel(), *world.spheres.ravel()]
+    for polygon in world.polygons:
+        numbers += list(polygon.ravel())
+    return hashlib.sha256(np.array(numbers).tobytes()).hexdigest()
+
+
+@pytest.mark.parametrize("seed", range(15))
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: f"{type(kind).__name__}-{getattr(kind, 'family', '')}")
+def test_solvable_with_five_centimetres_to_spare(kind, seed):
+    radius = 0.25
+    world = make_world(kind, seed, radius)
+    ends = np.array([world.start[:2], world.goal])
+    assert (clearance(world, ends) >= radius + 0.05).all()
+    assert shortest_path(world, radius + 0.05) is not None
+    assert -math.pi <= world.start[2] < math.pi
+    for polygon in world.polygons:
+        convex_parts(polygon)
+
+
+def test_the_same_world_in_another_process():
+    code = (
+        "import sys; sys.path[:0] = ['tests/worlds']\n"
+        "from test_generators import *\n"
+        "print(*[fingerprint(make_world(kind(), 3, 0.25)) for kind in GENERATORS])"
+    )
+    command = [sys.executable, "-c", code]
+    other = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout.split()
+    assert other == [fingerprint(make_world(kind(), 3, 0.25)) for kind in GENERATORS]
+
+
+def test_seeds_and_kinds_differ():
+    worlds = [make_world(kind(), seed, 0.25) for kind in GENERATORS for seed in range(3)]
+    assert len({fingerprint(world) for world in worlds}) == len(worlds)
+    assert len({world.start[2] for world in worlds}) == len(worlds)
+
+
+@pytest.mark.parametrize("kind", GENERATORS)
+def test_a_robot_that_fits_nowhere_is_named(kind):
+    with pytest.raises(StarnavError, match=r"robot_radius 2\.5 m"):
+        make_world(kind(), 0, 2.5)
+
+
+@pytest.mark.parametrize(("kind", "timeout"), [(Forest(), 180.0), (Room(), 180.0), (Maze(), 400.0)])
+def test_timeouts(kind, timeout):
+    assert make_world(kind, 0, 0.25).timeout == timeout
+
+
+def test_forest_keeps_its_gaps_and_its_trees():
+    world = make_world(Forest(min_trees=20, max_trees=20, min_gap=0.7, max_gap=0.7), 1, 0.25)
+    assert len(world.cylinders) == 20
+    offsets = world.cylinders[:, None, :2] - world.cylinders[None, :, :2]
+    gaps = np.hypot(offsets[..., 0], offsets[..., 1]) + 10.0 * np.eye(20)
+    assert gaps.min() >= 1.0 + 0.7
+
+
+def test_paper_forest_has_the_papers_cylinders_and_ranges():
+    for seed in range(10):
+        world = make_world(PaperForest(), seed, 0.2)
+        assert world.cylinders.shape == (11, 3)
+        assert world.bounds == (-4.01, -1.69, 5.02, 3.51)
+        assert -3.6 <= world.start[0] <= -2.7
+        assert -1.35 <= world.start[1] <= 3.2
+        assert 4.5 <= world.goal[0] <= 4.8
+        assert -1.35 <= world.goal[1] <= 3.2
+
+
+def test_open_mazes_hold_walls_spheres_cylinders_and_concave_obstacles():
+    worlds = [make_world(Maze(family="open"), seed, 0.25) for seed in range(10)]
+    spheres = np.vstack([world.spheres for world in worlds])
+    assert len(spheres)
+    assert (spheres[:, 2] >= 0.2).all()
+    assert sum(len(world.cylinders) for world in worlds)
+    assert any(len(polygon) == 4 for world in worlds for polygon in world.polygons)
+    assert any(len(convex_parts(polygon)) == 3 for world in worlds for polygon in world.polygons)
+
+
+@pytest.mark.parametrize("length", [10.0, 40.0, 300.0])
+def test_a_corridor_is_about_as_long_as_asked(length):
+    world = make_world(Corridor(length=length, fin=0.0), 0, 0.25)
+    shortest, _ = shortest_path(world, 0.25)
+    # turns are cut, at most by the corridor's width each
+    assert 0.7 * length <= shortest <= length
+    fins = make_world(Corridor(length=length), 0, 0.25)
+    assert shortest_path(fins, 0.25)[0] >= shortest - 1e-3 * length
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        (Forest(width=1.0), r"Forest\.width is 1\.0; allowed: 6 <= x <= 200 m"),
+        (Forest(min_trees=50, max_trees=10), "allowed: min_trees <= max_trees"),
+        (Maze(family="round"), "one of any, cells, open"),
+        (Corridor(length=1000.0), "x <= 300 m"),
+        ("Forest", "an instance of Forest"),
+    ],
+)
+def test_bad_parameters_are_refused(kind, message):
+    with pytest.raises(StarnavError, match=message):
+        make_world(kind, 0, 0.25)
+
+
+@pytest.mark.parametrize(("seed", "radius"), [(-1, 0.25), (0.5, 0.25), (True, 0.25), (0, 0.0), (0, math.nan)])
+def test_bad_seeds_and_radii_are_refused(seed, radius):
+    for kind in (Forest(), Obstacles()):
+        with pytest.raises(StarnavError, match="allowed"):
+            make_world(kind, seed, radius)
+
+
+def test_every_parameter_is_documented():
+    for kind in WORLD_KINDS.values():
+        assert all(field.metadata["help"] for field in dataclasses.fields(kind))

@@ -1,0 +1,66 @@
+"""Worlds written down obstacle by obstacle."""
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds import Obstacles, make_world, shortest_path
+
+SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
+
+
+def test_the_world_is_as_given():
+    kind = Obstacles(
+        cylinders=[[3.0, 0.0, 0.5]],
+        polygons=[SQUARE],
+        bounds=[-1.0, -2.0, 6.0, 3.0],
+        start=[0.0, 0.0, 1.0],
+        goal=[5, 1],
+        timeout=30.0,
+    )
+    world = make_world(kind, 0, 0.25)
+    assert world.start == (0.0, 0.0, 1.0)
+    assert world.goal == (5.0, 1.0)
+    assert world.bounds == (-1.0, -2.0, 6.0, 3.0)
+    assert world.timeout == 30.0
+    np.testing.assert_array_equal(world.cylinders, [(3.0, 0.0, 0.5)])
+    np.testing.assert_array_equal(world.polygons[0], SQUARE)
+
+
+def test_the_default_is_an_open_plane():
+    world = make_world(Obstacles(), 0, 0.25)
+    assert world.bounds is None
+    assert shortest_path(world, 0.25)[0] == 5.0
+
+
+def test_an_unreachable_goal_is_allowed():
+    wall = [[2.0, -1.0], [2.1, -1.0], [2.1, 1.0], [2.0, 1.0]]
+    world = make_world(Obstacles(polygons=[wall], bounds=[-1.0, -1.0, 6.0, 1.0]), 0, 0.25)
+    assert shortest_path(world, 0.25) is None
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"cylinders": [[3.0, 2.0, 0.5], [0.5, 0.0, 0.3]]}, r"start is \[0, 0\], 0\.2 m from cylinders\[1\]"),
+        ({"polygons": [SQUARE], "goal": [1.5, 1.6]}, r"goal is \[1\.5, 1\.6\], -0\.4 m from polygons\[0\]"),
+        ({"bounds": [-0.1, -1.0, 6.0, 1.0]}, r"start .* 0\.1 m from bounds"),
+        ({"bounds": [-1.0, -1.0, 3.0, 1.0]}, r"goal .* -2 m from bounds"),
+        ({"start": [0.0, 0.0]}, r"start is \[0\.0, 0\.0\]; allowed: finite \[x, y, yaw\]"),
+        ({"goal": [0.0, float("nan")]}, r"goal is .*; allowed: finite \[x, y\]"),
+        ({"goal": 3.0}, "goal is 3.0; allowed: a list"),
+        ({"cylinders": [[1.0, 2.0]]}, r"cylinders\[0\] is .*allowed: finite \[x, y, radius\]"),
+        ({"cylinders": [[3.0, 3.0, "wide"]]}, r"cylinders\[0\]"),
+        ({"cylinders": [[3.0, 3.0, -1.0]]}, r"cylinders\[0\].*positive radius"),
+        ({"polygons": [[[1.0, 1.0], [2.0, 1.0]]]}, r"polygons\[0\].*at least 3"),
+        ({"polygons": [[]]}, r"polygons\[0\].*at least 3"),
+        ({"polygons": [[*SQUARE[:3], [1.0]]]}, r"polygons\[0\]\[3\] is \[1\.0\]"),
+        ({"polygons": [[SQUARE[k] for k in (0, 2, 1, 3)]]}, r"polygons\[0\].*simple"),
+        ({"bounds": [0.0, 1.0]}, "bounds"),
+        ({"bounds": [3.0, -1.0, -1.0, 1.0]}, "x_min < x_max"),
+        ({"timeout": 0.0}, "timeout"),
+    ],
+)
+def test_bad_input_is_refused(fields, message):
+    with pytest.raises(StarnavError, match=message):
+        make_world(Obstacles(**fields), 0, 0.25)

@@ -1,0 +1,121 @@
+"""The omniscient shortest path against lengths known in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds import Forest, Maze, World, clearance, make_world, shortest_path
+from drake_starnav.worlds.outlines import rectangle, trap
+
+
+def along(path: np.ndarray, step: float = 0.01) -> np.ndarray:
+    """Points on a polyline, one every `step` or denser."""
+    pieces = [
+        a + np.linspace(0.0, 1.0, 2 + int(np.hypot(*(b - a)) / step))[:, None] * (b - a)
+        for a, b in zip(path[:-1], path[1:], strict=True)
+    ]
+    return np.vstack(pieces)
+
+
+def check_path(world: World, radius: float, length: float, path: np.ndarray) -> None:
+    """A path joins start and goal, has its stated length, and keeps its distance everywhere."""
+    np.testing.assert_array_equal(path[0], world.start[:2])
+    np.testing.assert_array_equal(path[-1], world.goal)
+    assert length == pytest.approx(np.hypot(*np.diff(path, axis=0).T).sum())
+    assert clearance(world, along(path)).min() >= radius - 1e-6
+
+
+def test_free_straight_line():
+    world = World("plane", (0.1, 0.2, 1.0), (4.0, -3.0), cylinders=[(0.0, 5.0, 1.0)])
+    length, path = shortest_path(world, 0.25)
+    assert length == math.hypot(3.9, 3.2)
+    assert len(path) == 2
+
+
+@pytest.mark.parametrize("goal", [(4.03, 0.02), (3.0, 1.517)])
+@pytest.mark.parametrize("radius", [0.1, 0.7])
+def test_around_one_disc(radius, goal):
+    world = World("disc", (-3.011, 0.013, 0.0), goal, cylinders=[(0.0, 0.0, 1.0)])
+    length, path = shortest_path(world, radius)
+    check_path(world, radius, length, path)
+    reach = 1.0 + radius
+    start_distance, goal_distance = math.hypot(*world.start[:2]), math.hypot(*goal)
+    between = math.atan2(goal[1], goal[0]) - math.atan2(world.start[1], world.start[0])
+    between = abs(math.remainder(between, 2.0 * math.pi))
+    arc = between - math.acos(reach / start_distance) - math.acos(reach / goal_distance)
+    assert arc > 0.0
+    exact = math.sqrt(start_distance**2 - reach**2) + arc * reach + math.sqrt(goal_distance**2 - reach**2)
+    assert exact - 1e-9 <= length <= 1.001 * exact
+
+
+def test_through_a_door():
+    # a thin wall at x = 0 with a door above the straight line: round the door's lower corner, two corners 0.1 m apart
+    radius, door = 0.25, 2.0
+    walls = (rectangle(-0.05, -5.0, 0.05, door), rectangle(-0.05, door + 1.0, 0.05, 5.0))
+    world = World("door", (-3.0, 0.0, 0.0), (3.0, 0.0), polygons=walls, bounds=(-5.0, -5.0, 5.0, 5.0))
+    length, path = shortest_path(world, radius)
+    check_path(world, radius, length, path)
+    to_corner = math.hypot(2.95, door)
+    # the tangent from the start meets the circle about the corner after turning by this angle from the wall's top
+    slope = math.atan2(door, 2.95) + math.asin(radius / to_corner)
+    exact = 2.0 * (math.sqrt(to_corner**2 - radius**2) + radius * slope) + 0.1
+    assert exact - 1e-9 <= length <= 1.001 * exact
+
+
+def test_a_door_too_narrow_is_no_way():
+    walls = (rectangle(-0.05, -5.0, 0.05, 0.0), rectangle(-0.05, 0.49, 0.05, 5.0))
+    world = World("door", (-3.0, 0.0, 0.0), (3.0, 0.0), polygons=walls, bounds=(-5.0, -5.0, 5.0, 5.0))
+    assert shortest_path(world, 0.25) is None
+    assert shortest_path(world, 0.2) is not None
+
+
+def test_a_walled_in_goal_is_out_of_reach():
+    ring = [(5.0 + 1.5 * math.cos(a), 1.5 * math.sin(a), 0.5) for a in np.linspace(0.0, 2.0 * math.pi, 12)]
+    assert shortest_path(World("ring", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=ring), 0.25) is None
+
+
+def test_a_thin_robot_does_not_slip_through_a_zero_width_gap():
+    walls = (rectangle(-0.2, -5.0, 0.0, 0.0), rectangle(-0.1, 0.0, 0.1, 5.0))
+    world = World("slit", (-3.0, 0.0, 0.0), (3.0, 0.0), polygons=walls, bounds=(-5.0, -5.0, 5.0, 5.0))
+    assert shortest_path(world, 0.001) is None
+
+
+@pytest.mark.parametrize("goal", [(0.0, 0.0), (0.0, 0.6)])
+def test_an_end_in_collision_is_no_way(goal):
+    world = World("disc", (-3.0, 0.0, 0.0), goal, cylinders=[(0.0, 0.0, 0.5)])
+    assert shortest_path(world, 0.25) is None
+
+
+def test_out_of_a_trap_and_round_it():
+    world = World("trap", (0.5, 0.0, 0.0), (-2.0, 0.0), polygons=(trap(2.0, 1.5, 0.1, 2),))
+    length, path = shortest_path(world, 0.25)
+    check_path(world, 0.25, length, path)
+    mirrored = World("trap", (-2.0, 0.0, 0.0), (0.5, 0.0), polygons=(trap(2.0, 1.5, 0.1, 2)[::-1],))
+    assert shortest_path(mirrored, 0.25)[0] == pytest.approx(length, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", [Forest(), Maze(family="cells"), Maze(family="open")])
+@pytest.mark.parametrize("seed", range(4))
+def test_paths_in_worlds_are_clear_and_no_longer_than_with_a_larger_robot(kind, seed):
+    world = make_world(kind, seed, 0.25)
+    length, path = shortest_path(world, 0.25)
+    check_path(world, 0.25, length, path)
+    larger, wide = shortest_path(world, 0.3)
+    check_path(world, 0.3, larger, wide)
+    # the two may go round obstacles on different sides, of nearly equal lengths
+    assert math.dist(world.start[:2], world.goal) <= length <= 1.01 * larger
+
+
+def test_the_grid_hardly_matters():
+    world = make_world(Forest(), 7, 0.25)
+    lengths = [shortest_path(world, 0.25, resolution)[0] for resolution in (0.03, 0.05, 0.08)]
+    assert max(lengths) <= 1.01 * min(lengths)
+
+
+@pytest.mark.parametrize(("radius", "resolution"), [(0.0, 0.05), (math.nan, 0.05), (0.25, 0.0), (0.25, 1e-5)])
+def test_bad_arguments_are_refused(radius, resolution):
+    world = World("disc", (-3.0, 0.0, 0.0), (3.0, 0.0), cylinders=[(0.0, 0.0, 0.5)])
+    with pytest.raises(StarnavError, match="allowed"):
+        shortest_path(world, radius, resolution)
