@@ -73,15 +73,15 @@ def check_parameters(parameters: Any, place: str) -> None:
             good = value in meta["choices"]
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             good = math.isfinite(value)
-            good = good and not (meta["low"] is not None and value < meta["low"])
-            good = good and not (meta["high"] is not None and value > meta["high"])
-            good = good and not (meta["above"] is not None and value <= meta["above"])
+            good = good and not (meta.get("low") is not None and value < meta["low"])
+            good = good and not (meta.get("high") is not None and value > meta["high"])
+            good = good and not (meta.get("above") is not None and value <= meta["above"])
         if not good:
             raise StarnavError(f"{place}.{field.name} is {value!r}; allowed: {allowed_text(field)}")
 
 
 def convert(value: Any, kind: Any, place: str) -> Any:
-    """The YAML scalar `value` as a parameter of type `kind`, or a `StarnavError` that names `place`."""
+    """The YAML value `value` as a parameter of type `kind`, or a `StarnavError` that names `place`."""
     if kind is bool and isinstance(value, bool):
         return value
     if kind is int and isinstance(value, int) and not isinstance(value, bool):
@@ -90,8 +90,10 @@ def convert(value: Any, kind: Any, place: str) -> Any:
         return float(value)
     if kind is str and isinstance(value, str):
         return value
+    if typing.get_origin(kind) is list and isinstance(value, list):
+        return value  # its owner checks the entries
     names = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
-    raise StarnavError(f"{place} is {value!r}; allowed: {names.get(kind, kind)}")
+    raise StarnavError(f"{place} is {value!r}; allowed: {names.get(kind, 'a list')}")
 
 
 def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:

@@ -98,7 +98,22 @@ class LaserScan:
         Args:
             pose: (x, y, yaw) of S in the frame wanted, W for the world; default S itself.
         """
+        return self.points_at(self.distances, self.hits, pose)
+
+    def points_at(
+        self, distance: np.ndarray, chosen: np.ndarray, pose: np.ndarray | tuple[float, float, float]
+    ) -> np.ndarray:
+        """Points at given distances along the chosen beams, shape (k, 2), m.
+
+        Args:
+            distance: shape (n,), m, one a beam.
+            chosen: shape (n,), bool.
+            pose: (x, y, yaw) of S in the frame wanted.
+        """
         x, y, yaw = pose
-        angle = self.bearings[self.hits] + yaw
-        distance = self.distances[self.hits]
-        return np.column_stack((x + distance * np.cos(angle), y + distance * np.sin(angle)))
+        bearing = self.bearings[chosen]
+        bearing += yaw
+        out = np.empty((len(bearing), 2))
+        out[:, 0] = x + distance[chosen] * np.cos(bearing)
+        out[:, 1] = y + distance[chosen] * np.sin(bearing)
+        return out

@@ -4,7 +4,7 @@ import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from pydrake.geometry import Role, SceneGraph
+from pydrake.geometry import GeometryId, Role, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
@@ -68,16 +68,9 @@ class NavigationStation(Diagram):
         """
         super().__init__()
         builder = DiagramBuilder()
-        config = MultibodyPlantConfig(
-            time_step=time_step, contact_model="point", discrete_contact_approximation="lagged"
-        )
-        plant, scene_graph = AddMultibodyPlant(config, builder)
+        plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, time_step)
         self.plant: MultibodyPlant = plant
         self.scene_graph: SceneGraph = scene_graph
-        self.robot_model = _add_robot(plant, scene_graph, robot, world.start)
-        self.ground = add_ground(plant, world.extent)
-        add_world(plant, world)
-        plant.Finalize()
         inspector = scene_graph.model_inspector()
         bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self.robot_model)]
         frames = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
@@ -107,7 +100,7 @@ class NavigationStation(Diagram):
         builder.Connect(robot_state, localization.GetInputPort("multibody_state"))
         scan_pose = builder.AddNamedSystem("scan_pose", ZeroOrderHold(1.0 / lidar.rate, 3))
         builder.Connect(localization.GetOutputPort("pose"), scan_pose.get_input_port())
-        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**_drive_geometry(plant, scene_graph, self.robot_model)))
+        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, self.robot_model)))
         builder.Connect(
             wheels.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model)
         )
@@ -123,6 +116,23 @@ class NavigationStation(Diagram):
         builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")
         builder.BuildInto(self)
         self.set_name("station")
+
+
+def add_plant(
+    builder: DiagramBuilder, world: World, robot: RobotParameters, time_step: float
+) -> tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId]:
+    """Add a plant and scene graph with the robot, the ground and the obstacles of a world; the plant is finalized.
+
+    Returns:
+        plant, scene graph, the robot's model instance, and the ground's geometry.
+    """
+    config = MultibodyPlantConfig(time_step=time_step, contact_model="point", discrete_contact_approximation="lagged")
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    model = _add_robot(plant, scene_graph, robot, world.start)
+    ground = add_ground(plant, world.extent)
+    add_world(plant, world)
+    plant.Finalize()
+    return plant, scene_graph, model, ground
 
 
 def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
@@ -169,7 +179,7 @@ def _wheel_radius(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
     return scene_graph.model_inspector().GetShape(geometry).radius()
 
 
-def _drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> dict[str, float]:
+def drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> dict[str, float]:
     """Wheel radius and track as the model has them, m."""
     left, right = (
         plant.GetJointByName(name, model).frame_on_parent().GetFixedPoseInBodyFrame().translation() for name in WHEELS

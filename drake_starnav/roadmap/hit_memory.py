@@ -63,11 +63,17 @@ class HitMemory:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
         cells = np.rint(np.asarray(points) / self.resolution).astype(np.int64)
         out = np.full(len(cells), self.cap)
+        if not len(cells):
+            return out
         owner = cells // TILE
-        for k, (i, j) in enumerate(owner.tolist()):
-            tile = self.tiles.get((i, j))
+        inside = cells - owner * TILE
+        order = np.lexsort(owner.T)
+        changes = np.flatnonzero(np.any(np.diff(owner[order], axis=0), axis=1)) + 1
+        for members in np.split(order, changes):  # the points of one tile at a time
+            i, j = owner[members[0]]
+            tile = self.tiles.get((int(i), int(j)))
             if tile is not None:
-                out[k] = tile[cells[k, 0] - i * TILE, cells[k, 1] - j * TILE]
+                out[members] = tile[inside[members, 0], inside[members, 1]]
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,6 +112,8 @@ def cost_to_go(
     high: np.ndarray,
     robot_radius: float,
     near_wall_cost: float,
+    spent: np.ndarray | None = None,
+    spent_at_least: float = 0.0,
 ) -> np.ndarray:
     """Length of the shortest path from each point to the goal if all unknown space were free.
 
@@ -119,6 +127,9 @@ def cost_to_go(
         low, high: corners of the box that is searched, W, m; it must contain the goal.
         robot_radius: m.
         near_wall_cost: share.
+        spent: shape (n,), m: what it costs to get to each point. If given, the search ends as soon as no other
+            point can have a smaller sum of both; the others' cost is then a lower bound with which they lose too.
+        spent_at_least: lower bound of what getting to any point costs, m.
 
     Returns:
         Shape (n,), m; infinity where the goal cannot be reached inside the box.
@@ -129,8 +140,11 @@ def cost_to_go(
     blocked = robot_radius - BLOCKED_SLACK
     weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
-    field = _bucket_dijkstra(weight, i + 1, j + 1)
-    return _nearest_cost(field, points, origin, cell)
+    bid = _bids(weight.shape, points, origin, cell, spent)
+    slack = round(100.0 * (spent_at_least / cell - 1.5))
+    field, reached = _bucket_dijkstra(weight, i + 1, j + 1, bid, slack)
+    cost = _nearest_cost(field, points, origin, cell)
+    return cost if reached < 0 else np.where(np.isfinite(cost), cost, reached * cell / 100.0)
 
 
 @njit(cache=True)
@@ -169,11 +183,30 @@ def _cell_weights(distance, blocked, soft, near_wall_cost):
     return weight
 
 
+def _bids(
+    shape: tuple[int, int], points: np.ndarray, origin: np.ndarray, cell: float, spent: np.ndarray | None
+) -> np.ndarray:
+    """What is spent to get to the points of each cell at least, in hundredths of a cell; UNREACHED without points."""
+    bid = np.full(shape, UNREACHED, np.int32)
+    if spent is not None:
+        index = np.rint((points - origin) / cell).astype(np.int64) + 1
+        good = np.isfinite(spent) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
+        i, j = index[good].T
+        np.minimum.at(bid, (i, j), np.rint(100.0 * spent[good] / cell).astype(np.int32))
+    return bid
+
+
 @njit(cache=True)
-def _bucket_dijkstra(weight, gi, gj):
-    """Cost from every cell to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere."""
+def _bucket_dijkstra(weight, gi, gj, bid, slack):
+    """Cost from cells to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere.
+
+    Ends early, and then returns the cost at which it did (else -1), when the smallest sum of cost and bid found so far
+    is below the present cost plus `slack`.
+    """
     nx, ny = weight.shape
     w = weight.ravel()
+    bids = bid.ravel()
+    best = UNREACHED
     cost = np.full(nx * ny, UNREACHED, np.int32)
     buckets = 1
     while buckets <= 14 * w.max() + 1:
@@ -201,6 +234,10 @@ def _bucket_dijkstra(weight, gi, gj):
         c, d = entry_cell[e], entry_cost[e]
         if d > cost[c]:
             continue
+        if bids[c] < UNREACHED:
+            best = min(best, d + bids[c])
+        if best < d + slack:
+            return cost.reshape(nx, ny), d
         for k in range(8):
             n = c + steps[k]
             if w[n] == 0:
@@ -213,7 +250,7 @@ def _bucket_dijkstra(weight, gi, gj):
                 head[b] = used
                 used += 1
                 waiting += 1
-    return cost.reshape(nx, ny)
+    return cost.reshape(nx, ny), -1
 
 
 @njit(cache=True)

@@ -171,7 +171,8 @@ def plan_step(
         return _planned(state, seen, position, goal, parameters, robot_radius)
     if not len(state.path):
         return _planned(state, seen, position, goal, parameters, robot_radius)
-    return dataclasses.replace(state, path=_path_ahead(state.roadmap, state.path, position))
+    path = _path_ahead(state.roadmap, state.path, position)
+    return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
 
 
 def _watched(

@@ -97,9 +97,7 @@ def extended(
     hits = roadmap.hits
     if stamp:
         distance = smoothed_distances(scan, parameters)
-        hit = distance < scan.range_max
-        angle = scan.bearings[hit] + pose[2]
-        hits = hits.stamped(pose[:2] + distance[hit][:, None] * np.column_stack((np.cos(angle), np.sin(angle))))
+        hits = hits.stamped(scan.points_at(distance, distance < scan.range_max, pose))
     old = roadmap.frontiers
     if len(old):
         newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])

@@ -1,12 +1,11 @@
 """Search of the roadmap: which frontier next, and by which path."""
 
+import heapq
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.roadmap.hit_memory import cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
@@ -79,25 +78,17 @@ def find_route(
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor.
+    """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
 
-    The robot is one more vertex (the last one), joined to the nodes whose region contains it and to those that the
-    latest scan's region contains.
+    The robot is joined to the nodes whose region contains it and to those that the latest scan's region contains.
     """
-    n = len(roadmap)
     first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
     length = np.hypot(*(roadmap.stack.center[first] - position).T)
     if not len(first):
         away = np.hypot(*(roadmap.stack.center - position).T)
         first = np.array([np.argmin(away)])
         length = away[first] + OFF_MAP_PENALTY
-    tail = np.concatenate((roadmap.edges[:, 0], np.full(len(first), n)))
-    head = np.concatenate((roadmap.edges[:, 1], first))
-    # a stored zero would mean "no edge": two coincident centres are a micrometre apart
-    weight = np.maximum(np.concatenate((roadmap.lengths, length)), 1e-6)
-    graph = csr_array((weight, (tail, head)), shape=(n + 1, n + 1))
-    distance, previous = dijkstra(graph, directed=False, indices=n, return_predecessors=True)
-    return distance[:n], previous
+    return _dijkstra(len(roadmap), roadmap.edges, roadmap.lengths, first, length)
 
 
 def _entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
@@ -121,12 +112,13 @@ def _best_frontier(
 ) -> tuple[int, bool]:
     """Index of the cheapest frontier (-1 if none can be reached) and whether the way there is the straight line."""
     frontiers = roadmap.frontiers
-    ahead = remaining_cost(roadmap, goal, parameters, robot_radius)
-    ahead = ahead + np.hypot(*(frontiers.probe - frontiers.stand).T)
-    if current is not None:
-        ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
     graph = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
     straight = np.hypot(*(frontiers.stand - position).T)
+    extra = np.hypot(*(frontiers.probe - frontiers.stand).T)
+    if current is not None:
+        extra -= parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
+    at_least = float((np.minimum(graph, straight) + extra).min())
+    ahead = extra + remaining_cost(roadmap, goal, parameters, robot_radius, graph + extra, at_least)
     bound = np.minimum(graph, straight) + ahead
     best, best_cost, direct = -1, np.inf, False
     for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
@@ -140,9 +132,14 @@ def _best_frontier(
 
 
 def remaining_cost(
-    roadmap: StarRoadmap, goal: np.ndarray, parameters: PlannerParameters, robot_radius: float
+    roadmap: StarRoadmap,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+    spent: np.ndarray | None = None,
+    spent_at_least: float = 0.0,
 ) -> np.ndarray:
-    """Optimistic cost from every frontier's probe to the goal, shape (n,), m."""
+    """Optimistic cost from every frontier's probe to the goal, shape (n,), m; `spent` as for `cost_to_go`."""
     probe = roadmap.frontiers.probe
     straight = np.hypot(*(probe - goal).T)
     if parameters.cost_to_go == "straight":
@@ -157,6 +154,8 @@ def remaining_cost(
         corners.max(axis=0) + border,
         robot_radius,
         parameters.near_wall_cost,
+        spent,
+        spent_at_least,
     )
     return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
 
@@ -164,7 +163,7 @@ def remaining_cost(
 def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
     """Way points from the first node to `node` and on to `end`."""
     chain = [node]
-    while 0 <= previous[chain[-1]] < len(roadmap):
+    while previous[chain[-1]] >= 0:
         chain.append(int(previous[chain[-1]]))
     return np.vstack((roadmap.stack.center[chain[::-1]], end[None, :]))
 
@@ -222,6 +221,41 @@ def _pull(points, x, y, center, bearing_0, values, reach):
         n += 1
         i = j + 1
     return out[:n].copy()
+
+
+@njit(cache=True)
+def _dijkstra(count, edges, lengths, first, first_length):
+    """Shortest distances from the robot over an undirected graph, and predecessors (-1: the robot, or none)."""
+    degree = np.zeros(count + 1, np.int64)
+    for e in range(len(lengths)):
+        degree[edges[e, 0] + 1] += 1
+        degree[edges[e, 1] + 1] += 1
+    start = np.cumsum(degree)
+    fill = start[:-1].copy()
+    neighbour = np.empty(2 * len(lengths), np.int64)
+    weight = np.empty(2 * len(lengths))
+    for e in range(len(lengths)):
+        for a, b in ((edges[e, 0], edges[e, 1]), (edges[e, 1], edges[e, 0])):
+            neighbour[fill[a]], weight[fill[a]] = b, lengths[e]
+            fill[a] += 1
+    distance = np.full(count, np.inf)
+    previous = np.full(count, -1, np.int64)
+    queue = [(0.0, -1)]
+    queue.pop()
+    for i in range(len(first)):
+        distance[first[i]] = first_length[i]
+        heapq.heappush(queue, (first_length[i], first[i]))
+    while len(queue) > 0:
+        d, node = heapq.heappop(queue)
+        if d > distance[node]:
+            continue
+        for k in range(start[node], start[node + 1]):
+            candidate = d + weight[k]
+            if candidate < distance[neighbour[k]]:
+                distance[neighbour[k]] = candidate
+                previous[neighbour[k]] = node
+                heapq.heappush(queue, (candidate, neighbour[k]))
+    return distance, previous
 
 
 @njit(cache=True)

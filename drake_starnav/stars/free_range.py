@@ -241,13 +241,16 @@ def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     return out
 
 
-def free_range(scan: LaserScan, radius: float, parameters: StarParameters) -> tuple[np.ndarray, np.ndarray]:
+def free_range(
+    scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters
+) -> tuple[np.ndarray, np.ndarray]:
     """Free range of the robot's centre at every bearing, as the planner uses it.
 
     Args:
         scan: in the sensor frame S at the robot's centre.
+        distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
-        parameters: margin, erosion, smoothing.
+        parameters: margin, erosion.
 
     Returns:
         The free range and how far it could have been at most (0 where the scan did not look), each of
@@ -257,7 +260,6 @@ def free_range(scan: LaserScan, radius: float, parameters: StarParameters) -> tu
     """
     samples = bearing_count(scan, parameters)
     inflated = radius + parameters.margin
-    distance = smoothed_distances(scan, parameters)
     reach = min(scan.range_max, parameters.range_clip)
     measured = measured_range(scan, samples, reach)
     if parameters.erosion == "disc":

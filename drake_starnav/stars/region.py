@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.scan import LaserScan
-from drake_starnav.stars.free_range import free_range
+from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 
@@ -116,7 +116,7 @@ def fit_region(
 
 
 def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters) -> StarRegion:
-    """The star-shaped region of one scan: `free_range`, then `fit_region`.
+    """The star-shaped region of one scan: `smoothed_distances`, `free_range`, then `fit_region`.
 
     Args:
         scan: in the sensor frame S, at the robot's centre.
@@ -124,7 +124,8 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: St
         radius: of the robot, m.
         parameters: of the pipeline.
     """
-    return fit_region(free_range(scan, radius, parameters), pose[:2], float(pose[2]) + scan.angle_min, parameters)
+    profile = free_range(scan, smoothed_distances(scan, parameters), radius, parameters)
+    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min, parameters)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from drake_starnav.stars.free_range import (
     half_gaps,
     measured_range,
     point_hits,
-    smoothed_distances,
 )
 from drake_starnav.stars.parameters import StarParameters
 
@@ -67,8 +66,7 @@ class ScanMemory:
         distance = scan.distances
         gap = half_gaps(scan, distance)
         near = scan.hits & (distance < reach)
-        angle = scan.bearings[near] + pose[2]
-        points = pose[:2] + distance[near][:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+        points = scan.points_at(distance, near, pose)
         kept = max(count - 1, 0)
         return ScanMemory(
             (*self.points[len(self.points) - min(kept, len(self.points)) :], points),
@@ -77,13 +75,20 @@ class ScanMemory:
 
 
 def safety_star(
-    memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float, parameters: StarParameters
+    memory: ScanMemory,
+    scan: LaserScan,
+    distance: np.ndarray,
+    pose: np.ndarray,
+    radius: float,
+    reach: float,
+    parameters: StarParameters,
 ) -> SafetyStar:
     """The safety star about the latest scan.
 
     Args:
         memory: the last scans, the latest among them.
         scan: the latest, in the sensor frame S at the robot's centre.
+        distance: shape (n,), its `smoothed_distances`, from which the near hits are taken, m.
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: how far the star extends at most, m.
@@ -96,8 +101,6 @@ def safety_star(
         np.vstack(memory.points), np.concatenate(memory.half_gaps), center, bearing_0, reach + 2.0 * radius, samples
     )
     measured = measured_range(scan, samples, min(scan.range_max, reach + radius))
-    filtered = smoothed_distances(scan, parameters)
-    near = filtered < min(NEAR_HIT_RANGE, scan.range_max)
-    angle = scan.bearings[near] + pose[2]
-    near_hits = center + filtered[near][:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    near = distance < min(NEAR_HIT_RANGE, scan.range_max)
+    near_hits = scan.points_at(distance, near, pose)
     return SafetyStar(center, bearing_0, eroded_range(hits, radius, measured), near_hits)

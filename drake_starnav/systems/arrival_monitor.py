@@ -38,18 +38,17 @@ class ArrivalMonitor(LeafSystem):
         """
         super().__init__()
         self._tolerance = tolerance
-        self.DeclareVectorInputPort("state", 5)
-        self.DeclareVectorInputPort("goal", 2)
-        self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
+        self._state = self.DeclareVectorInputPort("state", 5)
+        self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
         self.DeclarePeriodicPublishEvent(period, offset, self._check)
 
     def _check(self, context: Context) -> EventStatus:
-        x, y, _, v, omega = self.GetInputPort("state").Eval(context)
-        goal_x, goal_y = self.GetInputPort("goal").Eval(context)
+        x, y, _, v, omega = self._state.Eval(context)
+        goal_x, goal_y = self._goal.Eval(context)
         if math.hypot(x - goal_x, y - goal_y) < self._tolerance:
             return EventStatus.ReachedTermination(self, "reached")
-        status = self.GetInputPort("status")
-        if status.HasValue(context) and status.Eval(context) is PlannerStatus.UNREACHABLE:
-            if abs(v) < STANDING and abs(omega) < STANDING:
-                return EventStatus.ReachedTermination(self, "unreachable")
+        given_up = self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE
+        if given_up and abs(v) < STANDING and abs(omega) < STANDING:
+            return EventStatus.ReachedTermination(self, "unreachable")
         return EventStatus.Succeeded()

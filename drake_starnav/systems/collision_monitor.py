@@ -34,12 +34,12 @@ class CollisionMonitor(LeafSystem):
         """
         super().__init__()
         self._robot, self._ground = set(robot), set(ground)
-        self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self._contact_results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self.DeclarePeriodicPublishEvent(period, offset, self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""
-        results = self.GetInputPort("contact_results").Eval(context)
+        results = self._contact_results.Eval(context)
         found = []
         for i in range(results.num_point_pair_contacts()):
             pair = results.point_pair_contact_info(i).point_pair()

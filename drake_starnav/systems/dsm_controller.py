@@ -73,9 +73,9 @@ class DsmController(LeafSystem):
         super().__init__()
         self._robot, self._controller = robot, controller
         self._stopwatch = stopwatch or Stopwatch()
-        self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
-        self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
-        self.DeclareVectorInputPort("state", 5)
+        self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
+        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._state = self.DeclareVectorInputPort("state", 5)
         index = self.DeclareDiscreteState(7)
         ticket = {self.discrete_state_ticket(index)}
         self.DeclareVectorOutputPort("twist_command", 2, self._calc_twist, ticket)
@@ -85,9 +85,9 @@ class DsmController(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
-        guidance = self.GetInputPort("guidance").Eval(context)
-        star = self.GetInputPort("safety_star").Eval(context)
-        pose = self.GetInputPort("state").Eval(context)[:3].copy()
+        guidance = self._guidance.Eval(context)
+        star = self._safety_star.Eval(context)
+        pose = self._state.Eval(context)[:3].copy()
         before = context.get_discrete_state(0).value().copy()
         with self._stopwatch.measure("command"):
             command = control_step(
@@ -105,7 +105,7 @@ class DsmController(LeafSystem):
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         held = context.get_discrete_state(0).value()
-        pose = self.GetInputPort("state").Eval(context)[:3]
+        pose = self._state.Eval(context)[:3]
         period = 1.0 / self._controller.rate
         path = braking_path(pose, held[TWIST], np.zeros(2), period, limits_array(self._robot))
         output.set_value(Certificate(bool(held[CERTIFIED]), path))

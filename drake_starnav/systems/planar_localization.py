@@ -29,15 +29,16 @@ class PlanarLocalization(LeafSystem):
         """
         super().__init__()
         self._num_positions = num_positions
-        port = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
-        self.DeclareVectorOutputPort("pose", 3, self._calc_pose, {port.ticket()})
-        self.DeclareVectorOutputPort("state", 5, self._calc_state, {port.ticket()})
+        self._multibody_state = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
+        depends = {self._multibody_state.ticket()}
+        self.DeclareVectorOutputPort("pose", 3, self._calc_pose, depends)
+        self.DeclareVectorOutputPort("state", 5, self._calc_state, depends)
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(_pose(self.GetInputPort("multibody_state").Eval(context)))
+        output.SetFromVector(_pose(self._multibody_state.Eval(context)))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
-        x = self.GetInputPort("multibody_state").Eval(context)
+        x = self._multibody_state.Eval(context)
         px, py, yaw = _pose(x)
         omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
         output.SetFromVector((px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega_z))

@@ -9,7 +9,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.roadmap import Observation, PlannerParameters
 from drake_starnav.scan import LaserScan
-from drake_starnav.stars.free_range import free_range
+from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.stopwatch import Stopwatch
@@ -66,8 +66,8 @@ class StarPerception(LeafSystem):
         super().__init__()
         self._robot, self._planner, self._controller = robot, planner, controller
         self._stopwatch = stopwatch or Stopwatch()
-        self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
-        self.DeclareVectorInputPort("pose", 3)
+        self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
+        self._pose = self.DeclareVectorInputPort("pose", 3)
         nothing = _Perceived(Observation.none(), SafetyStar.none(), ScanMemory())
         self._state = self.DeclareAbstractState(Value(nothing))
         depends = {self.abstract_state_ticket(self._state)}
@@ -76,17 +76,20 @@ class StarPerception(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        scan = self.GetInputPort("scan").Eval(context)
-        pose = self.GetInputPort("pose").Eval(context).copy()
+        scan = self._scan.Eval(context)
+        pose = self._pose.Eval(context).copy()
         controller, radius = self._controller, self._robot.radius
         with self._stopwatch.measure("scan"):
-            profile = free_range(scan, radius, self._planner)
+            distance = smoothed_distances(scan, self._planner)
+            profile = free_range(scan, distance, radius, self._planner)
             with self._stopwatch.measure("fit"):
                 region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)
             safe_radius = radius + controller.safety_margin
             memory = context.get_abstract_state(self._state).get_value().memory
             memory = memory.remembered(scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory)
-            safety = safety_star(memory, scan, pose, safe_radius, controller.safety_range, self._planner)
+            safety = safety_star(
+                memory, scan, distance, pose, safe_radius, controller.safety_range, self._planner
+            )
         seen = _Perceived(Observation(region, scan, pose), safety, memory)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()

@@ -62,9 +62,9 @@ class StarRoadmapPlanner(LeafSystem):
         super().__init__()
         self._robot, self._planner = robot, planner
         self._stopwatch = stopwatch or Stopwatch()
-        self.DeclareAbstractInputPort("star", Value(Observation.none()))
-        self.DeclareVectorInputPort("pose", 3)
-        self.DeclareVectorInputPort("goal", 2)
+        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self._pose = self.DeclareVectorInputPort("pose", 3)
+        self._goal = self.DeclareVectorInputPort("goal", 2)
         initial = PlannerState.initial(planner, robot.radius)
         self._plan = self.DeclareAbstractState(Value(_Plan(initial, Guidance.none())))
         goal_state = self.DeclareDiscreteState(2)
@@ -77,16 +77,16 @@ class StarRoadmapPlanner(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / planner.rate, offset, self._update)
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
-        pose = self.GetInputPort("pose").Eval(context)
+        pose = self._pose.Eval(context)
         state.get_mutable_discrete_state(0).set_value(pose[:2])
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        seen = self.GetInputPort("star").Eval(context)
+        seen = self._star.Eval(context)
         if seen.region is None:
             return EventStatus.DidNothing()
-        position = self.GetInputPort("pose").Eval(context)[:2].copy()
-        goal = self.GetInputPort("goal").Eval(context).copy()
+        position = self._pose.Eval(context)[:2].copy()
+        goal = self._goal.Eval(context).copy()
         before = context.get_abstract_state(self._plan).get_value().state
         with self._stopwatch.measure("update"):
             after = plan_step(seen=seen, state=before, position=position, goal=goal, time=context.get_time(),

@@ -26,10 +26,11 @@ class WheelSpeedCommand(LeafSystem):
         """
         super().__init__()
         self._wheel_radius, self._track = wheel_radius, track
-        self.DeclareVectorInputPort("twist_command", 2)
-        self.DeclareVectorOutputPort("desired_state", 4, self._calc)
+        self._twist_command = self.DeclareVectorInputPort("twist_command", 2)
+        # without the prerequisite it would be evaluated at every step of the plant
+        self.DeclareVectorOutputPort("desired_state", 4, self._calc, {self._twist_command.ticket()})
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        v, omega = self.GetInputPort("twist_command").Eval(context)
+        v, omega = self._twist_command.Eval(context)
         turn = 0.5 * self._track * omega
         output.SetFromVector((0.0, 0.0, (v - turn) / self._wheel_radius, (v + turn) / self._wheel_radius))
