@@ -1,0 +1,124 @@
+"""Dynamical system modulation around circles that are all known (DSM).
+
+    v_i = E_i D_i E_i^-1 v,   E_i = [r_hat_i  t_i],   D_i = diag(1 - 1/Gamma_i, 1 + 1/Gamma_i)
+
+r_hat_i points from the centre of circle i to the position and t_i is its tangent. Gamma_i is 1 on the circle inflated
+by the robot's radius, 1 + (distance in metres) outside, and the share of the radius inside. The result has the
+directional mean of the v_i about v, weights ~ 1/(Gamma_i - 1), and the weighted mean of their lengths.
+Source: Huber, Slotine and Billard, "Avoiding dense and dynamic obstacles in enclosed spaces: application to moving in
+crowds", T-RO 2022; the conventions (Gamma in metres, weights, moving obstacles) are those of the authors' package
+dynamic_obstacle_avoidance, commit aa747671.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.baselines.checks import rows, vector
+from drake_starnav.baselines.directional_mean import directional_mean
+from drake_starnav.errors import StarnavError
+
+APPROACH_GAIN = 1.3
+"""By how much the speed at which a circle comes nearer is overestimated, for safety."""
+
+
+def dsm_velocity(
+    position: np.ndarray,
+    nominal_velocity: np.ndarray,
+    circles: np.ndarray,
+    *,
+    robot_radius: float,
+    tail_effect: bool,
+    circle_velocities: np.ndarray | None = None,
+) -> np.ndarray:
+    """The nominal velocity, modulated around known circles.
+
+    On an inflated circle the part of the velocity into it vanishes. Inside one, where the method makes no promise, the
+    same holds; in the very centre, where no direction leads out more than another, the result is zero. Finite arguments
+    give a finite result. Overlapping circles can hold the robot in a local minimum.
+
+    Args:
+        position: shape (2,), W, m.
+        nominal_velocity: shape (2,), W, m/s.
+        circles: shape (n, 3): x, y, radius; W, m.
+        robot_radius: m, by which every circle is inflated.
+        tail_effect: whether the velocity is also bent while it leads away from a circle.
+        circle_velocities: shape (n, 2), W, m/s; None for circles that stand. Only their approach to the robot counts.
+
+    Returns:
+        shape (2,), W, m/s.
+
+    Raises:
+        StarnavError: wrong shape, a value that is not finite, or a negative radius.
+    """
+    place = "dsm_velocity: "
+    position = vector(position, 2, place + "position")
+    nominal_velocity = vector(nominal_velocity, 2, place + "nominal_velocity")
+    circles = rows(circles, 3, place + "circles")
+    if not (math.isfinite(robot_radius) and robot_radius >= 0.0):
+        raise StarnavError(f"{place}robot_radius is {robot_radius}; allowed: a finite number, at least 0")
+    if len(circles) == 0:
+        return nominal_velocity.copy()
+    if circles[:, 2].min() < 0.0:
+        bad = int(np.argmin(circles[:, 2]))
+        raise StarnavError(f"{place}circles[{bad}, 2] (radius) is {circles[bad, 2]:g}; allowed: at least 0")
+    if circle_velocities is None:
+        velocities = np.zeros((len(circles), 2))
+    else:
+        velocities = rows(circle_velocities, 2, place + "circle_velocities", len(circles))
+    return np.array(_dsm(*position, *nominal_velocity, circles, velocities, float(robot_radius), bool(tail_effect)))
+
+
+@njit(cache=True)
+def _dsm(x, y, vx, vy, circles, velocities, robot_radius, tail_effect):
+    count = len(circles)
+    normal = np.empty((count, 2))
+    gamma = np.empty(count)
+    for i in range(count):
+        dx, dy = x - circles[i, 0], y - circles[i, 1]
+        distance = math.hypot(dx, dy)
+        if distance == 0.0:
+            return 0.0, 0.0
+        radius = circles[i, 2] + robot_radius
+        normal[i, 0], normal[i, 1] = dx / distance, dy / distance
+        gamma[i] = 1.0 + distance - radius if distance > radius else distance / radius
+    weights = _weights(gamma)
+
+    # v is taken relative to the circles that approach, each felt over about a metre.
+    frame_x = frame_y = 0.0
+    for i in range(count):
+        approach = normal[i, 0] * velocities[i, 0] + normal[i, 1] * velocities[i, 1]
+        if approach > 0.0:
+            share = weights[i] * math.exp(1.0 - max(gamma[i], 1.0)) * APPROACH_GAIN * approach
+            frame_x += share * normal[i, 0]
+            frame_y += share * normal[i, 1]
+    vx, vy = vx - frame_x, vy - frame_y
+    speed = math.hypot(vx, vy)
+    if speed == 0.0:
+        return frame_x, frame_y
+
+    modulated = np.empty((count, 2))
+    mean_speed = 0.0
+    for i in range(count):
+        nx, ny = normal[i, 0], normal[i, 1]
+        influence = 1.0 / max(gamma[i], 1.0)
+        radial = nx * vx + ny * vy
+        tangential = (nx * vy - ny * vx) * (1.0 + influence)
+        if tail_effect or radial <= 0.0:
+            radial *= 1.0 - influence
+        modulated[i, 0] = radial * nx - tangential * ny
+        modulated[i, 1] = radial * ny + tangential * nx
+        mean_speed += weights[i] * math.hypot(radial, tangential)
+    ux, uy = directional_mean(vx / speed, vy / speed, modulated, weights)
+    return mean_speed * ux + frame_x, mean_speed * uy + frame_y
+
+
+@njit(cache=True)
+def _weights(gamma):
+    """Shares ~ 1/(Gamma - 1); circles that are touched share everything equally."""
+    touched = gamma <= 1.0
+    if touched.any():
+        return touched / touched.sum()
+    weights = 1.0 / (gamma - 1.0)
+    return weights / weights.sum()

@@ -1,0 +1,192 @@
+"""The dynamic window approach: the best of the circular arcs that the robot can reach within a control period.
+
+A twist (v, omega) in the window [v +- a T] x [omega +- alpha T] moves the robot on an arc. It is admissible if after
+one period T on that arc the robot can still stop on it before its hull meets a hit:
+
+    v (T + t/2) <= clearance(v, omega),   t = max(v/a, |omega|/alpha)
+
+Among the admissible twists the largest weighted sum of heading, clearance and speed wins, each from 0 to 1.
+Clearances are exact: where the disc meets a point on a circle or a line has a closed form, so nothing is sampled along
+the arc.
+Source: Fox, Burgard and Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics & Automation
+Magazine 1997. The period T in the admissibility is added for a controller that runs at a rate; so is the speed limit
+from which the robot can stop at the goal.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.baselines.checks import rows, vector
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.robot import RobotParameters
+
+STRAIGHT = 1e-6
+"""An arc with a smaller curvature than this is a line, 1/m."""
+
+
+@dataclass(frozen=True)
+class DwaParameters:
+    """The dynamic window, its samples, and what makes an arc good."""
+
+    period: float = parameter(
+        0.1, "time that a command is held: the size of the window, and part of every stopping distance",
+        unit="s", above=0.0, high=2.0,
+    )  # fmt: skip
+    speed_samples: int = parameter(11, "speeds across the window", low=2, high=201)
+    yaw_rate_samples: int = parameter(21, "turning rates across the window; odd keeps the present one", low=3, high=401)
+    heading_weight: float = parameter(1.0, "weight of facing the goal after the arc", low=0.0, high=100.0)
+    clearance_weight: float = parameter(0.5, "weight of the way to the first hit along the arc", low=0.0, high=100.0)
+    speed_weight: float = parameter(0.5, "weight of going fast", low=0.0, high=100.0)
+    clearance_limit: float = parameter(2.0, "clearance from which on more is no better", unit="m", above=0.0, high=50.0)
+    margin: float = parameter(0.02, "clearance kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
+
+
+def dwa_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    goal: np.ndarray,
+    points: np.ndarray,
+    robot: RobotParameters,
+    parameters: DwaParameters,
+) -> tuple[float, float]:
+    """The twist of the best admissible arc in the dynamic window.
+
+    If no arc is admissible the robot brakes along the arc it is on, which the period before had found free. The result
+    never asks for more than the robot's accelerations allow within a period, and never drives backwards.
+
+    Args:
+        pose: (x, y, yaw) of the robot, W, m and rad.
+        twist: (v, omega) now, m/s and rad/s.
+        goal: shape (2,), W, m.
+        points: the hits, shape (n, 2), W, m.
+        robot: radius and limits.
+        parameters: window, samples and weights.
+
+    Returns:
+        (v, omega), m/s and rad/s.
+
+    Raises:
+        StarnavError: wrong shape, a value that is not finite, or a parameter out of its limits.
+    """
+    pose = vector(pose, 3, "dwa_twist: pose")
+    twist = vector(twist, 2, "dwa_twist: twist")
+    goal = vector(goal, 2, "dwa_twist: goal")
+    points = rows(points, 2, "dwa_twist: points")
+    check_parameters(parameters, "dwa")
+    v, omega = _best(
+        *pose,
+        *twist,
+        *goal,
+        points,
+        (robot.max_speed, robot.max_yaw_rate, robot.max_acceleration, robot.max_yaw_acceleration),
+        robot.radius + parameters.margin,
+        parameters.period,
+        (parameters.speed_samples, parameters.yaw_rate_samples),
+        (parameters.heading_weight, parameters.clearance_weight, parameters.speed_weight),
+        parameters.clearance_limit,
+    )
+    return float(v), float(omega)
+
+
+@njit(cache=True)
+def _best(x, y, yaw, v_now, omega_now, goal_x, goal_y, points, limits, radius, period, samples, weights, far):
+    v_max, omega_max, a_max, alpha_max = limits
+    goal_distance = math.hypot(goal_x - x, goal_y - y)
+    goal_bearing = math.atan2(goal_y - y, goal_x - x) - yaw
+    goal_ahead, goal_left = goal_distance * math.cos(goal_bearing), goal_distance * math.sin(goal_bearing)
+
+    v_low = min(max(v_now - a_max * period, 0.0), v_max)
+    v_high = max(min(v_now + a_max * period, v_max, math.sqrt(2.0 * a_max * goal_distance)), v_low)
+    omega_low = min(max(omega_now - alpha_max * period, -omega_max), omega_max)
+    omega_high = max(min(omega_now + alpha_max * period, omega_max), -omega_max)
+
+    # No twist of this window goes farther before it stops, or cares for clearance beyond `far`.
+    longest = max(far, v_high * (period + 0.5 * max(v_high / a_max, omega_max / alpha_max)))
+    near = _in_robot_frame(x, y, yaw, points)
+    near = near[near[:, 0] ** 2 + near[:, 1] ** 2 <= (longest + radius) ** 2]
+
+    best, best_v, best_omega = -math.inf, 0.0, 0.0
+    for i in range(samples[0]):
+        v = v_low + (v_high - v_low) * i / (samples[0] - 1)
+        for j in range(samples[1]):
+            omega = omega_low + (omega_high - omega_low) * j / (samples[1] - 1)
+            held = period + 0.5 * max(v / a_max, abs(omega) / alpha_max)
+            clearance = math.inf  # a disc that turns on the spot covers no new ground
+            if v > 0.0:
+                clearance = _arc_clearance(near, omega / v, radius, v * held)
+                if v * held > clearance:
+                    continue
+            turn = omega * held
+            ahead, left = _stop(v * held, turn)
+            ahead, left = goal_ahead - ahead, goal_left - left
+            cosine, sine = math.cos(turn), math.sin(turn)
+            error = abs(math.atan2(cosine * left - sine * ahead, cosine * ahead + sine * left))
+            score = (
+                weights[0] * (1.0 - error / math.pi) + weights[1] * min(clearance, far) / far + weights[2] * v / v_max
+            )
+            if score > best:
+                best, best_v, best_omega = score, v, omega
+    if best > -math.inf:
+        return best_v, best_omega
+    stop_time = max(abs(v_now) / a_max, abs(omega_now) / alpha_max)
+    kept = max(0.0, 1.0 - period / stop_time) if stop_time > 0.0 else 0.0
+    return max(kept * v_now, 0.0), kept * omega_now
+
+
+@njit(cache=True)
+def _stop(length, turn):
+    """Where an arc of this length and turn ends that leaves the origin along x."""
+    if abs(turn) < 1e-9:
+        return length, 0.0
+    return length * math.sin(turn) / turn, length * (1.0 - math.cos(turn)) / turn
+
+
+@njit(cache=True)
+def _in_robot_frame(x, y, yaw, points):
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    local = np.empty_like(points)
+    for k in range(len(points)):
+        dx, dy = points[k, 0] - x, points[k, 1] - y
+        local[k, 0], local[k, 1] = cosine * dx + sine * dy, cosine * dy - sine * dx
+    return local
+
+
+@njit(cache=True)
+def _arc_clearance(points, curvature, radius, enough):
+    """The way until a disc at the origin, on an arc along x, touches a point; less than `enough` ends the search."""
+    clearance = math.inf
+    if abs(curvature) < STRAIGHT:
+        for k in range(len(points)):
+            ahead, aside = points[k, 0], points[k, 1]
+            if abs(aside) < radius and ahead >= 0.0:
+                clearance = min(clearance, max(ahead - math.sqrt(radius * radius - aside * aside), 0.0))
+        return clearance
+    turning = 1.0 / abs(curvature)
+    side = math.copysign(1.0, curvature)
+    for k in range(len(points)):
+        # From the centre of the arc, mirrored so that it turns left; the robot starts at (0, -turning).
+        px, py = points[k, 0], side * points[k, 1] - turning
+        distance_squared = px * px + py * py
+        if distance_squared >= (turning + radius) ** 2:
+            continue
+        if turning > radius and distance_squared <= (turning - radius) ** 2:
+            continue
+        if distance_squared <= (radius - turning) ** 2:
+            return 0.0  # the disc covers this point all the way round
+        distance = math.sqrt(distance_squared)
+        # Cosine rule in the triangle arc centre, robot, point, at the moment of contact.
+        cosine = (distance_squared + turning * turning - radius * radius) / (2.0 * distance * turning)
+        half = math.acos(min(max(cosine, -1.0), 1.0))
+        bearing = math.atan2(px, -py)  # how far the robot turns until it is nearest to the point, (-pi, pi]
+        if 0.0 <= bearing <= half:
+            return 0.0
+        angle = bearing - half
+        if angle < 0.0:
+            angle += 2.0 * math.pi
+        clearance = min(clearance, angle * turning)
+        if clearance < enough:
+            return clearance
+    return clearance

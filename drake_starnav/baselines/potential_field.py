@@ -1,0 +1,98 @@
+"""An artificial potential field: the goal attracts, every hit near the robot repels.
+
+Attraction and repulsion are the negative gradients of Khatib's potentials, read as velocities:
+
+    k (goal - p), at most max_speed,    eta (1/rho - 1/rho_0)/rho^2 away from an obstacle at distance rho < rho_0
+
+Khatib sums over obstacles, but a scan holds hits, and a sum over hits would grow with the number of beams. So the
+repulsion has the strength of the nearest hit, and the mean direction of all hits within rho_0, each weighted by its own
+strength. It is Khatib's for one obstacle, independent of the resolution, and cancels between two walls as the sum does.
+Source: Khatib, "Real-time obstacle avoidance for manipulators and mobile robots", IJRR 1986.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.baselines.checks import positive, rows, vector
+from drake_starnav.parameters import check_parameters, parameter
+
+MIN_DISTANCE = 1e-3
+"""Distances from the hull are at least this, so that the repulsion of a touched obstacle is finite, m."""
+
+
+@dataclass(frozen=True)
+class PotentialFieldParameters:
+    """Gains of the two potentials."""
+
+    attractive_gain: float = parameter(1.0, "speed per metre to the goal", unit="1/s", above=0.0, high=100.0)
+    max_speed: float = parameter(0.8, "largest speed, of the attraction alone and of the sum", unit="m/s", above=0.0)
+    repulsive_gain: float = parameter(0.01, "Khatib's eta: larger turns away sooner", unit="m^4/s", low=0.0, high=100.0)
+    influence_distance: float = parameter(
+        1.0, "distance from the hull beyond which a hit does not repel", unit="m", above=0.0, high=50.0
+    )
+
+
+def potential_field_velocity(
+    position: np.ndarray,
+    goal: np.ndarray,
+    points: np.ndarray,
+    *,
+    robot_radius: float,
+    parameters: PotentialFieldParameters,
+) -> np.ndarray:
+    """The velocity down the potential, at most `max_speed` long.
+
+    Local minima are part of the method. A hit in the robot's very centre has no direction and is left out. Finite
+    arguments give a finite result.
+
+    Args:
+        position: shape (2,), W, m.
+        goal: shape (2,), W, m.
+        points: the hits, shape (n, 2), W, m.
+        robot_radius: m.
+        parameters: gains.
+
+    Returns:
+        shape (2,), W, m/s.
+
+    Raises:
+        StarnavError: wrong shape, a value that is not finite, or a parameter out of its limits.
+    """
+    place = "potential_field_velocity: "
+    position = vector(position, 2, place + "position")
+    goal = vector(goal, 2, place + "goal")
+    points = rows(points, 2, place + "points")
+    robot_radius = positive(robot_radius, place + "robot_radius")
+    check_parameters(parameters, "potential_field")
+    attraction = _limited(parameters.attractive_gain * (goal - position), parameters.max_speed)
+    repulsion = parameters.repulsive_gain * np.array(
+        _repulsion(*position, points, robot_radius, parameters.influence_distance)
+    )
+    return _limited(attraction + repulsion, parameters.max_speed)
+
+
+def _limited(velocity: np.ndarray, speed: float) -> np.ndarray:
+    length = math.hypot(*velocity)
+    return velocity * (speed / length) if length > speed else velocity
+
+
+@njit(cache=True)
+def _repulsion(x, y, points, robot_radius, influence):
+    sum_x = sum_y = total = strongest = 0.0
+    for k in range(len(points)):
+        dx, dy = x - points[k, 0], y - points[k, 1]
+        distance = math.hypot(dx, dy)
+        rho = max(distance - robot_radius, MIN_DISTANCE)
+        if distance == 0.0 or rho >= influence:
+            continue
+        strength = (1.0 / rho - 1.0 / influence) / (rho * rho)
+        strongest = max(strongest, strength)
+        sum_x += strength * dx / distance
+        sum_y += strength * dy / distance
+        total += strength
+    if total == 0.0:
+        return 0.0, 0.0
+    return strongest * sum_x / total, strongest * sum_y / total

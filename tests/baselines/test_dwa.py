@@ -1,0 +1,120 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.baselines import DwaParameters, dwa_twist
+from drake_starnav.errors import StarnavError
+from drake_starnav.robot import RobotParameters
+
+ROBOT = RobotParameters()
+PARAMETERS = DwaParameters()
+NOTHING = np.zeros((0, 2))
+
+
+def stopping_path(pose, v, omega):
+    """Positions on the arc of (v, omega), held for a period and then braked to a stop, shape (k, 2)."""
+    stop_time = max(v / ROBOT.max_acceleration, abs(omega) / ROBOT.max_yaw_acceleration)
+    times = np.linspace(0.0, PARAMETERS.period + 0.5 * stop_time, 400)  # as if at full speed: the same way
+    headings = pose[2] + omega * times
+    steps = np.diff(times)[:, None] * v
+    middle = 0.5 * (headings[1:] + headings[:-1])
+    way = np.cumsum(steps * np.column_stack((np.cos(middle), np.sin(middle))), axis=0)
+    return np.vstack((pose[:2], pose[:2] + way))
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_the_chosen_arc_is_admissible_and_in_the_window(seed):
+    rng = np.random.default_rng(seed)
+    pose = rng.uniform((-1.0, -1.0, -math.pi), (1.0, 1.0, math.pi))
+    twist = np.array((rng.uniform(0.0, ROBOT.max_speed), rng.uniform(-ROBOT.max_yaw_rate, ROBOT.max_yaw_rate)))
+    radius = ROBOT.radius + PARAMETERS.margin
+    points = rng.uniform(-2.5, 2.5, (rng.integers(1, 40), 2))
+    points = points[np.hypot(*(points - pose[:2]).T) > radius]
+    v, omega = dwa_twist(pose, twist, rng.uniform(-5.0, 5.0, 2), points, ROBOT, PARAMETERS)
+
+    assert 0.0 <= v <= ROBOT.max_speed and abs(omega) <= ROBOT.max_yaw_rate
+    assert abs(v - twist[0]) <= ROBOT.max_acceleration * PARAMETERS.period + 1e-9
+    assert abs(omega - twist[1]) <= ROBOT.max_yaw_acceleration * PARAMETERS.period + 1e-9
+    path = stopping_path(pose, v, omega)
+    clearance = np.hypot(*(path[:, None] - points).transpose(2, 0, 1)).min(initial=math.inf)
+    braking = max(twist[0] / ROBOT.max_acceleration, abs(twist[1]) / ROBOT.max_yaw_acceleration)
+    kept = max(0.0, 1.0 - PARAMETERS.period / braking)
+    assert clearance >= radius - 1e-4 or (v, omega) == pytest.approx(tuple(kept * twist), abs=1e-12)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-math.pi, math.pi))
+def test_does_not_depend_on_the_frame(seed, angle):
+    rng = np.random.default_rng(seed)
+    points, goal = rng.uniform(-3.0, 3.0, (20, 2)), rng.uniform(-5.0, 5.0, 2)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    shift = np.array((2.0, -1.0))
+    twist = np.array((0.4, rng.uniform(-1.0, 1.0)))
+    here = dwa_twist(np.zeros(3), twist, goal, points, ROBOT, PARAMETERS)
+    there = dwa_twist(np.append(shift, angle), twist, shift + turn @ goal, shift + points @ turn.T, ROBOT, PARAMETERS)
+    np.testing.assert_allclose(here, there, atol=1e-9)
+
+
+def test_in_the_open_it_drives_straight_to_a_goal_ahead():
+    v, omega = dwa_twist([0.0, 0.0, 0.0], [0.75, 0.0], [10.0, 0.0], NOTHING, ROBOT, PARAMETERS)
+    assert v == pytest.approx(ROBOT.max_speed) and omega == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_turns_towards_a_goal_at_its_side(side):
+    _, omega = dwa_twist([0.0, 0.0, 0.0], [0.3, 0.0], [0.0, 5.0 * side], NOTHING, ROBOT, PARAMETERS)
+    assert omega * side > 0.0
+
+
+def test_brakes_in_front_of_a_wall_and_then_only_turns():
+    wall = np.column_stack((np.full(101, 0.5), np.linspace(-1.0, 1.0, 101)))
+    v, _ = dwa_twist([0.0, 0.0, 0.0], [0.8, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)
+    assert v == pytest.approx(0.7)  # nothing is admissible: full braking
+    wall[:, 0] = ROBOT.radius + PARAMETERS.margin + 1e-3
+    v, _ = dwa_twist([0.0, 0.0, 0.0], [0.0, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)
+    assert v == pytest.approx(0.0)
+
+
+def test_a_point_under_the_hull_can_be_left_but_not_approached():
+    twist, ahead = [0.0, 0.0], [5.0, 0.0]
+    assert dwa_twist([0.0, 0.0, 0.0], twist, ahead, [[-0.2, 0.0]], ROBOT, PARAMETERS)[0] > 0.0
+    assert dwa_twist([0.0, 0.0, 0.0], twist, ahead, [[0.2, 0.0]], ROBOT, PARAMETERS)[0] == 0.0
+
+
+def test_can_stop_at_the_goal():
+    pose, twist = np.zeros(3), np.zeros(2)
+    for _ in range(200):
+        twist = np.array(dwa_twist(pose, twist, [2.0, 1.0], NOTHING, ROBOT, PARAMETERS))
+        middle = pose[2] + 0.5 * twist[1] * PARAMETERS.period
+        pose = pose + PARAMETERS.period * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
+        if math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1:
+            break
+    assert math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1
+    assert twist[0] <= 0.6
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pose": [0.0, 0.0]}, r"dwa_twist: pose has shape \(2,\); allowed: \(3,\)"),
+        ({"twist": [0.0, math.nan]}, r"dwa_twist: twist\[1\] is nan; allowed: finite"),
+        ({"goal": [0.0]}, r"dwa_twist: goal has shape \(1,\); allowed: \(2,\)"),
+        ({"points": [[0.0, 0.0, 0.0]]}, r"dwa_twist: points has shape \(1, 3\); allowed: \(n, 2\)"),
+        ({"parameters": DwaParameters(period=0.0)}, r"dwa.period is 0.0; allowed: 0 < x <= 2 s"),
+    ],
+)
+def test_bad_input_names_the_argument(change, message):
+    good = {
+        "pose": np.zeros(3),
+        "twist": np.zeros(2),
+        "goal": np.ones(2),
+        "points": NOTHING,
+        "robot": ROBOT,
+        "parameters": PARAMETERS,
+    }
+    with pytest.raises(StarnavError, match=message):
+        dwa_twist(**(good | change))
