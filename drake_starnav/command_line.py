@@ -108,3 +108,22 @@ def _table(record: dict) -> str:
         ("median times", ", ".join(f"{name} {value:.0f} us" for name, value in micro.items())),
     )
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
+
+
+COMMANDS = {"simulate": simulate}
+"""Commands of `python -m drake_starnav`; scripts/ has one file for each."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """`python -m drake_starnav [COMMAND ...]`: run a command, or list commands, scenarios and methods."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments and arguments[0] in COMMANDS:
+        return COMMANDS[arguments[0]](arguments[1:])
+    print("usage: python -m drake_starnav COMMAND ...   (COMMAND --help for its options)")
+    print(f"commands:  {', '.join(COMMANDS)}")
+    print(f"scenarios: {', '.join(scenario_names())}")
+    print(f"methods:   {', '.join(METHODS)}")
+    if arguments and arguments[0] not in ("-h", "--help"):
+        print(f"unknown command {arguments[0]!r}", file=sys.stderr)
+        return BAD_INPUT
+    return REACHED

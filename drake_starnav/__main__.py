@@ -1,0 +1,7 @@
+"""`python -m drake_starnav`: list what there is, or run a command."""
+
+import sys
+
+from drake_starnav.command_line import main
+
+sys.exit(main())

@@ -1,0 +1,103 @@
+"""Scenarios read from YAML: what is accepted, and how what is not is refused."""
+
+import dataclasses
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names, scenario_text
+
+
+def test_shipped_scenarios_load_with_every_method() -> None:
+    assert {"forest", "room"} <= set(scenario_names())
+    for name in scenario_names():
+        for method in METHODS:
+            assert load_scenario(name, method=method).name == name
+
+
+def test_text_of_a_scenario_reads_back_equal() -> None:
+    scenario = load_scenario("room", overrides=["robot.radius=0.3", "controller.certificate=false"])
+    assert parse_scenario(scenario_text(scenario), name="room") == scenario
+
+
+def test_explicit_obstacles_read_back_equal() -> None:
+    text = "world: !Obstacles {cylinders: [[2, 0, 0.5]], polygons: [[[4, 4], [5, 4], [5, 5]]], goal: [4, 0]}"
+    scenario = parse_scenario(text, name="mine")
+    assert scenario.world.cylinders == [[2, 0, 0.5]]
+    assert parse_scenario(scenario_text(scenario), name="mine") == scenario
+
+
+def test_precedence_is_method_then_file_then_override() -> None:
+    text = "world: !Room {}\nplanner: {margin: 0.07}\ncontroller: {rate: 60}"
+    scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])
+    assert scenario.planner.frontiers == "dbscan"  # of the method
+    assert scenario.planner.margin == 0.07  # the file wins over the method
+    assert scenario.controller.rate == 80.0  # the override wins over the file
+
+
+def test_method_options_are_real_parameters() -> None:
+    plain = load_scenario("room")
+    paper = load_scenario("room", method="star_paper")
+    for section, values in METHODS["star_paper"].items():
+        before, after = dataclasses.asdict(getattr(plain, section)), dataclasses.asdict(getattr(paper, section))
+        assert {key for key in before if before[key] != after[key]} == set(values)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("world: !Forest {}\nrobot: {radios: 0.3}", ["robot.radios", "radius"]),
+        ("world: !Forest {}\nrobots: {}", ["robots", "robot"]),
+        ("world: !Forrest {}", ["Forrest", "Forest"]),
+        ("world: !Forest {widht: 3}", ["world.widht", "width"]),
+        ("world: {}", ["world", "!Forest"]),
+        ("robot: {radius: 0.3}", ["world", "!Forest"]),
+        ("world: !Forest {}\nrobot: {radius: -1}", ["robot.radius", "-1", "0 < x"]),
+        ("world: !Forest {}\nrobot: {radius: .nan}", ["robot.radius", "nan"]),
+        ("world: !Forest {}\nrobot: {radius: big}", ["robot.radius", "big", "number"]),
+        ("world: !Forest {}\nlidar: {beams: 0}", ["lidar.beams", "0", "3 <= x"]),
+        ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
+        ("world: !Forest {}\nplanner: {frontiers: egdes}", ["planner.frontiers", "edges, dbscan"]),
+        ("world: !Forest {}\ncontroller: {certificate: 3}", ["controller.certificate", "true or false"]),
+        ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
+        ("world: !Forest [1]", ["Forest", "mapping"]),
+        ("world: !Forest {a: [}", ["line 1", "YAML"]),
+        ("- 1", ["mapping"]),
+        ("", ["mapping"]),
+        ("world: !!python/object/apply:os.system ['true']", ["YAML"]),
+    ],
+)
+def test_bad_text_is_refused_in_one_sentence(text: str, words: list[str]) -> None:
+    with pytest.raises(StarnavError) as error:
+        parse_scenario(text, name="x", place="x.yaml")
+    message = str(error.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("robot.radius", ["section.key=value"]),
+        ("radius=0.3", ["section.key=value"]),
+        ("robto.radius=0.3", ["robto", "robot"]),
+        ("robot.radus=0.3", ["radus", "radius"]),
+        ("robot.radius=[", ["YAML"]),
+        ("robot.radius=1e9", ["robot.radius", "1000000000", "0 < x"]),
+    ],
+)
+def test_bad_override_is_refused(override: str, words: list[str]) -> None:
+    with pytest.raises(StarnavError) as error:
+        load_scenario("forest", overrides=[override])
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_unknown_names_suggest_the_nearest() -> None:
+    with pytest.raises(StarnavError, match="did you mean forest"):
+        load_scenario("forrest")
+    with pytest.raises(StarnavError, match="did you mean star"):
+        load_scenario("forest", method="str")
+    with pytest.raises(StarnavError, match="cannot be read"):
+        load_scenario("no/such/file.yaml")

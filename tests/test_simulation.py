@@ -1,0 +1,106 @@
+"""Whole trials: outcomes, determinism, and what is left behind."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation import run_trial, trial_record
+
+SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
+TIMES = ("wall_s", "command", "scan", "fit", "plan")
+
+
+@pytest.fixture(scope="module")
+def small_trial():
+    return run_trial(parse_scenario(SMALL, name="small"), seed=3)
+
+
+def test_robot_arrives_around_an_obstacle(small_trial) -> None:
+    assert small_trial.outcome == "reached"
+    assert small_trial.min_clearance_m > 0.0
+    assert small_trial.time_s < 15.0
+    # the trial ends within the goal's tolerance, so the driven path may be shorter than the whole way
+    assert small_trial.shortest_path_m - 0.35 < small_trial.path_length_m < 1.3 * small_trial.shortest_path_m
+    assert small_trial.mean_speed_mps == pytest.approx(small_trial.path_length_m / small_trial.time_s)
+    assert small_trial.nodes >= 1
+    for step in ("command", "scan", "fit", "plan"):
+        times = getattr(small_trial, step)
+        assert times["count"] > 0
+        assert 0.0 < times["p50_s"] <= times["p99_s"]
+
+
+def test_same_seed_same_trajectory_other_seed_other(small_trial) -> None:
+    scenario = parse_scenario(SMALL, name="small")
+    assert run_trial(scenario, seed=3).state_hash == small_trial.state_hash
+    assert run_trial(scenario, seed=4).state_hash != small_trial.state_hash
+
+
+def test_same_trajectory_in_another_process(small_trial) -> None:
+    code = (
+        "import sys; from drake_starnav.scenario import parse_scenario; from drake_starnav.simulation import run_trial;"
+        "print(run_trial(parse_scenario(sys.argv[1], name='small'), seed=3).state_hash)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, SMALL], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == small_trial.state_hash
+
+
+def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
+    square = [[3.0, -0.8], [4.6, -0.8], [4.6, 0.8], [3.0, 0.8]]
+    walls = []
+    for k in range(4):
+        a, b = np.array(square[k]), np.array(square[(k + 1) % 4])
+        normal = 0.05 * np.array([a[1] - b[1], b[0] - a[0]]) / np.hypot(*(b - a))
+        along = 0.05 * (b - a) / np.hypot(*(b - a))
+        walls.append([(p).tolist() for p in (a - along - normal, b + along - normal, b + along + normal, a - along + normal)])
+    text = f"world: !Obstacles {{bounds: [-1, -2, 6, 2], polygons: {walls}, goal: [3.8, 0.0]}}"
+    trial = run_trial(parse_scenario(text, name="walled"), seed=0)
+    assert trial.outcome == "unreachable"
+    assert trial.shortest_path_m is None
+    assert trial.min_clearance_m > 0.0
+    json.dumps(trial_record(trial), allow_nan=False)
+
+
+def test_timeout_ends_a_trial() -> None:
+    trial = run_trial(parse_scenario(SMALL + "simulation: {timeout: 1.0}", name="small"), seed=0)
+    assert trial.outcome == "timeout"
+    assert trial.time_s == pytest.approx(1.0)
+
+
+def test_collision_is_noticed() -> None:
+    """A robot that ignores what it sees drives into the cylinder ahead, and the trial says so."""
+    text = SMALL + (
+        "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
+        "planner: {erosion: none, smoothing: none, margin: 0.0, cost_to_go: straight}\nlidar: {noise: 0.0}\n"
+    )
+    text = text.replace("[1.7, 0.1, 0.4]", "[1.7, 0.0, 0.05]")
+    trial = run_trial(parse_scenario(text, name="blind"), seed=0)
+    assert trial.outcome == "collision"
+    assert trial.min_clearance_m < 0.0
+    assert trial.time_s < 10.0
+
+
+def test_an_empty_world_has_a_record_without_infinities() -> None:
+    trial = run_trial(parse_scenario("world: !Obstacles {goal: [2.0, 0.0]}", name="empty"), seed=0)
+    assert trial.outcome == "reached"
+    record = trial_record(trial)
+    assert record["min_clearance_m"] is None
+    assert set(record) == {field.name for field in dataclasses.fields(trial)}
+    json.dumps(record, allow_nan=False)
+
+
+def test_robot_radius_is_that_of_the_hull() -> None:
+    from drake_starnav.robot import RobotParameters
+    from drake_starnav.station import NavigationStation, robot_urdf
+
+    assert 'radius="0.31"' in robot_urdf(RobotParameters(radius=0.31))[1]
+    scenario = parse_scenario(SMALL + "robot: {radius: 0.31}", name="small")
+    world = scenario.world.make(np.random.default_rng(0), 0.31)
+    station = NavigationStation(world, scenario.robot, scenario.lidar)
+    inspector = station.scene_graph.model_inspector()
+    radii = [inspector.GetShape(g).radius() for g in station.robot_geometries if "hull" in inspector.GetName(g)]
+    assert radii == [0.31]
