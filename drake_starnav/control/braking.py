@@ -24,6 +24,8 @@ from drake_starnav.stars.safety import SafetyStar
 
 SAMPLE_SPACING = 0.008
 """Largest distance between two samples of the simulated motion, m."""
+LONGEST_STEP = 0.04
+"""Longest time step of the simulated motion, s."""
 STOPPED_DISTANCE = 0.001
 """A robot that stops within this distance counts as standing, m."""
 SPEED_SHARES = np.array([1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0])
@@ -71,16 +73,34 @@ def certified_twist(
 def braking_path(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray
 ) -> np.ndarray:
-    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W until the robot stands."""
+    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands."""
     return _braking_path(*pose, *twist, *desired, hold, limits)
 
 
 @njit(cache=True)
-def _steps(hold, limits):
-    """Time step of the simulated motion, and number of steps of the hold."""
-    step = min(0.02, SAMPLE_SPACING / limits[0])
-    count = max(int(math.ceil(hold / step - 1e-9)), 1)
-    return step, count
+def _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
+    """One step of the simulated motion: the command is held while time is `left`, then the robot brakes fully.
+
+    A step is so short that the robot moves at most SAMPLE_SPACING, or reaches the end of the hold.
+    """
+    fastest = abs(v)
+    if left > 0.0:
+        fastest = max(fastest, abs(want_v))
+    h = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9))
+    if left > 0.0:
+        h = min(h, left)
+        left -= h
+        if left < 1e-9:
+            left = 0.0
+    else:
+        want_v = want_omega = 0.0
+    before = v
+    v = _ramped(v, want_v, limits[2] * h)
+    omega = _ramped(omega, want_omega, limits[3] * h)
+    # distances are never underestimated: the faster end of the step counts
+    travelled = (before if abs(before) > abs(v) else v) * h
+    middle = yaw + 0.5 * omega * h
+    return x + travelled * math.cos(middle), y + travelled * math.sin(middle), yaw + omega * h, v, omega, left
 
 
 @njit(cache=True)
@@ -90,26 +110,12 @@ def _ramped(value, target, change):
 
 @njit(cache=True)
 def _certified(x, y, yaw, v, omega, want_v, want_omega, hold, limits, center, bearing_0, values):
-    brake_step, count = _steps(hold, limits)
-    step = hold / count
-    i = 0
+    left = hold
     while True:
-        if i < count:
-            h = step
-            v = _ramped(v, want_v, limits[2] * h)
-            omega = _ramped(omega, want_omega, limits[3] * h)
-        else:
-            h = brake_step
-            v = _ramped(v, 0.0, limits[2] * h)
-            omega = _ramped(omega, 0.0, limits[3] * h)
-        middle = yaw + 0.5 * omega * h
-        x += v * math.cos(middle) * h
-        y += v * math.sin(middle) * h
-        yaw += omega * h
-        i += 1
+        x, y, yaw, v, omega, left = _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits)
         if not covers(center, bearing_0, values, x, y):
             return False
-        if i >= count and abs(v) < 1e-9:
+        if left <= 0.0 and abs(v) < 1e-9:
             return True
 
 
@@ -131,21 +137,9 @@ def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, limits, cent
 
 @njit(cache=True)
 def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
-    brake_step, count = _steps(hold, limits)
-    step = hold / count
-    total = count + int(math.ceil(limits[0] / limits[2] / brake_step)) + 2
-    out = np.empty((total, 3))
-    n = 0
-    while n < total:
-        h = step if n < count else brake_step
-        v = _ramped(v, want_v if n < count else 0.0, limits[2] * h)
-        omega = _ramped(omega, want_omega if n < count else 0.0, limits[3] * h)
-        middle = yaw + 0.5 * omega * h
-        x += v * math.cos(middle) * h
-        y += v * math.sin(middle) * h
-        yaw += omega * h
-        out[n, 0], out[n, 1], out[n, 2] = x, y, yaw
-        n += 1
-        if n >= count and abs(v) < 1e-9:
-            break
-    return out[:n].copy()
+    points = [(x, y, yaw)]
+    left = hold
+    while left > 0.0 or abs(v) > 1e-9:
+        x, y, yaw, v, omega, left = _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits)
+        points.append((x, y, yaw))
+    return np.array(points)

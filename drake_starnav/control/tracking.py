@@ -46,9 +46,9 @@ def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters
         robot: its limits.
         period: s.
     """
-    limit = np.array((robot.max_speed, robot.max_yaw_rate))
-    change = period * np.array((robot.max_acceleration, robot.max_yaw_acceleration))
-    return twist + np.clip(np.clip(desired, -limit, limit) - twist, -change, change)
+    v = _approached(float(twist[0]), float(desired[0]), robot.max_speed, robot.max_acceleration * period)
+    omega = _approached(float(twist[1]), float(desired[1]), robot.max_yaw_rate, robot.max_yaw_acceleration * period)
+    return np.array((v, omega))
 
 
 def guiding_vector(
@@ -155,6 +155,11 @@ def _pid(heading: float, twist: np.ndarray, errors: np.ndarray, period: float) -
     v = twist[0] + PID["kp_v"] * error[0] + PID["kd_v"] * rate[0]
     omega = PID["kp_w"] * error[1] + PID["kd_w"] * rate[1]
     return np.array((v, omega)), error
+
+
+def _approached(value: float, target: float, limit: float, change: float) -> float:
+    target = min(max(target, -limit), limit)
+    return value + min(max(target - value, -change), change)
 
 
 def _wrapped(angle: float) -> float:
