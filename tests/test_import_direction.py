@@ -1,0 +1,180 @@
+"""Imports only point down the table of rooms, and numerics know nothing of Drake.
+
+A room is a module or a folder directly in the package. The table says which rooms it may import, and which
+third-party packages; what it leaves out is forbidden, and a room that it leaves out is an error.
+"""
+
+import ast
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import drake_starnav
+
+PACKAGE = "drake_starnav"
+FOLDER = Path(drake_starnav.__file__).parent
+DATA = {"share"}
+"""Folders of the package that hold no code."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """What the modules of a room may import, beside each other and the standard library."""
+
+    rooms: str = ""
+    packages: str = ""
+
+
+BASE = "errors parameters"
+SENSING = f"{BASE} robot scan lidar raycast stopwatch models"
+METHOD = f"{SENSING} stars roadmap control baselines worlds"
+SETUP = f"{METHOD} drawing scenario"
+LOOP = f"{SETUP} recording systems station diagram"
+TOP = f"{LOOP} simulation"
+EVERYTHING = f"{TOP} benchmark report"
+ARRAYS = "numpy scipy numba"
+DRAKE = "numpy numba pydrake"
+
+TABLE = {
+    "errors": Room(),
+    "parameters": Room("errors"),
+    "robot": Room(BASE, ARRAYS),
+    "scan": Room(BASE, ARRAYS),
+    "lidar": Room(BASE, ARRAYS),
+    "raycast": Room(BASE, ARRAYS),
+    "stopwatch": Room(BASE, ARRAYS),
+    "models": Room("errors"),
+    "stars": Room(f"{BASE} robot scan", ARRAYS),
+    "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
+    "control": Room(f"{BASE} robot scan stars", ARRAYS),
+    "baselines": Room(f"{BASE} robot", f"{ARRAYS} sklearn"),
+    "worlds": Room(f"{BASE} robot", f"{ARRAYS} yaml"),
+    "drawing": Room(METHOD, ARRAYS),
+    "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
+    "recording": Room(SETUP, DRAKE),
+    "systems": Room(f"{SETUP} recording", DRAKE),
+    "station": Room(f"{SETUP} recording systems", DRAKE),
+    "diagram": Room(f"{SETUP} recording systems station", DRAKE),
+    "simulation": Room(LOOP, DRAKE),
+    "benchmark": Room(TOP, "numpy scipy tqdm dask distributed"),
+    "report": Room(f"{TOP} benchmark", "numpy scipy matplotlib"),
+    "command_line": Room(EVERYTHING, "tqdm"),
+    "__init__": Room(f"{EVERYTHING} command_line"),
+    "__main__": Room(f"{EVERYTHING} command_line"),
+}
+"""From the ground up: a room may only import rooms that stand above it here."""
+
+WITHOUT_DRAKE = set(f"{METHOD} drawing scenario".split())
+
+
+def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:
+    """Line and absolute dotted name of everything a module imports, wherever in its text.
+
+    Args:
+        tree: the parsed module.
+        module: its dotted name; a package's ends in `.__init__`.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = module.split(".")[: -node.level] if node.level else []
+            source = ".".join([*parents, *([node.module] if node.module else [])])
+            if source == PACKAGE:  # `from drake_starnav import stars` names a room in its second half
+                yield from ((node.lineno, f"{source}.{alias.name}") for alias in node.names)
+            else:
+                yield node.lineno, source
+
+
+def violations(source: str, module: str, table: dict[str, Room] = TABLE) -> list[str]:
+    """One sentence for each import that the table does not allow.
+
+    Args:
+        source: text of the module.
+        module: its dotted name; a package's ends in `.__init__`.
+        table: room -> what it may import.
+    """
+    room = module.split(".")[1]
+    if room not in table:
+        return [f"{module}: room {room} is not in the table of {Path(__file__).name}; add it where it belongs"]
+    allowed_rooms, allowed_packages = {room, *table[room].rooms.split()}, set(table[room].packages.split())
+    found = []
+    for line, name in imported_modules(ast.parse(source), module):
+        top, *rest = name.split(".")
+        if top == PACKAGE:
+            target = rest[0] if rest and rest[0] in table else "__init__"
+            if target not in allowed_rooms:
+                known = table[room].rooms or "no other room"
+                found.append(f"{module}:{line} imports {name}; {room} may know {known}")
+        elif top not in allowed_packages and top not in sys.stdlib_module_names:
+            found.append(f"{module}:{line} imports {name}; {room} may know {table[room].packages or 'no package'}")
+    return found
+
+
+def modules() -> Iterator[tuple[str, Path]]:
+    """Dotted name and file of every module of the package."""
+    for path in sorted(FOLDER.rglob("*.py")):
+        parts = path.relative_to(FOLDER).with_suffix("").parts
+        if parts[0] not in DATA:
+            yield ".".join((PACKAGE, *parts)), path
+
+
+@pytest.mark.parametrize(("module", "path"), [pytest.param(*found, id=found[0]) for found in modules()])
+def test_imports_point_down(module: str, path: Path) -> None:
+    assert violations(path.read_text(encoding="utf-8"), module) == []
+
+
+def test_the_table_has_no_way_up() -> None:
+    lower: set[str] = set()
+    for name, room in TABLE.items():
+        assert set(room.rooms.split()) <= lower, f"{name} may only know rooms that stand before it in the table"
+        lower.add(name)
+
+
+def test_numerics_know_nothing_of_drake() -> None:
+    for name in WITHOUT_DRAKE:
+        assert "pydrake" not in TABLE[name].packages.split()
+        assert set(TABLE[name].rooms.split()) <= WITHOUT_DRAKE, f"{name} would get pydrake through another room"
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "complaint"),
+    [
+        (
+            "stars.region",
+            "import numpy as np\nfrom pydrake.math import RigidTransform",
+            "stars.region:2 imports pydrake",
+        ),
+        ("stars.region", "def late():\n    import pydrake", "stars.region:2 imports pydrake"),
+        ("stars.region", "from drake_starnav.roadmap.search import find_route", "stars may know"),
+        ("stars.region", "from drake_starnav import roadmap", "imports drake_starnav.roadmap"),
+        ("stars.region", "from ..roadmap import search", "imports drake_starnav.roadmap"),
+        ("stars.__init__", "from ..roadmap import search", "imports drake_starnav.roadmap"),
+        ("stars.region", "from .. import control", "imports drake_starnav.control"),
+        ("stars.region", "import drake_starnav.systems.lidar_sensor", "imports drake_starnav.systems"),
+        ("stars.region", "import drake_starnav", "imports drake_starnav"),
+        ("scan", "from .stars import region", "imports drake_starnav.stars"),
+        ("errors", "import numpy", "errors may know no package"),
+        ("attic.old", "", "room attic is not in the table"),
+    ],
+)
+def test_a_violation_is_found(module: str, source: str, complaint: str) -> None:
+    (found,) = violations(source, f"{PACKAGE}.{module}")
+    assert complaint in found
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("stars.region", "import math\nimport numpy as np\nfrom drake_starnav.scan import LaserScan"),
+        ("stars.region", "from .free_range import free_range\nfrom ..scan import LaserScan\nfrom .. import scan"),
+        ("stars.__init__", "from .region import StarRegion\nfrom . import region"),
+        ("systems.lidar_sensor", "from pydrake.math import RigidTransform\nfrom drake_starnav.scan import LaserScan"),
+        ("__init__", "from drake_starnav.scan import LaserScan\nfrom .diagram import make_diagram"),
+    ],
+)
+def test_what_is_allowed_passes(module: str, source: str) -> None:
+    assert violations(source, f"{PACKAGE}.{module}") == []
