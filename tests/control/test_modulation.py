@@ -1,0 +1,229 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control.modulation import (
+    CENTER,
+    boundary_at,
+    modulated_direction,
+    near_wall_direction,
+    nearest_point_direction,
+)
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.stars.region import RegionStack, StarRegion
+from tests.scans import RADIUS, seeds, smooth_region
+
+PARAMETERS = ControllerParameters()
+ZONE = 0.1
+
+
+def unit(angle: float) -> np.ndarray:
+    return np.array((math.cos(angle), math.sin(angle)))
+
+
+def frame(region: StarRegion, point: np.ndarray) -> tuple[np.ndarray, float]:
+    """E = [r_hat t] at a point and Gamma there, by plain NumPy from the region's samples."""
+    offset = point - region.center
+    away, theta = np.hypot(*offset), math.atan2(offset[1], offset[0])
+    phi, slope = boundary_at(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
+    tangent = slope * unit(theta) + phi * np.array((-math.sin(theta), math.cos(theta)))
+    return np.column_stack((offset / away, tangent / np.hypot(*tangent))), (phi / away) ** PARAMETERS.sigma
+
+
+def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
+    """The weighted mean of M u = E D E^-1 u, normalised each, over the regions that contain the point."""
+    total = np.zeros(2)
+    for region in regions:
+        basis, gamma = frame(region, point)
+        if gamma > 1.0:
+            parts = np.linalg.solve(basis, direction)
+            damping = 1.0 - 1.0 / gamma if parts[0] > 0.0 else 1.0
+            modulated = basis @ np.diag((damping, 1.0 + 1.0 / gamma)) @ parts
+            total += (min(gamma, PARAMETERS.gamma_cap) - 1.0) * modulated / np.hypot(*modulated)
+    return total / np.hypot(*total) if np.hypot(*total) else direction
+
+
+def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
+    return modulated_direction(point, direction, RegionStack.of(regions), PARAMETERS)
+
+
+def inside(rng: np.random.Generator, region: StarRegion) -> np.ndarray:
+    angle = rng.uniform(-math.pi, math.pi)
+    return region.center + rng.uniform(0.05, 0.98) * float(region.phi(angle)) * unit(angle)
+
+
+@settings(max_examples=60)
+@given(seeds, st.integers(1, 4))
+def test_it_equals_an_independent_evaluation(seed, count):
+    rng = np.random.default_rng(seed)
+    regions = [smooth_region(rng, rng.uniform(-1.0, 1.0, 2)) for _ in range(count)]
+    for _ in range(20):
+        point, direction = inside(rng, regions[0]), unit(rng.uniform(-math.pi, math.pi))
+        out = modulated(point, direction, regions)
+        np.testing.assert_allclose(out, expected(point, direction, regions), atol=1e-9)
+        assert np.hypot(*out) == pytest.approx(1.0)
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from(["excess", "clipped"]), st.sampled_from([1.0, 2.0, 5.0]))
+def test_nothing_flows_out_through_the_boundary(seed, weights, sigma):
+    rng = np.random.default_rng(seed)
+    region = smooth_region(rng, rng.uniform(-3.0, 3.0, 2))
+    parameters = ControllerParameters(weights=weights, sigma=sigma)
+    stack = RegionStack.of((region,))
+    for _ in range(20):
+        theta = rng.uniform(-math.pi, math.pi)
+        phi, _ = boundary_at(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
+        point = region.center + (1.0 - 2e-14) * phi * unit(theta)
+        basis, _ = frame(region, point)
+        normal = np.array((basis[1, 1], -basis[0, 1]))
+        direction = unit(rng.uniform(-math.pi, math.pi))
+        flux = float(normal @ modulated_direction(point, direction, stack, parameters))
+        radial, tangential = np.linalg.solve(basis, direction)
+        if radial > 0.0:
+            assert abs(flux) * abs(2.0 * tangential) <= 1e-12  # of M u, before it is normalised
+        else:
+            assert flux < 0.0
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_inward_vectors_keep_their_radial_part(seed):
+    rng = np.random.default_rng(seed)
+    region = smooth_region(rng, np.zeros(2))
+    point, direction = inside(rng, region), unit(rng.uniform(-math.pi, math.pi))
+    basis, gamma = frame(region, point)
+    before = np.linalg.solve(basis, direction)
+    after = np.linalg.solve(basis, modulated(point, direction, [region]))
+    radial = 1.0 if before[0] <= 0.0 else 1.0 - 1.0 / gamma
+    assert after[0] * before[1] * (1.0 + 1.0 / gamma) == pytest.approx(after[1] * before[0] * radial, abs=1e-9)
+    assert np.sign(after[0]) == np.sign(before[0]) or abs(before[0]) < 1e-12
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_at_the_reference_point_and_outside_of_all_regions_nothing_changes(seed):
+    rng = np.random.default_rng(seed)
+    region, direction = smooth_region(rng, rng.uniform(-3.0, 3.0, 2)), unit(rng.uniform(-math.pi, math.pi))
+    np.testing.assert_allclose(modulated(region.center, direction, [region]), direction)
+    near = region.center + 1.01 * CENTER * unit(rng.uniform(-math.pi, math.pi))
+    np.testing.assert_allclose(modulated(near, direction, [region]), direction, atol=0.01)
+    np.testing.assert_array_equal(modulated(region.center + (20.0, 0.0), direction, [region]), direction)
+    np.testing.assert_array_equal(modulated(region.center, direction, []), direction)
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_the_blended_field_is_continuous_along_paths_through_overlapping_regions(seed):
+    rng = np.random.default_rng(seed)
+    regions = [smooth_region(rng, rng.uniform(-1.2, 1.2, 2)) for _ in range(4)]
+    stack = RegionStack.of(regions)
+    a, b = rng.uniform(-1.5, 1.5, (2, 2))
+    direction = unit(rng.uniform(-math.pi, math.pi))
+
+    def held(t: float) -> float:
+        """The largest excess of Gamma at a place of the path."""
+        return max(r.gamma(a + t * (b - a)) for r in regions) - 1.0
+
+    def heading(t: float) -> float:
+        out = modulated_direction(a + t * (b - a), direction, stack, PARAMETERS)
+        return math.atan2(out[1], out[0])
+
+    times = np.linspace(0.0, 1.0, 400)
+    assume(min(held(t) for t in times) > 0.05)  # leaving all regions ends the modulation, which is a jump
+    assume(min(np.hypot(*(a + t * (b - a) - r.center)) for t in times for r in regions) > 2.0 * CENTER)
+    change = np.abs((np.diff([heading(t) for t in times]) + math.pi) % (2.0 * math.pi) - math.pi)
+    worst = int(np.argmax(change))
+    low, high = times[worst], times[worst + 1]
+    for _ in range(25):  # into the half with the larger change: a jump would remain, a slope halves
+        middle = 0.5 * (low + high)
+        first = abs((heading(middle) - heading(low) + math.pi) % (2.0 * math.pi) - math.pi)
+        second = abs((heading(high) - heading(middle) + math.pi) % (2.0 * math.pi) - math.pi)
+        low, high = (low, middle) if first > second else (middle, high)
+    assert max(first, second) < 1e-4
+
+
+@settings(max_examples=40)
+@given(seeds, st.floats(-3.0, 3.0))
+def test_it_turns_with_the_world(seed, angle):
+    rng = np.random.default_rng(seed)
+    rotation = np.column_stack((unit(angle), unit(angle + math.pi / 2)))
+    regions = [smooth_region(rng, rng.uniform(-1.0, 1.0, 2)) for _ in range(3)]
+    turned = [
+        StarRegion(rotation @ r.center, r.bearing_0 + angle, r.boundary, r.free_range, r.limit, r.margin)
+        for r in regions
+    ]
+    point, direction = inside(rng, regions[0]), unit(rng.uniform(-math.pi, math.pi))
+    out = modulated(rotation @ point, rotation @ direction, turned)
+    np.testing.assert_allclose(out, rotation @ modulated(point, direction, regions), atol=1e-7)
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_the_near_wall_term_is_the_identity_outside_of_its_zone(seed):
+    rng = np.random.default_rng(seed)
+    direction = unit(rng.uniform(-math.pi, math.pi))
+    angle = rng.uniform(-math.pi, math.pi, 30)
+    hits = (RADIUS + ZONE + rng.uniform(0.0, 1.0, 30))[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    np.testing.assert_array_equal(near_wall_direction(np.zeros(2), direction, hits, RADIUS, ZONE), direction)
+    np.testing.assert_array_equal(
+        near_wall_direction(np.zeros(2), direction, np.zeros((0, 2)), RADIUS, ZONE), direction
+    )
+
+
+@settings(max_examples=60)
+@given(seeds, st.floats(0.0, 0.3))
+def test_at_contact_no_part_against_the_wall_is_left(seed, spread):
+    rng = np.random.default_rng(seed)
+    wall = rng.uniform(-math.pi, math.pi)
+    angle = wall + rng.uniform(-spread, spread, 20)
+    hits = RADIUS * np.column_stack((np.cos(angle), np.sin(angle)))
+    q = -hits.mean(axis=0) / RADIUS
+    direction = unit(rng.uniform(-math.pi, math.pi))
+    out = near_wall_direction(np.zeros(2), direction, hits, RADIUS, ZONE)
+    assert out @ q > 0.0 and np.hypot(*out) == pytest.approx(1.0)
+    one = near_wall_direction(np.zeros(2), direction, hits[:1], RADIUS, ZONE)
+    against = min(float(direction @ -hits[0]) / RADIUS, 0.0)
+    reference = direction + (1.0 - against) * -hits[0] / RADIUS
+    np.testing.assert_allclose(one, reference / np.hypot(*reference), atol=1e-9)
+
+
+@pytest.mark.xfail(strict=True, reason="q, a mean of unit vectors, is shorter than 1: only a share |q|^2 is removed")
+def test_at_contact_on_both_sides_of_a_gap_no_part_against_the_walls_is_left():
+    hits = RADIUS * np.array([unit(1.25), unit(-1.25)])  # a gap ahead that the robot touches on both sides
+    out = near_wall_direction(np.zeros(2), unit(0.0), hits, RADIUS, ZONE)
+    assert out @ unit(math.pi) >= 0.0
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_the_near_wall_term_sets_in_continuously(seed):
+    rng = np.random.default_rng(seed)
+    hit, direction = unit(rng.uniform(-math.pi, math.pi)), unit(rng.uniform(-math.pi, math.pi))
+    closer = [
+        near_wall_direction(np.zeros(2), direction, (RADIUS + c) * hit[None], RADIUS, ZONE)
+        for c in np.linspace(1.1 * ZONE, 0.0, 2000)
+    ]
+    towards = np.array(closer) @ hit
+    assert np.abs(np.diff(towards)).max() < 0.05
+    assert (np.diff(towards) < 1e-9).all()  # the nearer, the less towards the hit
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_the_papers_term_slides_along_the_nearest_hit_when_close(seed):
+    rng = np.random.default_rng(seed)
+    hit = unit(rng.uniform(-math.pi, math.pi))
+    direction, guide = unit(rng.uniform(-math.pi, math.pi)), unit(rng.uniform(-math.pi, math.pi))
+    hits = np.array([(RADIUS + rng.uniform(-0.2, 0.1)) * hit, 3.0 * unit(rng.uniform(-math.pi, math.pi))])
+    out = nearest_point_direction(np.zeros(2), direction, guide, hits, RADIUS, 0.1)
+    assert out @ hit <= 1e-9 and np.hypot(*out) == pytest.approx(1.0)
+    assert np.sign(out @ (-hit[1], hit[0])) == np.sign(guide @ (-hit[1], hit[0]))
+    away = nearest_point_direction(np.zeros(2), direction, guide, (RADIUS + 100.0) * hit[None], RADIUS, 0.1)
+    np.testing.assert_allclose(away, direction, atol=0.01)
+    np.testing.assert_array_equal(
+        nearest_point_direction(np.zeros(2), direction, guide, np.zeros((0, 2)), RADIUS, 0.1), direction
+    )

@@ -1,0 +1,164 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.tracking import (
+    CREEP_SPEED,
+    PASSED_DISTANCE,
+    Command,
+    control_step,
+    guiding_vector,
+    limited_twist,
+)
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.safety import SafetyStar
+from tests.scans import RADIUS, seeds, smooth_region
+
+ROBOT = RobotParameters()
+PARAMETERS = ControllerParameters()
+PERIOD = 1.0 / PARAMETERS.rate
+OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 100.0), np.zeros((0, 2)))
+NO_HITS = np.zeros((0, 2))
+components = st.floats(-5.0, 5.0)
+
+
+def step(
+    pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), path=((5.0, 0.0),), arrives=False, star=OPEN, parameters=PARAMETERS
+) -> Command:
+    return control_step(
+        np.array(pose),
+        np.array(twist),
+        np.zeros(2),
+        np.array(path).reshape(-1, 2),
+        arrives,
+        RegionStack.of(()),
+        star,
+        parameters,
+        ROBOT,
+    )
+
+
+def settled(**arguments) -> np.ndarray:
+    """The twist after many periods at one pose."""
+    twist = np.zeros(2)
+    for _ in range(200):
+        twist = step(twist=twist, **arguments).twist
+    return twist
+
+
+@given(components, components, st.floats(0.001, 1.0), seeds)
+def test_limited_twists_keep_all_limits_and_approach_what_is_desired(v, omega, period, seed):
+    rng = np.random.default_rng(seed)
+    limit = np.array((ROBOT.max_speed, ROBOT.max_yaw_rate))
+    change = period * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
+    twist = rng.uniform(-limit, limit)
+    out = limited_twist(twist, np.array((v, omega)), ROBOT, period)
+    wanted = np.clip((v, omega), -limit, limit)
+    assert (np.abs(out) <= limit + 1e-12).all() and (np.abs(out - twist) <= change + 1e-12).all()
+    reached = np.abs(wanted - twist) <= change
+    np.testing.assert_allclose(out[reached], wanted[reached], atol=1e-12)
+    np.testing.assert_allclose((out - twist)[~reached], (np.sign(wanted - twist) * change)[~reached], atol=1e-12)
+
+
+@pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, -2.0), (0.0, 1.0)])
+def test_an_empty_path_stops_the_robot_as_fast_as_it_can(twist):
+    now, periods = np.array(twist), 0
+    while now.any():
+        command = step(twist=now, path=())
+        assert not command.guiding_vector.any()
+        change = PERIOD * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
+        np.testing.assert_allclose(command.twist, np.sign(now) * np.maximum(np.abs(now) - change, 0.0), atol=1e-12)
+        now, periods = command.twist, periods + 1
+    assert periods <= math.ceil(max(twist[0] / ROBOT.max_acceleration, abs(twist[1]) / 4.0) / PERIOD) + 1
+
+
+def test_it_slows_down_at_the_goal_only():
+    near = ((0.3, 0.0),)
+    assert settled(path=near)[0] == pytest.approx(ROBOT.max_speed)
+    slow = PARAMETERS.goal_slowdown * 0.3 + CREEP_SPEED
+    assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
+    assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
+    assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
+    assert settled(path=((1e-3, 0.0),), arrives=True)[0] > 0.0  # it does arrive
+
+
+@settings(max_examples=40)
+@given(st.floats(-3.1, 3.1))
+def test_the_law_turns_towards_the_guiding_vector_and_drives_when_it_faces_it(yaw):
+    v, omega = settled(pose=(0.0, 0.0, yaw))
+    assert v == pytest.approx(ROBOT.max_speed * max(math.cos(yaw), 0.0) ** 3, abs=1e-9)
+    turn = min(max(-PARAMETERS.heading_gain * yaw, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate)
+    assert omega == pytest.approx(turn, abs=1e-9)
+
+
+@pytest.mark.parametrize("tracking", ["law", "pid"])
+@settings(max_examples=20)
+@given(seed=seeds)
+def test_the_robot_arrives_in_the_open(tracking, seed):
+    rng = np.random.default_rng(seed)
+    parameters = ControllerParameters(tracking=tracking, certificate=False)
+    pose, twist, errors = np.array((0.0, 0.0, rng.uniform(-math.pi, math.pi))), np.zeros(2), np.zeros(2)
+    angle = rng.uniform(-math.pi, math.pi)
+    path = 2.0 * np.array([(math.cos(angle), math.sin(angle))])
+    nearest = np.inf
+    for _ in range(1500):
+        before = twist
+        command = control_step(pose, twist, errors, path, True, RegionStack.of(()), OPEN, parameters, ROBOT)
+        twist, errors = command.twist, command.errors
+        assert np.abs(twist - before)[0] <= PERIOD * ROBOT.max_acceleration + 1e-12
+        pose = pose + PERIOD * np.array((twist[0] * math.cos(pose[2]), twist[0] * math.sin(pose[2]), twist[1]))
+        nearest = min(nearest, float(np.hypot(*(path[0] - pose[:2]))))
+        if nearest < 0.1:
+            break
+    assert nearest < 0.1
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_the_guiding_vector_points_to_the_first_way_point_that_is_not_passed(seed):
+    rng = np.random.default_rng(seed)
+    position = rng.uniform(-3.0, 3.0, 2)
+    passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE
+    ahead, later = position + rng.uniform(0.1, 0.2, 2), position + 5.0
+    path = np.array((passed, ahead, later))
+    direction, distance = guiding_vector(position, path, RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    assert distance == pytest.approx(np.hypot(*(ahead - position)))
+    np.testing.assert_allclose(direction, (ahead - position) / distance)
+    last, left = guiding_vector(position, path[:1], RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    assert left == pytest.approx(np.hypot(*(passed - position)))
+    np.testing.assert_allclose(last, (passed - position) / left)
+
+
+def test_at_the_last_way_point_there_is_nowhere_to_go():
+    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    assert not direction.any() and distance == 0.0
+
+
+def test_modulation_ends_near_the_short_term_goal():
+    region = smooth_region(np.random.default_rng(2), np.array((-1.0, 0.2)))
+    regions = RegionStack.of((region,))
+    for away, bent in ((PARAMETERS.modulation_distance - 0.01, False), (PARAMETERS.modulation_distance + 0.01, True)):
+        path = away * np.array(((0.6, 0.8),))
+        direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, PARAMETERS, RADIUS)
+        assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
+    off = ControllerParameters(modulation=False)
+    np.testing.assert_allclose(guiding_vector(np.zeros(2), path, regions, NO_HITS, off, RADIUS)[0], (0.6, 0.8))
+
+
+def test_without_a_certificate_nothing_is_held_back():
+    blind = SafetyStar.none()
+    held = step(pose=(1.0, 1.0, 0.0), twist=(0.5, 0.0), path=((9.0, 1.0),), star=blind)
+    assert not held.certified and held.twist[0] < 0.5
+    free = step(
+        pose=(1.0, 1.0, 0.0),
+        twist=(0.5, 0.0),
+        path=((9.0, 1.0),),
+        star=blind,
+        parameters=ControllerParameters(certificate=False),
+    )
+    assert free.certified and free.twist[0] > 0.5

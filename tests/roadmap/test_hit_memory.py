@@ -1,0 +1,169 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE, HitMemory, cost_to_go
+from tests.scans import RADIUS, seeds
+
+RESOLUTION = 0.05
+CELL = RESOLUTION * STRIDE
+LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
+
+
+def memory(points: np.ndarray, parts: int = 1) -> HitMemory:
+    out = HitMemory.empty(RESOLUTION, RADIUS)
+    for part in np.array_split(points, parts):
+        out = out.stamped(part)
+    return out
+
+
+def nearest(points: np.ndarray, hits: np.ndarray) -> np.ndarray:
+    return np.hypot(*np.moveaxis(points[:, None] - hits, -1, 0)).min(axis=1)
+
+
+def line(a: tuple[float, float], b: tuple[float, float]) -> np.ndarray:
+    a, b = np.array(a), np.array(b)
+    return a + (b - a) * np.linspace(0.0, 1.0, int(np.hypot(*(b - a)) / 0.02) + 1)[:, None]
+
+
+@settings(max_examples=25)
+@given(seeds, st.sampled_from([0.0, 40.0, -1000.0]), st.sampled_from([1, 4]))
+def test_distances_match_brute_force_within_the_resolution(seed, away, parts):
+    rng = np.random.default_rng(seed)
+    hits = rng.uniform(-4.0, 4.0, (300, 2)) + away
+    points = rng.uniform(-5.0, 5.0, (500, 2)) + away
+    grid = memory(hits, parts)
+    centres = np.rint(points / RESOLUTION) * RESOLUTION
+    exact = np.minimum(nearest(centres, hits), grid.cap)
+    error = grid.distance(points) - exact
+    assert error.min() > -1e-5  # a hit in the same half cell as another may be left out, but none is invented
+    assert error.max() < 1.35 * RESOLUTION
+
+
+def test_nothing_was_hit_far_away_or_in_an_empty_memory():
+    empty = HitMemory.empty(RESOLUTION, RADIUS)
+    points = np.array(((0.0, 0.0), (100.0, -3.0)))
+    assert (empty.distance(points) == empty.cap).all()
+    assert empty.distance(np.zeros((0, 2))).shape == (0,)
+    assert empty.stamped(np.zeros((0, 2))) is empty
+    assert memory(np.zeros((1, 2))).distance(points).tolist() == pytest.approx([0.0, empty.cap])
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_snapshots_are_immutable_and_share_untouched_tiles(seed):
+    rng = np.random.default_rng(seed)
+    before = memory(np.vstack((rng.uniform(0.0, 1.0, (50, 2)), rng.uniform(20.0, 21.0, (50, 2)))))
+    points = rng.uniform(-1.0, 22.0, (400, 2))
+    distances = before.distance(points)
+    copies = {key: tile.copy() for key, tile in before.tiles.items()}
+    after = before.stamped(rng.uniform(0.0, 1.0, (50, 2)))
+    assert (before.distance(points) == distances).all() and (after.distance(points) <= distances).all()
+    assert all((before.tiles[key] == tile).all() for key, tile in copies.items())
+    shared = [key for key in before.tiles if after.tiles[key] is before.tiles[key]]
+    assert shared and len(shared) < len(after.tiles)
+    with pytest.raises(ValueError):
+        after.tiles[shared[0]][0, 0] = 0.0
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_a_window_holds_every_second_cell(seed):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-4.0, 4.0, (200, 2)))
+    low = rng.uniform(-6.0, 0.0, 2)
+    distance, first = grid.window(low, low + rng.uniform(1.0, 6.0, 2))
+    assert (first % STRIDE == 0).all() and (first * RESOLUTION <= low + 1e-9).all()
+    i, j = np.indices(distance.shape)
+    cells = first + STRIDE * np.stack((i, j), axis=-1).reshape(-1, 2)
+    np.testing.assert_allclose(distance.ravel(), grid.distance(cells * RESOLUTION), atol=1e-6)
+
+
+def reference_cost(grid: HitMemory, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cells and their cost to the goal's cell by SciPy, over the same eight-connected graph."""
+    distance, first = grid.window(LOW, HIGH)
+    blocked, soft = RADIUS - BLOCKED_SLACK, RADIUS + SOFT_ZONE
+    factor = 1.0 + near_wall_cost * np.clip((soft - distance) / (soft - blocked), 0.0, 1.0)
+    weight = np.where(distance < np.float32(blocked), np.inf, np.floor(10.0 * factor) / 10.0)
+    nx, ny = weight.shape
+    number = np.arange(nx * ny).reshape(nx, ny)
+    rows, columns, lengths = [], [], []
+    for di, dj in ((0, 1), (1, 0), (1, 1), (1, -1), (0, -1), (-1, 0), (-1, -1), (-1, 1)):
+        a = number[max(-di, 0) : nx - max(di, 0), max(-dj, 0) : ny - max(dj, 0)]
+        b = number[max(di, 0) : nx - max(-di, 0), max(dj, 0) : ny - max(-dj, 0)]
+        length = (1.4 if di and dj else 1.0) * CELL * weight.ravel()[b]  # entering a cell costs that cell's weight
+        passable = np.isfinite(length)
+        rows.append(a[passable])
+        columns.append(b[passable])
+        lengths.append(length[passable])
+    graph = coo_array(
+        (np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(nx * ny, nx * ny)
+    )
+    i, j = np.rint((goal - first * RESOLUTION) / CELL).astype(int)
+    cost = dijkstra(graph.tocsr(), indices=number[i, j])
+    cells = first * RESOLUTION + CELL * np.stack(np.indices((nx, ny)), axis=-1)
+    return cells.reshape(-1, 2), cost
+
+
+@settings(max_examples=8)
+@given(seeds, st.sampled_from([0.0, 1.0, 3.0]))
+def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
+    goal = rng.uniform(-2.5, 2.5, 2)
+    cells, expected = reference_cost(grid, goal, near_wall_cost)
+    cost = cost_to_go(grid, cells, goal, LOW, HIGH, RADIUS, near_wall_cost)
+    # the cost of a point is the least over its own and the eight cells around it, and the way there
+    away = np.hypot(*np.moveaxis(cells[:, None] - cells, -1, 0))
+    best = np.where(away < 1.5 * CELL, away + expected, np.inf).min(axis=1)
+    assert np.isfinite(best).any()
+    np.testing.assert_allclose(cost, best, atol=0.02 * max(1.0, near_wall_cost))
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_in_an_empty_world_cost_to_go_is_the_distance_within_the_octile_error(seed):
+    rng = np.random.default_rng(seed)
+    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (100, 2))
+    cost = cost_to_go(HitMemory.empty(RESOLUTION, RADIUS), points, goal, LOW, HIGH, RADIUS, 1.0)
+    straight = np.hypot(*(points - goal).T)
+    assert (cost < 1.083 * straight + 1.5 * CELL).all() and (cost > 0.98 * straight - 1.5 * CELL).all()
+
+
+def test_walls_are_gone_around_through_gaps_that_the_robot_fits():
+    wall = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.9), (0.0, 3.5))))
+    points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
+    detour = 2.0 * math.hypot(1.0, 2.45)
+    cost = cost_to_go(memory(wall), points, goal, LOW, HIGH, RADIUS, 1.0)[0]
+    assert 0.9 * detour < cost < 1.25 * detour
+    narrow = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.4), (0.0, 3.5))))
+    assert cost_to_go(memory(narrow), points, goal, LOW, HIGH, RADIUS, 1.0)[0] == np.inf
+
+
+def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_far():
+    corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+    box = memory(np.vstack([line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]))
+    inside, outside, far = np.zeros(2), np.array((2.5, 2.5)), np.array((30.0, 0.0))
+    cost = cost_to_go(box, np.array((inside, outside, far)), inside, LOW, HIGH, RADIUS, 1.0)
+    assert cost[0] < CELL and cost[1] == np.inf and cost[2] == np.inf
+    assert cost_to_go(box, inside[None], outside, LOW, HIGH, RADIUS, 1.0)[0] == np.inf
+
+
+@settings(max_examples=30)
+@given(seeds)
+def test_a_search_that_ends_early_has_the_same_winner(seed):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
+    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
+    spent = rng.uniform(0.0, 6.0, 30)
+    full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0)
+    early = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0, spent, float(spent.min()))
+    if np.isfinite(full).any():
+        best = np.argmin(full + spent)
+        assert early[best] == pytest.approx(full[best], abs=1e-9)
+        assert (early + spent).min() == pytest.approx((full + spent)[best], abs=1e-9)

@@ -1,0 +1,128 @@
+"""The planner in a closed loop with a robot that moves along the path exactly."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.stars.region import scan_region
+from drake_starnav.worlds.world import World
+from tests.scans import RADIUS, cast, distance
+
+PARAMETERS = PlannerParameters()
+PERIOD = 0.05
+SLACK = 0.03
+"""What smoothed corners and the sampling of lines cost at most; it is the certificate that rules out contact, m."""
+BAFFLES = World(
+    "baffles",
+    (0.0, 0.0, 0.0),
+    (5.0, 1.0),
+    polygons=([(1.4, -2.0), (1.6, -2.0), (1.6, 1.0), (1.4, 1.0)], [(3.2, 0.0), (3.4, 0.0), (3.4, 3.0), (3.2, 3.0)]),
+    cylinders=[(4.3, -0.9, 0.3)],
+    bounds=(-1.0, -2.0, 6.0, 3.0),
+)
+VAULT = World(
+    "vault",
+    (0.0, 0.0, 0.0),
+    (3.0, 0.0),
+    polygons=(
+        [(2.2, -0.8), (3.8, -0.8), (3.8, -0.7), (2.2, -0.7)],
+        [(2.2, 0.7), (3.8, 0.7), (3.8, 0.8), (2.2, 0.8)],
+        [(2.1, -0.8), (2.2, -0.8), (2.2, 0.8), (2.1, 0.8)],
+        [(3.8, -0.8), (3.9, -0.8), (3.9, 0.8), (3.8, 0.8)],
+    ),
+    bounds=(-1.0, -2.0, 5.0, 2.0),
+)
+
+
+def drive(world: World, parameters: PlannerParameters, steps: int, speed: float = 0.8) -> list[PlannerState]:
+    """The planner's states until the goal is reached, or it gives up, or the steps are used up."""
+    position, goal = np.array(world.start[:2]), np.array(world.goal)
+    state, states = PlannerState.initial(parameters, RADIUS), []
+    for k in range(steps):
+        pose = np.array((*position, 0.3 * np.sin(0.1 * k)))
+        scan = cast(world, pose)
+        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+        state = plan_step(state, seen, position, goal, PERIOD * k, parameters, RADIUS)
+        states.append(state)
+        if state.status is PlannerStatus.UNREACHABLE or np.hypot(*(position - goal)) < 0.05:
+            break
+        left = speed * PERIOD
+        for point in state.path:
+            offset = point - position
+            away = float(np.hypot(*offset))
+            step = min(left, away)
+            position = position + offset * (step / max(away, 1e-12))
+            left -= step
+        if state.roadmap.margin == parameters.margin:
+            assert distance(world, position[None])[0] > RADIUS - SLACK
+    return states
+
+
+@pytest.mark.parametrize("change", [{}, {"string_pulling": False}, {"cost_to_go": "straight"}])
+def test_the_goal_is_reached(change):
+    states = drive(BAFFLES, dataclasses.replace(PARAMETERS, **change), steps=700)
+    assert states[-1].status is PlannerStatus.APPROACHING and states[-1].target is None
+    np.testing.assert_array_equal(states[-1].path[-1], BAFFLES.goal)
+    assert states[0].status is PlannerStatus.EXPLORING and states[0].target is not None
+    assert len(states) < 700 and states[-1].guidance(np.array(BAFFLES.goal)).arrives
+
+
+def test_a_goal_in_sight_is_approached_at_once():
+    world = World("open", (0, 0, 0), (2, 0))
+    states = drive(world, PARAMETERS, steps=100)
+    assert {s.status for s in states} == {PlannerStatus.APPROACHING} and len(states) < 55
+
+
+def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
+    parameters = dataclasses.replace(PARAMETERS, margin_rounds=1)
+    states = drive(VAULT, parameters, steps=4000)
+    last = states[-1]
+    assert last.status is PlannerStatus.UNREACHABLE
+    assert not len(last.path) and not len(last.guidance(np.zeros(2)).path)
+    assert last.rounds == 1 and last.roadmap.margin == pytest.approx(PARAMETERS.margin - PARAMETERS.margin_step)
+    again = plan_step(last, Observation.none(), np.zeros(2), np.zeros(2), 1e3, parameters, RADIUS)
+    assert again is last
+
+
+def test_without_margin_shrinking_it_gives_up_earlier():
+    states = drive(VAULT, dataclasses.replace(PARAMETERS, margin_shrinking=False), steps=3000)
+    assert states[-1].status is PlannerStatus.UNREACHABLE
+    assert states[-1].rounds == 0 and states[-1].roadmap.margin == PARAMETERS.margin
+
+
+def test_equal_inputs_give_equal_states():
+    one, other = (drive(BAFFLES, PARAMETERS, steps=150) for _ in range(2))
+    assert len(one) == len(other)
+    for a, b in zip(one, other, strict=True):
+        assert (a.status, a.plans, a.rounds, len(a.roadmap)) == (b.status, b.plans, b.rounds, len(b.roadmap))
+        np.testing.assert_array_equal(a.path, b.path)
+        np.testing.assert_array_equal(a.roadmap.stack.values, b.roadmap.stack.values)
+        np.testing.assert_array_equal(a.roadmap.frontiers.stand, b.roadmap.frontiers.stand)
+        np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
+
+
+def test_a_robot_that_makes_no_progress_gives_up_its_target():
+    states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
+    first, last = states[0], states[-1]
+    assert not len(first.roadmap.retired) and len(last.roadmap.retired) == 1
+    np.testing.assert_allclose(last.roadmap.retired[0, :2], first.target[0])
+    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
+
+
+def test_nodes_are_added_every_node_spacing():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    states = drive(world, PARAMETERS, steps=200)
+    centers = states[-1].roadmap.stack.center
+    assert len(centers) == 1 + int(4.0 / PARAMETERS.node_spacing)
+    assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
+
+
+def test_guidance_hands_on_the_regions_around_the_robot():
+    states = drive(BAFFLES, PARAMETERS, steps=400)
+    position = states[-1].roadmap.stack.center[-1]
+    guidance = states[-1].guidance(position)
+    away = np.hypot(*(states[-1].roadmap.stack.center - position).T)
+    assert len(guidance.regions) == (away <= 3.0).sum()
+    assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance(position).path) == 0

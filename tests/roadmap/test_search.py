@@ -1,0 +1,133 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.roadmap.frontiers import Frontiers
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.roadmap.search import LINE_STEP, find_route, graph_distances, remaining_cost, string_pulled
+from drake_starnav.stars.region import StarRegion, scan_region, segment_covered
+from drake_starnav.worlds.world import World
+from tests.scans import RADIUS, cast, distance, explored, free_point, seeds, wandered
+
+PARAMETERS = PlannerParameters()
+
+
+def length(*points: np.ndarray) -> float:
+    return float(np.hypot(*np.diff(np.vstack(points), axis=0).T).sum())
+
+
+def here(world: World, position: np.ndarray) -> StarRegion:
+    pose = np.array((*position, 0.0))
+    return scan_region(cast(world, pose), pose, RADIUS, PARAMETERS)
+
+
+def floyd_warshall(roadmap: StarRoadmap) -> np.ndarray:
+    cost = np.full((len(roadmap), len(roadmap)), np.inf)
+    np.fill_diagonal(cost, 0.0)
+    for (i, j), edge in zip(roadmap.edges, roadmap.lengths, strict=True):
+        cost[i, j] = cost[j, i] = min(cost[i, j], edge)
+    for k in range(len(roadmap)):
+        cost = np.minimum(cost, cost[:, k, None] + cost[None, k])
+    return cost
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_graph_distances_match_floyd_warshall(seed):
+    world, roadmap = wandered(seed, nodes=7)
+    position = free_point(np.random.default_rng(seed + 1), world, RADIUS + 0.05)
+    region = here(world, position)
+    distances, previous = graph_distances(roadmap, region, position)
+    centers = roadmap.stack.center
+    entries = [k for k, r in enumerate(roadmap.regions) if r.contains(position) or region.contains(centers[k])]
+    direct = np.hypot(*(centers - position).T)
+    expected = (direct[entries, None] + floyd_warshall(roadmap)[entries]).min(axis=0)
+    np.testing.assert_allclose(distances, expected)
+    for node, before in enumerate(previous):
+        edge = [n for n, e in zip(roadmap.lengths, roadmap.edges.tolist(), strict=True) if set(e) == {node, before}]
+        cost = direct[node] if before < 0 else distances[before] + edge[0]
+        assert distances[node] == pytest.approx(cost)
+
+
+def test_off_the_map_the_nearest_node_is_the_way_in():
+    world = World("wall", (0, 0, 0), (3, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
+    roadmap = explored(world, np.array(((0.0, 0.0), (-1.0, 0.0))), PARAMETERS)
+    distances, previous = graph_distances(roadmap, here(world, np.array((2.0, 0.0))), np.array((2.0, 0.0)))
+    assert distances.tolist() == pytest.approx([2.1, 3.1]) and previous.tolist() == [-1, 0]
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_pulled_paths_are_not_longer_and_stay_in_the_union(seed):
+    world, roadmap = wandered(seed, nodes=6)
+    path = roadmap.stack.center[[1, 0, 2, 0, 3]]  # every centre is in sight of the origin, which is node 0
+    position = roadmap.stack.center[4]
+    line = np.vstack((position, roadmap.stack.center[0], path))
+    pulled = string_pulled(roadmap, position, line[1:])
+    np.testing.assert_allclose(pulled[-1], path[-1], atol=1e-12)
+    assert length(position, pulled) <= length(line) + 1e-9
+    way = np.vstack((position, pulled))
+    for a, b in zip(way[:-1], way[1:], strict=True):
+        assert segment_covered(*roadmap.stack.arrays, *a, *b, LINE_STEP)
+        fine = a + (b - a) * np.linspace(0.0, 1.0, 300)[:, None]
+        assert distance(world, fine).min() > RADIUS  # the margin covers what lies between two samples of the line
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_a_path_in_one_region_is_pulled_straight(seed):
+    world, roadmap = wandered(seed, nodes=1)
+    rng = np.random.default_rng(seed)
+    end = roadmap.regions[0].center + 0.3 * rng.uniform(-1.0, 1.0, 2) / np.sqrt(2.0)
+    assert roadmap.regions[0].contains(end)
+    detour = rng.uniform(-0.1, 0.1, (3, 2))
+    np.testing.assert_allclose(string_pulled(roadmap, np.zeros(2), np.vstack((detour, end))), end[None])
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
+    world, roadmap = wandered(seed)
+    rng = np.random.default_rng(seed)
+    position = roadmap.stack.center[-1]
+    region = here(world, position)
+    for goal in rng.uniform(-3.0, 3.0, (20, 2)):
+        seen = [r.contains(goal) for r in (*roadmap.regions, region)]
+        route = find_route(roadmap, region, position, goal, PARAMETERS, RADIUS)
+        assert (route is not None and route.frontier == -1) == any(seen)
+        if any(seen):
+            np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
+    nothing = find_route(
+        StarRoadmap(**{**vars(roadmap), "frontiers": Frontiers.none()}),
+        region,
+        position,
+        np.full(2, 9.0),
+        PARAMETERS,
+        RADIUS,
+    )
+    assert nothing is None
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_the_cheapest_frontier_is_chosen(seed):
+    world, roadmap = wandered(seed)
+    position = roadmap.stack.center[-1]
+    goal = np.array((9.0, 4.0))
+    region = here(world, position)
+    frontiers = roadmap.frontiers
+    for current in (None, frontiers.stand[-1]):
+        route = find_route(roadmap, region, position, goal, PARAMETERS, RADIUS, current)
+        distances, _ = graph_distances(roadmap, region, position)
+        cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
+        for k, stand in enumerate(frontiers.stand):
+            if segment_covered(*roadmap.stack.arrays, *position, *stand, LINE_STEP):
+                cost[k] = min(cost[k], np.hypot(*(stand - position)))
+        cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
+        cost += remaining_cost(roadmap, goal, PARAMETERS, RADIUS)
+        if current is not None:
+            cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
+        assert cost[route.frontier] == pytest.approx(cost.min())
+        np.testing.assert_allclose(route.path[-1], frontiers.stand[route.frontier], atol=1e-12)
+        assert route.node == frontiers.owner[route.frontier]

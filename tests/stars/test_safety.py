@@ -1,0 +1,99 @@
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.stars.parameters import StarParameters
+from drake_starnav.stars.region import covers
+from drake_starnav.stars.safety import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
+from tests.scans import RADIUS, cast, scattered, seeds, segment_distance
+
+PARAMETERS = StarParameters()
+SAFE = RADIUS + 0.01
+REACH = 1.2
+
+
+def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, ScanMemory, LaserScan, np.ndarray]:
+    """The safety star after some scans along a random path near the origin of a random world."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=12, clear=0.6)
+    pose, memory = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory()
+    for _ in range(poses):
+        pose = pose + rng.uniform(-0.04, 0.04, 3)
+        scan = cast(world, pose, beams=beams)
+        memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
+    star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, SAFE, REACH, PARAMETERS)
+    return star, memory, scan, pose
+
+
+@settings(max_examples=25)
+@given(seeds, st.sampled_from([90, 360, 500]))
+def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_there(seed, beams):
+    star, memory, _, _ = driven(seed, beams=beams)
+    points = star.center + np.random.default_rng(seed).uniform(-1.3, 1.3, (800, 2))
+    inside = np.array([covers(star.center, star.bearing_0, star.values, *p) for p in points])
+    assert inside.any() and not inside.all()
+    hits = np.vstack(memory.points)
+    assert segment_distance(hits[None], star.center, points[inside][:, None]).min() > SAFE - 1e-9
+    assert np.hypot(*(points[inside] - star.center).T).max() <= REACH
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_more_scans_never_certify_more(seed):
+    star, memory, scan, pose = driven(seed)
+    latest = ScanMemory(memory.points[-1:], memory.half_gaps[-1:])
+    alone = safety_star(latest, scan, smoothed_distances(scan, PARAMETERS), pose, SAFE, REACH, PARAMETERS)
+    assert (star.values <= alone.values + 1e-12).all()
+
+
+def test_the_memory_keeps_the_last_scans_and_never_changes():
+    scans = [LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0 + k)) for k in range(4)]
+    memory = ScanMemory()
+    for count, kept in ((3, (1.0, 2.0, 3.0)), (1, (3.0,))):
+        memories = [ScanMemory()]
+        for scan in scans:
+            memories.append(memories[-1].remembered(scan, np.zeros(3), 3.5, count))
+        assert [len(m.points) for m in memories] == [min(k, count) for k in range(5)]
+        memory = memories[-2]
+        assert tuple(float(np.hypot(*p[0])) for p in memory.points) == kept
+        assert [len(p) for p in memories[-1].points][-1] == 0  # 4 m is beyond the reach that matters
+        assert all(len(p) == len(g) for p, g in zip(memory.points, memory.half_gaps, strict=True))
+
+
+def test_near_hits_are_those_of_the_filtered_scan_close_by():
+    star, _, scan, pose = driven(3)
+    filtered = smoothed_distances(scan, PARAMETERS)
+    near = filtered < NEAR_HIT_RANGE
+    away = np.hypot(*(star.near_hits - pose[:2]).T)
+    np.testing.assert_allclose(away, filtered[near])
+
+
+def test_outside_the_field_of_view_nothing_is_certified():
+    pose = np.array((1.0, 2.0, 0.5))
+    scan = LaserScan(0.0, -math.pi / 2, math.pi / 180, 0.0, 5.0, np.full(181, np.inf))
+    memory = ScanMemory().remembered(scan, pose, 2.0, 5)
+    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH, PARAMETERS)
+    ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
+    assert covers(star.center, star.bearing_0, star.values, *ahead)
+    assert not covers(star.center, star.bearing_0, star.values, *behind)
+
+
+def test_a_robot_too_close_to_a_hit_may_only_move_away():
+    ranges = np.full(360, np.inf)
+    ranges[180] = SAFE - 0.005
+    scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges)
+    star = safety_star(
+        ScanMemory().remembered(scan, np.zeros(3), 2.0, 5), scan, scan.distances, np.zeros(3), SAFE, REACH, PARAMETERS
+    )
+    angle = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
+    assert (star.values[np.cos(angle) > -1e-9] == 0.0).all()
+    assert (star.values[np.cos(angle) < -1e-9] == REACH).all()
+
+
+def test_no_scan_certifies_no_motion():
+    star = SafetyStar.none()
+    assert not covers(star.center, star.bearing_0, star.values, 0.001, 0.0)

@@ -1,0 +1,117 @@
+import dataclasses
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import allowed_text, build, check_parameters, convert, parameter, unknown_name
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.parameters import StarParameters
+
+SHIPPED = (RobotParameters, StarParameters, PlannerParameters, ControllerParameters)
+
+
+@dataclass(frozen=True)
+class Example:
+    speed: float = parameter(0.5, "how fast", unit="m/s", above=0.0, high=2.0)
+    share: float = parameter(0.5, "how much", low=0.0, high=1.0)
+    count: int = parameter(3, "how many", low=1)
+    active: bool = parameter(True, "whether")
+    kind: str = parameter("round", "which", choices=("round", "square"))
+    name: str = parameter("a", "what it is called")
+    offset: float = parameter(0.0, "any number", unit="m")
+
+
+def field(name: str) -> dataclasses.Field:
+    return next(f for f in dataclasses.fields(Example) if f.name == name)
+
+
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("speed", "0 < x <= 2 m/s"),
+        ("share", "0 <= x <= 1"),
+        ("count", "1 <= x"),
+        ("active", "true or false"),
+        ("kind", "one of round, square"),
+        ("offset", "a finite number m"),
+    ],
+)
+def test_what_is_allowed_in_words(name, text):
+    assert allowed_text(field(name)) == text
+
+
+@pytest.mark.parametrize("cls", SHIPPED)
+def test_shipped_parameters_document_themselves_and_allow_their_defaults(cls):
+    check_parameters(cls(), "defaults")
+    assert build(cls, dataclasses.asdict(cls()), "copy") == cls()
+    for f in dataclasses.fields(cls):
+        assert f.metadata["help"] and allowed_text(f)
+        if f.type is float or f.type is int:
+            assert any(f.metadata[limit] is not None for limit in ("low", "above", "high")), f.name
+
+
+@given(st.floats(allow_nan=True, allow_infinity=True))
+def test_limits_are_exclusive_above_and_inclusive_high(value):
+    if 0.0 < value <= 2.0:
+        assert build(Example, {"speed": value}, "example").speed == value
+    else:
+        with pytest.raises(StarnavError, match=r"example\.speed is .*; allowed: 0 < x <= 2 m/s"):
+            build(Example, {"speed": value}, "example")
+
+
+@pytest.mark.parametrize(
+    "mapping, message",
+    [
+        ({"share": -0.1}, r"example\.share is -0\.1; allowed: 0 <= x <= 1"),
+        ({"count": 0}, r"example\.count is 0; allowed: 1 <= x"),
+        ({"count": 2.0}, r"example\.count is 2\.0; allowed: a whole number"),
+        ({"count": True}, r"example\.count is True; allowed: a whole number"),
+        ({"share": "0.5"}, r"example\.share is '0\.5'; allowed: a number"),
+        ({"share": True}, r"example\.share is True"),
+        ({"share": None}, r"example\.share is None"),
+        ({"active": 1}, r"example\.active is 1; allowed: true or false"),
+        ({"kind": "oval"}, r"example\.kind is 'oval'; allowed: one of round, square"),
+        ({"name": 3}, r"example\.name is 3; allowed: a text"),
+        ({"offset": float("nan")}, r"example\.offset is nan; allowed: a finite number"),
+        ({"sped": 1.0}, r"unknown key example\.sped: did you mean speed\? allowed: speed, share"),
+        ({7: 1.0}, r"unknown key example\.7: allowed"),
+        ([1, 2], r"example is \[1, 2\]; allowed: a mapping of speed, share"),
+    ],
+)
+def test_bad_values_name_the_place_the_value_and_what_is_allowed(mapping, message):
+    with pytest.raises(StarnavError, match=message):
+        build(Example, mapping, "example")
+
+
+def test_missing_keys_come_from_the_base_or_the_defaults():
+    base = Example(speed=1.5, count=9)
+    assert build(Example, {"share": 1}, "example", base) == dataclasses.replace(base, share=1.0)
+    assert isinstance(build(Example, {"share": 1}, "example").share, float)
+    assert build(Example, None, "example") == Example()
+    with pytest.raises(StarnavError, match=r"example\.speed is 3"):
+        build(Example, {}, "example", Example(speed=3.0))
+
+
+def test_fields_that_are_no_parameters_are_not_checked():
+    @dataclass
+    class Plain:
+        anything: float = -1.0
+
+    check_parameters(Plain(), "plain")
+
+
+def test_scalars_keep_their_type():
+    assert convert(2, float, "x") == 2.0 and isinstance(convert(2, float, "x"), float)
+    assert convert(False, bool, "x") is False
+    assert convert("yes", str, "x") == "yes"
+
+
+def test_a_name_without_a_near_one_gets_no_suggestion():
+    error = unknown_name("world", "zzzz", iter(("forest", "maze")))
+    assert str(error) == "unknown world: allowed: forest, maze"
+    assert "did you mean maze?" in str(unknown_name("world", "mase", ("forest", "maze")))

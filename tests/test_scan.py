@@ -1,0 +1,89 @@
+import copy
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.scan import LaserScan
+from tests.scans import cast, distance, scattered, seeds
+
+GOOD = {
+    "time": 0.0,
+    "angle_min": -math.pi,
+    "angle_increment": 2.0 * math.pi / 8,
+    "range_min": 0.1,
+    "range_max": 4.0,
+    "ranges": np.full(8, 2.0),
+}
+
+
+def scan(**changes) -> LaserScan:
+    return LaserScan(**{**GOOD, **changes})
+
+
+@given(seeds)
+def test_points_lie_on_the_surfaces_that_were_hit(seed):
+    rng = np.random.default_rng(seed)
+    world = scattered(rng)
+    pose = np.array((*rng.uniform(-0.3, 0.3, 2), rng.uniform(-4.0, 4.0)))
+    seen = cast(world, pose)
+    assert seen.points(pose).shape == (seen.hits.sum(), 2)
+    assert distance(world, seen.points(pose)).max() < 1e-9
+
+
+def test_range_conventions_of_rep_117():
+    seen = scan(ranges=[np.inf, -np.inf, 0.05, 4.0, 3.9, 5.0, 2.0, 1.0])
+    assert seen.hits.tolist() == [False, True, True, False, True, False, True, True]
+    assert seen.distances.tolist() == [4.0, 0.0, 0.05, 4.0, 3.9, 4.0, 2.0, 1.0]
+    assert len(seen.points()) == 5
+
+
+def test_bearings_run_counter_clockwise_from_the_first_beam():
+    seen = scan()
+    assert seen.full_circle
+    assert seen.angle_max == pytest.approx(math.pi - 2.0 * math.pi / 8)
+    np.testing.assert_allclose(seen.bearings, np.linspace(-math.pi, seen.angle_max, 8))
+    np.testing.assert_allclose(seen.points((1.0, 2.0, math.pi / 2))[0], (1.0, 0.0), atol=1e-12)
+
+
+def test_a_scan_whose_last_beam_repeats_the_first_is_no_full_circle():
+    seen = scan(angle_increment=2.0 * math.pi / 7)
+    assert not seen.full_circle and seen.angle_max == pytest.approx(math.pi)
+
+
+def test_a_scan_is_immutable_and_owns_its_ranges():
+    ranges = np.full(8, 2.0)
+    seen = scan(ranges=ranges)
+    ranges[0] = 1.0
+    assert seen.ranges[0] == 2.0
+    with pytest.raises(ValueError):
+        seen.ranges[0] = 1.0
+    assert copy.deepcopy(seen) is seen
+
+
+def test_the_model_value_saw_nothing():
+    nothing = LaserScan.nothing()
+    assert not nothing.hits.any() and nothing.full_circle and nothing.points().shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"time": np.nan}, r"time is nan; allowed: a finite number"),
+        ({"angle_min": np.inf}, r"angle_min is inf"),
+        ({"range_max": np.inf}, r"range_max is inf"),
+        ({"ranges": np.ones((2, 4))}, r"shape \(2, 4\); allowed: \(n,\) with n >= 3"),
+        ({"ranges": np.ones(2)}, r"shape \(2,\)"),
+        ({"range_min": 4.0}, r"range_min 4, range_max 4; allowed: 0 <= range_min < range_max"),
+        ({"range_min": -0.1}, r"range_min -0.1"),
+        ({"angle_increment": 0.0}, r"angle_increment 0 over 8 beams"),
+        ({"angle_increment": -0.1}, r"more than 0, at most one turn"),
+        ({"angle_increment": 1.0}, r"spans 7 rad"),
+        ({"ranges": [1.0, np.nan, 1.0, np.nan]}, r"ranges\[1\] is NaN \(2 of 4 beams\)"),
+    ],
+)
+def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, message):
+    with pytest.raises(StarnavError, match=message):
+        scan(**changes)
