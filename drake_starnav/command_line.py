@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from tqdm import tqdm
@@ -13,7 +14,7 @@ from tqdm import tqdm
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import METHODS, load_scenario, scenario_names
 
-REACHED, NOT_REACHED, BAD_INPUT = 0, 1, 2
+REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
 
 
@@ -24,7 +25,11 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
     parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
         help="override a scenario parameter, e.g. robot.radius=0.3; may be repeated",
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
@@ -53,9 +58,7 @@ def _simulate(options: argparse.Namespace) -> int:
             bar.n = now / limit
             bar.refresh()
 
-        trial = run_trial(
-            scenario, method=options.method, seed=options.seed, html=options.html, progress=progress
-        )
+        trial = run_trial(scenario, method=options.method, seed=options.seed, html=options.html, progress=progress)
     if options.json is not None:
         write_text(options.json, json.dumps(trial_record(trial), indent=2) + "\n")
     if not options.quiet:
@@ -66,6 +69,85 @@ def _simulate(options: argparse.Namespace) -> int:
         if options.html is not None:
             print(f"open file://{options.html.resolve()} in a browser, no network needed")
     return REACHED if trial.outcome == "reached" else NOT_REACHED
+
+
+def benchmark(arguments: Sequence[str] | None = None) -> int:
+    """Run many trials and tell their figures; see `--help`. Returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="benchmark.py",
+        description="Run many trials of scenarios and methods, and compare them.",
+        epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
+    )
+    parser.add_argument("scenario", nargs="+", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
+    parser.add_argument("--method", nargs="+", default=["star"], help=f"of {', '.join(METHODS)} (default: star)")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
+        help="override a parameter of every scenario, e.g. robot.radius=0.3; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
+    add_batch_options(parser)
+    options = parser.parse_args(arguments)
+    try:
+        return _benchmark(options)
+    except StarnavError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
+        print(f"{parser.prog}: interrupted{kept}", file=sys.stderr)
+        return INTERRUPTED
+
+
+def add_batch_options(parser: argparse.ArgumentParser) -> None:
+    """The options that every command which runs many trials has; see `check_batch_options`."""
+    parser.add_argument("--trials", type=int, default=30, help="of each scenario and method (default: 30)")
+    parser.add_argument("--seed", type=int, default=0, help="that all trials' seeds are derived from (default: 0)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one for each core)")
+    parser.add_argument("--resume", action="store_true", help="continue a file: run only the trials it lacks")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
+
+
+def check_batch_options(options: argparse.Namespace) -> None:
+    """Raise `StarnavError` for a number out of its range."""
+    for name, low in (("trials", 1), ("seed", 0), ("jobs", 1)):
+        if getattr(options, name) < low:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
+
+
+def _benchmark(options: argparse.Namespace) -> int:
+    check_batch_options(options)
+    if options.resume and options.json is None:
+        raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
+    check_writable(options.markdown)
+    from drake_starnav.benchmark import (
+        TrialFile,
+        local_processes,
+        make_cases,
+        make_header,
+        run_batch,
+        summarise,
+        summary_tables,
+    )
+
+    cases = make_cases(options.scenario, options.method, options.overrides)
+    header = make_header(cases, options.seed, options.overrides)
+    with TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file:
+        if file and file.repaired:
+            print(file.repaired, file=sys.stderr)
+        records = run_batch(
+            cases, trials=options.trials, seed=options.seed, make_executor=lambda: local_processes(options.jobs),
+            in_flight=2 * options.jobs, file=file, quiet=options.quiet,
+        )  # fmt: skip
+    tables = summary_tables(summarise(records))
+    if options.markdown is not None:
+        write_text(options.markdown, tables + "\n")
+    if not options.quiet:
+        print(tables)
+        for path in (options.json, options.markdown):
+            if path is not None:
+                print(f"wrote {path}")
+    return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
 
 
 def check_writable(path: Path | None) -> None:
@@ -110,7 +192,7 @@ def _table(record: dict) -> str:
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
 
 
-COMMANDS = {"simulate": simulate}
+COMMANDS = {"simulate": simulate, "benchmark": benchmark}
 """Commands of `python -m drake_starnav`; scripts/ has one file for each."""
 
 

@@ -52,6 +52,8 @@ def allowed_text(field: dataclasses.Field) -> str:
     elif meta.get("low") is not None:
         left = f"{meta['low']:g} <= "
     right = f" <= {meta['high']:g}" if meta.get("high") is not None else ""
+    if field.type in (str, "str"):
+        return "a text"
     kind = "whole number" if field.type in (int, "int") else "finite number"
     return f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
 
@@ -87,7 +89,7 @@ def convert(value: Any, kind: Any, place: str) -> Any:
     if kind is int and isinstance(value, int) and not isinstance(value, bool):
         return value
     if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
+        return math.copysign(math.inf, value) if abs(value) > 1e300 else float(value)
     if kind is str and isinstance(value, str):
         return value
     if typing.get_origin(kind) is list and isinstance(value, list):

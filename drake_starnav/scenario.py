@@ -4,6 +4,7 @@ A scenario has the sections `world, robot, lidar, planner, controller, simulatio
 defaults, so that a file says only what differs. The world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
 """
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -19,8 +20,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.parameters import build, parameter, unknown_name
-from drake_starnav.robot import RobotParameters
 from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds import WORLD_KINDS
 
 
@@ -70,6 +71,8 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "frontiers": "dbscan",
             "growth": "arrival",
             "arrival_distance": 0.25,
+            "prune_covered": False,
+            "stuck_distance": 0.05,
             "cost_to_go": "straight",
             "hysteresis": 0.0,
             "string_pulling": False,
@@ -79,7 +82,9 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         "controller": {
             "rate": 40.0,
             "weights": "paper",
-            "nearest_point_term": True,
+            "radial_damping": "both",
+            "modulation_distance": 0.0,
+            "nearest_point_term": "away",
             "near_wall_term": False,
             "tracking": "pid",
             "certificate": False,
@@ -202,10 +207,8 @@ def _override(sections: dict[str, Any], text: str) -> None:
     except (yaml.YAMLError, ValueError):
         raise StarnavError(f"override {text!r}: the value is not valid YAML; allowed: e.g. robot.radius=0.3") from None
     if isinstance(parsed, str):
-        try:
+        with contextlib.suppress(ValueError):
             parsed = float(parsed)  # YAML 1.1 reads 1e-3 as a text
-        except ValueError:
-            pass
     if not isinstance(sections.get(section), dict):
         sections[section] = {}
     sections[section][name] = parsed

@@ -94,9 +94,7 @@ def run_trial(
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
     _add_monitors(builder, navigation, scenario.simulation.goal_tolerance)
-    log = LogVectorOutput(
-        navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step
-    )
+    log = LogVectorOutput(navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step)
     recorder = None
     if html is not None:
         from drake_starnav.recording import Recorder  # Meshcat is only started when it is wanted
@@ -132,7 +130,7 @@ def run_trial(
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
         **{name: stopwatch.summary(name) for name in STEPS},
     )
-    if recorder is not None:
+    if recorder is not None and html is not None:
         recorder.finish(html, f"{trial.scenario} · {trial.method} · seed {trial.seed} · {trial.outcome}")
     return trial
 

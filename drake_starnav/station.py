@@ -10,7 +10,6 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ZeroOrderHold
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar import LidarParameters
@@ -27,7 +26,7 @@ WHEELS = ("left_wheel", "right_wheel")
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`."""
-WHEEL_GAIN = 1.0
+WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
 
 
@@ -94,23 +93,21 @@ class NavigationStation(Diagram):
             PlanarLocalization(
                 num_positions=plant.num_positions(self.robot_model),
                 num_velocities=plant.num_velocities(self.robot_model),
+                scan_rate=lidar.rate,
             ),
         )
         robot_state = plant.get_state_output_port(self.robot_model)
         builder.Connect(robot_state, localization.GetInputPort("multibody_state"))
-        scan_pose = builder.AddNamedSystem("scan_pose", ZeroOrderHold(1.0 / lidar.rate, 3))
-        builder.Connect(localization.GetOutputPort("pose"), scan_pose.get_input_port())
-        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, self.robot_model)))
-        builder.Connect(
-            wheels.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model)
+        wheels = builder.AddNamedSystem(
+            "wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, self.robot_model))
         )
+        builder.Connect(wheels.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model))
 
         builder.ExportInput(wheels.GetInputPort("twist_command"), "drive.twist_command")
         for name in ("scan", "ranges", "point_cloud", "X_WS"):
             builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
-        for name in ("pose", "state"):
+        for name in ("pose", "state", "scan_pose"):
             builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
-        builder.ExportOutput(scan_pose.get_output_port(), "localization.scan_pose")
         builder.ExportOutput(robot_state, "cheat.robot_state")
         builder.ExportOutput(plant.get_contact_results_output_port(), "cheat.contact_results")
         builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")

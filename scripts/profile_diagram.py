@@ -23,9 +23,7 @@ def whole_diagram(scenario: Scenario, seed: int, stopwatch: Stopwatch) -> tuple[
     """The diagram as it navigates, with a log of the twists it commands."""
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed, stopwatch=stopwatch)
-    log = LogVectorOutput(
-        navigation.controller.GetOutputPort("twist_command"), builder, 1.0 / scenario.controller.rate
-    )
+    log = LogVectorOutput(navigation.controller.GetOutputPort("twist_command"), builder, 1.0 / scenario.controller.rate)
     return builder.Build(), navigation, log
 
 
@@ -74,13 +72,15 @@ def main() -> int:
         alone.append(timed(bare, options.duration)[0])
     ratios = np.array(whole) / np.array(alone)
     runs = f"{options.runs} pairs of runs, {options.duration:g} s of {scenario.name} seed {options.seed}"
-    print(f"whole diagram / plant alone: {np.median(ratios):.2f} (median of {runs}; {ratios.min():.2f}..{ratios.max():.2f})")
+    spread = f"{ratios.min():.2f} to {ratios.max():.2f}"
+    print(f"whole diagram / plant alone: {np.median(ratios):.2f} (median of {runs}; {spread})")
     print(f"  whole diagram  {np.median(whole) / options.duration * 1e3:6.1f} ms per simulated second")
     print(f"  plant alone    {np.median(alone) / options.duration * 1e3:6.1f} ms per simulated second")
     for name in ("scan", "update", "command"):
-        seconds = stopwatch.seconds[name]
-        share = sum(seconds) / options.runs / options.duration * 1e3
-        print(f"  {name:<9} {len(seconds) / options.runs / options.duration:6.1f} /s  {share:6.1f} ms per simulated second")
+        times = stopwatch.seconds[name]
+        share = sum(times) / options.runs / options.duration * 1e3
+        rate = len(times) / options.runs / options.duration
+        print(f"  {name:<9} {rate:6.1f} /s  {share:6.1f} ms per simulated second")
     return 0
 
 

@@ -32,7 +32,7 @@ BASE = "errors parameters"
 SENSING = f"{BASE} robot scan lidar raycast stopwatch models"
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
-LOOP = f"{SETUP} recording systems station diagram"
+LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} simulation"
 EVERYTHING = f"{TOP} benchmark report"
 ARRAYS = "numpy scipy numba"
@@ -51,13 +51,13 @@ TABLE = {
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
     "baselines": Room(f"{BASE} robot", f"{ARRAYS} sklearn"),
-    "worlds": Room(f"{BASE} robot", f"{ARRAYS} yaml"),
+    "worlds": Room(f"{BASE} robot scan lidar raycast", f"{ARRAYS} yaml"),
     "drawing": Room(METHOD, ARRAYS),
     "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
-    "recording": Room(SETUP, DRAKE),
-    "systems": Room(f"{SETUP} recording", DRAKE),
-    "station": Room(f"{SETUP} recording systems", DRAKE),
-    "diagram": Room(f"{SETUP} recording systems station", DRAKE),
+    "systems": Room(SETUP, DRAKE),
+    "station": Room(f"{SETUP} systems", DRAKE),
+    "diagram": Room(f"{SETUP} systems station", DRAKE),
+    "recording": Room(f"{SETUP} systems station diagram", DRAKE),
     "simulation": Room(LOOP, DRAKE),
     "benchmark": Room(TOP, "numpy scipy tqdm dask distributed"),
     "report": Room(f"{TOP} benchmark", "numpy scipy matplotlib"),

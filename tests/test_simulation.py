@@ -56,7 +56,9 @@ def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
         a, b = np.array(square[k]), np.array(square[(k + 1) % 4])
         normal = 0.05 * np.array([a[1] - b[1], b[0] - a[0]]) / np.hypot(*(b - a))
         along = 0.05 * (b - a) / np.hypot(*(b - a))
-        walls.append([(p).tolist() for p in (a - along - normal, b + along - normal, b + along + normal, a - along + normal)])
+        walls.append(
+            [(p).tolist() for p in (a - along - normal, b + along - normal, b + along + normal, a - along + normal)]
+        )
     text = f"world: !Obstacles {{bounds: [-1, -2, 6, 2], polygons: {walls}, goal: [3.8, 0.0]}}"
     trial = run_trial(parse_scenario(text, name="walled"), seed=0)
     assert trial.outcome == "unreachable"

@@ -1,13 +1,13 @@
 """The braking certificate: a twist is sent only if the robot can still stop inside what it has seen.
 
-Guarantee. If a command is accepted, the robot follows it for one control period (plus a declared delay) and then
-brakes as hard as its limits allow in both speed and turning rate, then no point of that motion brings a static
-obstacle that the scans have hit nearer to the robot's centre than its radius, provided that
+Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for
+one control period and then brakes as hard as its limits allow in both speed and turning rate, then no point of that
+motion brings a static obstacle that the scans have hit nearer to the robot's centre than its radius, provided that
  (1) the world is static,
  (2) the sensing and localisation error, plus half the distance between two samples of the simulated motion (at most
      SAMPLE_SPACING / 2), is at most the safety margin,
  (3) the robot keeps the simulated accelerations, and starts from the twist that was last commanded,
- (4) a command takes effect within one control period plus the declared delay.
+ (4) a command takes effect after the declared delay, which is at most one control period.
 When nothing can be certified the command is to brake: the robot then follows the tail of the motion that was
 certified last, so by induction it never touches anything. Turning on the spot is always allowed at a speed from which
 the robot stops within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
@@ -42,23 +42,36 @@ def limits_array(robot: RobotParameters) -> np.ndarray:
 
 
 def certified(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, star: SafetyStar
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    star: SafetyStar,
+    delay: float = 0.0,
 ) -> bool:
     """Whether `desired`, held for `hold` seconds and followed by full braking, stays inside the safety star.
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded now, m/s and rad/s.
-        desired: (v, omega) to certify.
-        hold: s.
+        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        hold: how long it is followed, s.
         limits: as from `limits_array`.
         star: what the last scans certify.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return bool(_certified(*pose, *twist, *desired, hold, limits, star.center, star.bearing_0, star.values))
+    return bool(_certified(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values))
 
 
 def certified_twist(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, star: SafetyStar
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    star: SafetyStar,
+    delay: float = 0.0,
 ) -> tuple[float, float, bool]:
     """The certified twist nearest to the desired one in the order of SPEED_SHARES and TURN_SHARES.
 
@@ -67,14 +80,14 @@ def certified_twist(
     Returns:
         v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
     """
-    return _certified_twist(*pose, *twist, *desired, hold, limits, star.center, star.bearing_0, star.values)
+    return _certified_twist(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values)
 
 
 def braking_path(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, delay: float = 0.0
 ) -> np.ndarray:
     """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands."""
-    return _braking_path(*pose, *twist, *desired, hold, limits)
+    return _braking_path(*pose, *twist, *desired, hold, delay, limits)
 
 
 @njit(cache=True)
@@ -104,42 +117,54 @@ def _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
 
 
 @njit(cache=True)
+def _limited(value, limit):
+    return min(max(value, -limit), limit)
+
+
+@njit(cache=True)
 def _ramped(value, target, change):
     return value + min(max(target - value, -change), change)
 
 
 @njit(cache=True)
-def _certified(x, y, yaw, v, omega, want_v, want_omega, hold, limits, center, bearing_0, values):
-    left = hold
-    while True:
-        x, y, yaw, v, omega, left = _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits)
+def _certified(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
+    want_v, want_omega = _limited(want_v, limits[0]), _limited(want_omega, limits[1])
+    while delay > 0.0:
+        x, y, yaw, v, omega, delay = _moved(x, y, yaw, v, omega, v, omega, delay, limits)
         if not covers(center, bearing_0, values, x, y):
             return False
-        if left <= 0.0 and abs(v) < 1e-9:
+    while True:
+        x, y, yaw, v, omega, hold = _moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        if not covers(center, bearing_0, values, x, y):
+            return False
+        if hold <= 0.0 and abs(v) < 1e-9:
             return True
 
 
 @njit(cache=True)
-def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, limits, center, bearing_0, values):
+def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
     for share in SPEED_SHARES:
         tried = want_v * share
-        if _certified(x, y, yaw, v, omega, tried, want_omega, hold, limits, center, bearing_0, values):
+        if _certified(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, center, bearing_0, values):
             return tried, want_omega, True
     for turn in TURN_SHARES:
         for share in (0.5, 0.0):
             tried = want_v * share
             slower = want_omega * turn
-            if _certified(x, y, yaw, v, omega, tried, slower, hold, limits, center, bearing_0, values):
+            if _certified(x, y, yaw, v, omega, tried, slower, hold, delay, limits, center, bearing_0, values):
                 return tried, slower, True
     standing = v * v <= 2.0 * limits[2] * STOPPED_DISTANCE
     return 0.0, want_omega if standing else 0.0, False
 
 
 @njit(cache=True)
-def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
+def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits):
+    want_v, want_omega = _limited(want_v, limits[0]), _limited(want_omega, limits[1])
     points = [(x, y, yaw)]
-    left = hold
-    while left > 0.0 or abs(v) > 1e-9:
-        x, y, yaw, v, omega, left = _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits)
+    while delay > 0.0:
+        x, y, yaw, v, omega, delay = _moved(x, y, yaw, v, omega, v, omega, delay, limits)
+        points.append((x, y, yaw))
+    while hold > 0.0 or abs(v) > 1e-9:
+        x, y, yaw, v, omega, hold = _moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
         points.append((x, y, yaw))
     return np.array(points)

@@ -32,7 +32,7 @@ def modulated_direction(
         position: shape (2,), W, m.
         direction: unit vector, shape (2,), W.
         regions: near the position.
-        parameters: sigma, weights, gamma_cap.
+        parameters: sigma, weights, gamma_cap, radial_damping.
 
     Returns:
         Unit vector, shape (2,), W; `direction` itself where no region contains the position.
@@ -47,6 +47,7 @@ def modulated_direction(
         parameters.sigma,
         parameters.gamma_cap,
         WEIGHTS[parameters.weights],
+        parameters.radial_damping == "both",
     )
     return np.array((x, y))
 
@@ -58,7 +59,8 @@ def near_wall_direction(
 
     With the clearance c to the nearest hit, the share is a = clip((zone - c)/zone, 0, 1), and q the soft mean of the
     unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE):
-    remove a share a of the part against q, add a q, normalise.
+    remove a share a of (u q) q if it is against q, add a q, normalise. Between two walls q is short, and the term
+    leaves the way through the gap alone.
 
     Args:
         position: shape (2,), W, m.
@@ -77,6 +79,7 @@ def nearest_point_direction(
     hits: np.ndarray,
     robot_radius: float,
     rho: float,
+    away: bool = False,
 ) -> np.ndarray:
     """The paper's blend p* = (1 - a) p~* + a p~_n* near an obstacle.
 
@@ -91,8 +94,9 @@ def nearest_point_direction(
         hits: shape (n, 2), W, m.
         robot_radius: r, m.
         rho: m.
+        away: take the unit vector away from p_n for p~_n*, which the paper leaves undefined.
 
-    Source: paper, section III-E.
+    Source: paper, eq. (combine).
     """
     if not len(hits):
         return direction
@@ -104,7 +108,7 @@ def nearest_point_direction(
     share = 1.0 if clearance <= rho else rho / clearance
     radial = float(guide @ outward)
     along = guide - radial * outward
-    at_hit = 2.0 * along + (0.0 if radial > 0.0 else radial) * outward
+    at_hit = -outward if away else 2.0 * along + (0.0 if radial > 0.0 else radial) * outward
     blend = (1.0 - share) * direction + share * at_hit
     length = float(np.hypot(*blend))
     return blend / length if length > 1e-9 else direction
@@ -124,13 +128,13 @@ def boundary_at(values, slopes, bearing_0, theta):
 
 
 @njit(cache=True)
-def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, sigma, cap, weights):
+def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, sigma, cap, weights, damp_inward):
     sum_x = sum_y = total = 0.0
     for k in range(len(bearing_0)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         distance = math.sqrt(dx * dx + dy * dy)
         if distance < CENTER:
-            weight = cap if weights != 0 else cap - 1.0
+            weight = cap - 1.0 if weights == 0 else cap
             sum_x += weight * ux
             sum_y += weight * uy
             total += weight
@@ -139,9 +143,7 @@ def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, sigma, cap, weig
         phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], theta)
         gamma = (phi / distance) ** sigma
         if gamma <= 1.0:
-            if weights != 2:
-                continue
-            gamma = 1.0
+            continue
         if weights == 0:
             weight = min(gamma, cap) - 1.0
         elif weights == 1:
@@ -160,17 +162,17 @@ def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, sigma, cap, weig
             continue
         radial = (ux * ty - uy * tx) / det
         tangential = (cosine * uy - sine * ux) / det
-        if radial > 0.0:
+        if radial > 0.0 or damp_inward:
             radial *= 1.0 - 1.0 / gamma
         tangential *= 1.0 + 1.0 / gamma
         vx, vy = radial * cosine + tangential * tx, radial * sine + tangential * ty
-        length = math.sqrt(vx * vx + vy * vy)
+        length = math.sqrt(vx * vx + vy * vy) if weights != 2 else 1.0
         if length > 1e-9:
             sum_x += weight * vx / length
             sum_y += weight * vy / length
             total += weight
     length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
-    if length < 1e-3 * total or total <= 0.0:
+    if length < (1e-9 if weights == 2 else 1e-3 * total) or total <= 0.0:
         return ux, uy
     return sum_x / length, sum_y / length
 

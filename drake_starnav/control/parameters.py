@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import parameter
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import check_parameters, parameter
 
 
 @dataclass(frozen=True)
@@ -15,15 +16,23 @@ class ControllerParameters:
     weights: str = parameter(
         "excess",
         "how overlapping regions are averaged: excess (min(Gamma, cap) - 1, continuous), clipped (min(Gamma, cap)), "
-        "or paper (max(Gamma, 1) over all regions)",
+        "or paper (Gamma itself, of vectors that are not normalised)",
         choices=("excess", "clipped", "paper"),
     )
     gamma_cap: float = parameter(8.0, "cap of Gamma in the weights", above=1.0, high=1000.0)
+    radial_damping: str = parameter(
+        "outward",
+        "which radial motion is damped by 1 - 1/Gamma: outward only, or both (the paper)",
+        choices=("outward", "both"),
+    )
     modulation_distance: float = parameter(
         0.25, "nearer than this to the short-term goal the guiding vector is used as it is", unit="m", low=0.0, high=5.0
     )
-    nearest_point_term: bool = parameter(
-        False, "the paper's blend towards the vector modulated at the nearest hit; needs no erosion"
+    nearest_point_term: str = parameter(
+        "none",
+        "the paper's blend near an obstacle, instead of erosion: none, modulated (towards the vector modulated at the "
+        "nearest hit, as its authors do), or away (towards the vector straight away from it)",
+        choices=("none", "modulated", "away"),
     )
     nearest_point_distance: float = parameter(
         0.1, "the paper's rho: clearance at which that blend is complete", unit="m", above=0.0, high=2.0
@@ -48,5 +57,16 @@ class ControllerParameters:
     scan_memory: int = parameter(5, "scans that the safety star is made from", low=1, high=100)
     safety_range: float = parameter(1.2, "extent of the safety star", unit="m", above=0.0, high=20.0)
     delay: float = parameter(
-        0.0, "time from a command to its effect that the certificate allows for", unit="s", low=0.0, high=2.0
+        0.0,
+        "time from a command to its effect, at most one control period; the certificate allows for it",
+        unit="s",
+        low=0.0,
+        high=1.0,
     )
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "controller")
+        if self.delay > 1.0 / self.rate:
+            raise StarnavError(
+                f"controller.delay is {self.delay:g} s; allowed: at most one control period, {1.0 / self.rate:g} s"
+            )

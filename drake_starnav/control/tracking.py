@@ -81,9 +81,9 @@ def guiding_vector(
     direction = guide
     if parameters.modulation and distance > parameters.modulation_distance:
         direction = modulated_direction(position, guide, regions, parameters)
-    if parameters.nearest_point_term:
-        rho = parameters.nearest_point_distance
-        direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho)
+    if parameters.nearest_point_term != "none":
+        rho, away = parameters.nearest_point_distance, parameters.nearest_point_term == "away"
+        direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho, away)
     if parameters.near_wall_term:
         direction = near_wall_direction(position, direction, hits, robot_radius, parameters.near_wall_zone)
     return direction, distance
@@ -117,9 +117,7 @@ def control_step(
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     if len(path):
-        direction, distance = guiding_vector(
-            pose[:2], path, regions, star.near_hits, parameters, robot.radius
-        )
+        direction, distance = guiding_vector(pose[:2], path, regions, star.near_hits, parameters, robot.radius)
     if direction.any():
         heading = _wrapped(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if arrives and len(path) == 1 else math.inf
@@ -129,9 +127,7 @@ def control_step(
             desired, errors = _pid(heading, twist, errors, period)
     accepted = True
     if parameters.certificate:
-        v, omega, accepted = certified_twist(
-            pose, twist, desired, period + parameters.delay, limits_array(robot), star
-        )
+        v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
         desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
 
@@ -145,14 +141,16 @@ def _law(heading: float, stop_at: float, parameters: ControllerParameters, robot
 
 
 def _pid(heading: float, twist: np.ndarray, errors: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """The paper's PID with v_ref = min(1, 0.5 / |heading error|); its integral gains are zero.
+    """The paper's low-level controller, u = kp e + kd de/dt, with v_ref = min(1, 0.5 / |heading error|).
 
-    Source: paper, section IV.
+    Without an integral term the speed settles at v_ref kp / (1 + kp), a third of v_ref.
+
+    Source: paper, section IV; gains of its authors.
     """
     reference = min(1.0, 0.5 / max(abs(heading), 1e-6))
     error = np.array((reference - twist[0], heading))
     rate = (error - errors) / period
-    v = twist[0] + PID["kp_v"] * error[0] + PID["kd_v"] * rate[0]
+    v = PID["kp_v"] * error[0] + PID["kd_v"] * rate[0]
     omega = PID["kp_w"] * error[1] + PID["kd_w"] * rate[1]
     return np.array((v, omega)), error
 

@@ -84,8 +84,8 @@ def cluster_frontiers(
 
     Source: paper, section III-C.
     """
-    reach = min(scan.range_max, parameters.range_clip)
-    hit = scan.distances < reach
+    reach = scan.range_max
+    hit = scan.hits
     if hit.sum() < 3:
         return Frontiers.none()
     from sklearn.cluster import DBSCAN  # imported late: it is slow to load and starts threads
@@ -98,8 +98,8 @@ def cluster_frontiers(
     for k, (_, _, angle_1, distance_1) in enumerate(sides):
         angle_2, distance_2, _, _ = sides[(k + 1) % len(sides)]
         opening = (angle_2 - angle_1) % (2.0 * math.pi)
-        if opening < 1e-6 or (opening > 1.5 * math.pi and len(sides) > 1):
-            continue  # a single closed cluster, or clusters that overlap in bearing
+        if opening < 1.5 * scan.angle_increment or (opening > 1.5 * math.pi and len(sides) > 1):
+            continue  # no beam between them: a single closed cluster, or clusters that overlap in bearing
         side_1 = distance_1 * np.array([math.cos(angle_1), math.sin(angle_1)])
         side_2 = distance_2 * np.array([math.cos(angle_2), math.sin(angle_2)])
         middle = 0.5 * (side_1 + side_2)

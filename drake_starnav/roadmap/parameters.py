@@ -35,11 +35,17 @@ class PlannerParameters(StarParameters):
     arrival_distance: float = parameter(
         0.12, "distance at which a frontier counts as reached (the paper: 0.25)", unit="m", above=0.0, high=2.0
     )
+    prune_covered: bool = parameter(True, "drop frontiers that a newer region covers (the paper keeps them)")
+    stuck_distance: float = parameter(
+        0.0,
+        "the target is stuck when a hit is nearer to it than this (the paper: 0.05); 0 for never",
+        unit="m",
+        low=0.0,
+        high=2.0,
+    )
     retire_dead_ends: bool = parameter(True, "remember places that were tried and led nowhere")
     retired_radius: float = parameter(0.2, "size of a retired place", unit="m", above=0.0, high=2.0)
-    progress_distance: float = parameter(
-        0.15, "motion that counts as progress", unit="m", above=0.0, high=5.0
-    )
+    progress_distance: float = parameter(0.15, "motion that counts as progress", unit="m", above=0.0, high=5.0)
     progress_timeout: float = parameter(
         4.0, "time without progress after which the target is given up", unit="s", above=0.0, high=600.0
     )
@@ -52,10 +58,10 @@ class PlannerParameters(StarParameters):
     near_wall_cost: float = parameter(
         1.0, "how much dearer a metre right at an obstacle is in the cost-to-go", low=0.0, high=20.0
     )
-    hysteresis: float = parameter(
-        0.5, "bonus of the current target, against indecision", unit="m", low=0.0, high=20.0
+    hysteresis: float = parameter(0.5, "bonus of the current target, against indecision", unit="m", low=0.0, high=20.0)
+    string_pulling: bool = parameter(
+        True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )
-    string_pulling: bool = parameter(True, "shorten the path inside the union of the regions")
     margin_shrinking: bool = parameter(True, "when nothing is left to explore, try again with less margin")
     margin_step: float = parameter(0.01, "by how much the margin shrinks", unit="m", above=0.0, high=1.0)
     margin_rounds: int = parameter(6, "how often it may shrink or be retried", low=0, high=100)

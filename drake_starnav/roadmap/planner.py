@@ -16,6 +16,8 @@ OUTSIDE_TOLERANCE = 0.03
 """The robot counts as having left the regions only when this far outside, m."""
 PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
+PROBE_SEEN_AFTER = 0.15
+"""A target whose probe is seen makes a node only this far from the last one, m."""
 GUIDE_RADIUS = 3.0
 """Regions whose centre is nearer than this to the robot are handed to the controller, m."""
 
@@ -142,7 +144,7 @@ def plan_step(
 
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing`, when the target
     frontier's probe is seen, on arrival at the target, and when no progress was made for `progress_timeout`.
-    In the last two cases the target is retired.
+    In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired.
 
     Args:
         state: before; it is not changed.
@@ -153,25 +155,26 @@ def plan_step(
         parameters: of the roadmap.
         robot_radius: m.
     """
-    if state.status is PlannerStatus.UNREACHABLE:
+    if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
-    if seen.region.margin != state.roadmap.margin and len(state.roadmap):
-        narrower = dataclasses.replace(parameters, margin=state.roadmap.margin)
-        seen = dataclasses.replace(seen, region=scan_region(seen.scan, seen.pose, robot_radius, narrower))
+    region = seen.region
+    if region.margin != state.roadmap.margin and len(state.roadmap):
+        region = _narrower(seen, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, position, time, parameters)
     roadmap, target = state.roadmap, state.target
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
-    if target is not None and (arrived or stalled):
+    stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
+    if target is not None and (arrived or stalled or stuck):
         if parameters.retire_dead_ends:
             roadmap = retired(roadmap, target[0], parameters.retired_radius)
         target = None
-    if arrived or stalled or _node_is_due(state, seen, position, parameters):
-        roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot_radius)
+    if arrived or stalled or stuck or _node_is_due(state, region, position, parameters):
+        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
-        return _planned(state, seen, position, goal, parameters, robot_radius)
+        return _planned(state, seen, region, position, goal, parameters, robot_radius)
     if not len(state.path):
-        return _planned(state, seen, position, goal, parameters, robot_radius)
-    path = _path_ahead(state.roadmap, state.path, position)
+        return _planned(state, seen, region, position, goal, parameters, robot_radius)
+    path = _path_ahead(state.roadmap, state.path, position, parameters)
     return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
 
 
@@ -188,9 +191,12 @@ def _watched(
     return state, stalled
 
 
-def _node_is_due(
-    state: PlannerState, seen: Observation, position: np.ndarray, parameters: PlannerParameters
-) -> bool:
+def _narrower(seen: Observation, margin: float, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
+    """The region of the latest scan with the margin that the roadmap has come to."""
+    return scan_region(seen.scan, seen.pose, robot_radius, dataclasses.replace(parameters, margin=margin))
+
+
+def _node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
     if not len(state.roadmap):
         return True
     if parameters.growth == "arrival":
@@ -198,8 +204,7 @@ def _node_is_due(
     driven = _distance(position, state.node_position)
     if driven > parameters.node_spacing:
         return True
-    if state.target is not None and driven > 0.15:
-        region = seen.region
+    if state.target is not None and driven > PROBE_SEEN_AFTER:
         if covers(region.center, region.bearing_0, region.boundary.values, *state.target[1]):
             return True
     return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
@@ -222,6 +227,7 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
 def _planned(
     state: PlannerState,
     seen: Observation,
+    region: StarRegion,
     position: np.ndarray,
     goal: np.ndarray,
     parameters: PlannerParameters,
@@ -231,7 +237,7 @@ def _planned(
     current = None if state.target is None else state.target[0]
     roadmap, rounds = state.roadmap, state.rounds
     while True:
-        route = find_route(roadmap, seen.region, position, goal, parameters, robot_radius, current)
+        route = find_route(roadmap, region, position, goal, parameters, robot_radius, current)
         if route is not None:
             break
         if not parameters.margin_shrinking or rounds >= parameters.margin_rounds:
@@ -241,15 +247,14 @@ def _planned(
         rounds += 1
         margin = max(roadmap.margin - parameters.margin_step, 0.0)
         roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
-        narrower = dataclasses.replace(parameters, margin=margin)
-        seen = dataclasses.replace(seen, region=scan_region(seen.scan, seen.pose, robot_radius, narrower))
-        roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot_radius)
+        region = _narrower(seen, margin, parameters, robot_radius)
+        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         current = None
     return dataclasses.replace(
         state,
         roadmap=roadmap,
         status=PlannerStatus.APPROACHING if route.frontier < 0 else PlannerStatus.EXPLORING,
-        path=_path_ahead(roadmap, route.path, position),
+        path=_path_ahead(roadmap, route.path, position, parameters),
         target=_target(roadmap, route),
         rounds=rounds,
         plans=state.plans + 1,
@@ -262,14 +267,25 @@ def _target(roadmap: StarRoadmap, route: Route) -> np.ndarray | None:
     return np.array([roadmap.frontiers.stand[route.frontier], roadmap.frontiers.probe[route.frontier]])
 
 
-def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """The path without the way points that are passed, or that the robot can see past."""
+def _path_ahead(
+    roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray, parameters: PlannerParameters
+) -> np.ndarray:
+    """The path without the way points that are passed, or (when pulling strings) that the robot can see past."""
+    passed = PASSED_DISTANCE if parameters.string_pulling else parameters.arrival_distance
     while len(path) > 1 and (
-        _distance(path[0], position) < PASSED_DISTANCE
-        or segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP)
+        _distance(path[0], position) < passed
+        or (parameters.string_pulling and segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP))
     ):
         path = path[1:]
     return path
+
+
+def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:
+    """Whether a hit of the latest scan lies within `distance` (m) of a place (2,) in W."""
+    if distance <= 0.0:
+        return False
+    offset = seen.scan.points(seen.pose) - place
+    return bool(len(offset)) and float(np.hypot(offset[:, 0], offset[:, 1]).min()) < distance
 
 
 def _distance(a: np.ndarray, b: np.ndarray) -> float:

@@ -99,7 +99,9 @@ def extended(
         distance = smoothed_distances(scan, parameters)
         hits = hits.stamped(scan.points_at(distance, distance < scan.range_max, pose))
     old = roadmap.frontiers
-    if len(old):
+    if len(old) and not parameters.prune_covered:
+        old = old.where(np.hypot(*(old.stand - region.center).T) > parameters.arrival_distance)
+    elif len(old):
         newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
         old = old.where(uncovered(old.probe, newest) & _alive(old, region, roadmap.retired, hits, robot_radius))
     if parameters.frontiers == "edges":
@@ -107,7 +109,8 @@ def extended(
     else:
         new = cluster_frontiers(region, scan, pose, index, parameters)
     if len(new):
-        new = new.where(uncovered(new.probe, stack.arrays, skip=index))
+        beyond = new.probe if parameters.prune_covered else new.stand  # the paper has no probes
+        new = new.where(uncovered(beyond, stack.arrays, skip=index))
         new = new.where(_alive(new, region, roadmap.retired, hits, robot_radius))
     return dataclasses.replace(
         roadmap,
@@ -131,9 +134,7 @@ def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float) -> StarRoadm
     )
 
 
-def rebuilt(
-    roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float
-) -> StarRoadmap:
+def rebuilt(roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
     """The same scans as a roadmap with another margin (m) and with no place retired."""
     parameters = dataclasses.replace(parameters, margin=margin)
     out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)

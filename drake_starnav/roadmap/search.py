@@ -168,9 +168,7 @@ def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nd
     return np.vstack((roadmap.stack.center[chain[::-1]], end[None, :]))
 
 
-def _pulled(
-    roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parameters: PlannerParameters
-) -> np.ndarray:
+def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parameters: PlannerParameters) -> np.ndarray:
     if not parameters.string_pulling or len(path) < 2:
         return path
     return string_pulled(roadmap, position, path)

@@ -140,7 +140,10 @@ def _moving_average(distance, range_max, half_width, wrap):
             a, b = distance[(i - k) % n], distance[(i + k) % n]
             if a >= range_max or b >= range_max:
                 break
-            if abs(a - distance[(i - k + 1) % n]) > SMOOTHING_JUMP or abs(b - distance[(i + k - 1) % n]) > SMOOTHING_JUMP:
+            if (
+                abs(a - distance[(i - k + 1) % n]) > SMOOTHING_JUMP
+                or abs(b - distance[(i + k - 1) % n]) > SMOOTHING_JUMP
+            ):
                 break
             total += a + b
             count = k

@@ -39,8 +39,11 @@ class StarParameters:
         0.03, "largest overshoot plus undershoot of an adaptive cubic", unit="m", above=0.0, high=1.0
     )
     slope_change: float = parameter(
-        0.06283185307179587, "change of direction that begins a new cubic when segmentation is slope", unit="rad",
-        above=0.0, high=3.2,
+        0.06283185307179587,
+        "change of direction that begins a new cubic when segmentation is slope",
+        unit="rad",
+        above=0.0,
+        high=3.2,
     )
     one_sided_fit: bool = parameter(True, "lower every cubic until it lies inside the measured free range")
     jump: float = parameter(

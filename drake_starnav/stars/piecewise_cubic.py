@@ -82,10 +82,12 @@ def _slope_breaks(samples, jump, change):
     first = math.atan2(samples[1] - samples[0], step)
     for i in range(1, count):
         slope = math.atan2(samples[i] - samples[i - 1], step)
-        if abs(samples[i] - samples[i - 1]) > jump or abs(slope - first) > change:
-            if i - breaks[n - 1] >= 4:
-                breaks[n] = i
-                n += 1
+        jumps = abs(samples[i] - samples[i - 1]) > jump
+        turns = abs(slope - first) > change
+        if jumps or (turns and i - breaks[n - 1] >= 4):
+            breaks[n] = i
+            n += 1
+        if jumps or turns:
             first = slope
     breaks[n] = count
     return breaks[: n + 1].copy()

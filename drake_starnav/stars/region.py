@@ -7,7 +7,7 @@ Source: paper, section III-B; theta by atan2 and the boundary's frame from Phi a
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -60,7 +60,7 @@ class StarRegion:
         offset = np.asarray(points, dtype=float) - self.center
         distance = np.hypot(offset[..., 0], offset[..., 1])
         phi = self.phi(np.arctan2(offset[..., 1], offset[..., 0]))
-        with np.errstate(divide="ignore", over="ignore"):
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             return np.where(distance > 0.0, (phi / distance) ** sigma, np.inf)
 
     def contains(self, points: np.ndarray) -> np.ndarray:
@@ -84,7 +84,8 @@ class StarRegion:
         fit = self.boundary
         samples = len(fit.values)
         position = np.mod((np.asarray(theta, dtype=float) - self.bearing_0) * samples / (2.0 * math.pi), samples)
-        left = np.floor(position).astype(int) % samples
+        position = np.where(position < samples, position, 0.0)  # mod of a tiny negative number rounds up to M
+        left = np.floor(position).astype(int)
         right = (left + 1) % samples
         segment = np.searchsorted(fit.starts, left, side="right") - 1
         first = fit.starts[segment]
@@ -144,6 +145,7 @@ class RegionStack:
     values: np.ndarray
     slopes: np.ndarray
     reach: np.ndarray
+    storage: "_Storage | None" = field(default=None, repr=False, compare=False)
 
     @staticmethod
     def of(regions: "list[StarRegion] | tuple[StarRegion, ...]", samples: int = 0) -> "RegionStack":
@@ -166,9 +168,16 @@ class RegionStack:
     def appended(self, region: StarRegion) -> "RegionStack":
         """This stack with one more region; rows are shared with `self` where the memory behind it is still unused."""
         n = len(self)
-        row = (region.center, region.bearing_0, region.boundary.values, region.boundary.slopes, region.reach)
-        names = ("center", "bearing_0", "values", "slopes", "reach")
-        return RegionStack(**{name: _append(getattr(self, name), n, value) for name, value in zip(names, row)})
+        storage = self.storage
+        if storage is None or storage.used != n or n == len(storage.arrays[0]):
+            storage = _Storage.grown((self.center, self.bearing_0, self.values, self.slopes, self.reach), 2 * n + 16)
+        fit = region.boundary
+        row = (region.center, region.bearing_0, fit.values, fit.slopes, region.reach)
+        for array, value in zip(storage.arrays, row, strict=True):
+            array[n] = value
+        storage.used = n + 1
+        center, bearing_0, values, slopes, reach = (array[: n + 1] for array in storage.arrays)
+        return RegionStack(center, bearing_0, values, slopes, reach, storage)
 
     def near(self, point: np.ndarray, distance: float) -> "RegionStack":
         """The regions whose centre lies within `distance` of a point in W."""
@@ -184,22 +193,20 @@ class RegionStack:
         return self.center, self.bearing_0, self.values, self.reach
 
 
-def _append(array: np.ndarray, n: int, value: object) -> np.ndarray:
-    """`array` with `value` as row n, amortised: views of one growing buffer, whose first user of a free row gets it."""
-    buffer = array.base
-    if not (isinstance(buffer, _Buffer) and buffer.used == n and n < len(buffer)):
-        grown = np.empty((max(16, 2 * n), *np.shape(value)))
-        grown[:n] = array
-        buffer = grown.view(_Buffer)
-    buffer[n] = value
-    buffer.used = n + 1
-    return buffer[: n + 1].view(np.ndarray)
+class _Storage:
+    """Arrays with spare rows behind the stacks that grew out of one another; the first to use a row owns it."""
 
+    def __init__(self, arrays: tuple[np.ndarray, ...], used: int) -> None:
+        self.arrays, self.used = arrays, used
 
-class _Buffer(np.ndarray):
-    """A growing array that remembers how many of its rows are taken."""
-
-    used: int = 0
+    @staticmethod
+    def grown(arrays: tuple[np.ndarray, ...], rows: int) -> "_Storage":
+        """Copies of the arrays with room for `rows` rows."""
+        used = len(arrays[0])
+        larger = tuple(np.empty((rows, *array.shape[1:])) for array in arrays)
+        for new, old in zip(larger, arrays, strict=True):
+            new[:used] = old
+        return _Storage(larger, used)
 
 
 @njit(cache=True)

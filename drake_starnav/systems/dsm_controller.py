@@ -8,8 +8,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Even
 
 from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.control.braking import braking_path, limits_array
-from drake_starnav.robot import RobotParameters
 from drake_starnav.roadmap import Guidance
+from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
 
@@ -91,8 +91,15 @@ class DsmController(LeafSystem):
         before = context.get_discrete_state(0).value().copy()
         with self._stopwatch.measure("command"):
             command = control_step(
-                pose, before[TWIST], before[ERRORS], guidance.path, guidance.arrives, guidance.regions, star,
-                self._controller, self._robot,
+                pose,
+                before[TWIST],
+                before[ERRORS],
+                guidance.path,
+                guidance.arrives,
+                guidance.regions,
+                star,
+                self._controller,
+                self._robot,
             )
         values.set_value(np.concatenate((command.twist, command.guiding_vector, [command.certified], command.errors)))
         return EventStatus.Succeeded()

@@ -161,7 +161,7 @@ class LidarSensor(LeafSystem):
         return EventStatus.Succeeded()
 
     def _held(self, context: Context) -> _Measurement:
-        if self._state is None:
+        if self._entry is not None:
             return self._entry.Eval(context)
         return context.get_abstract_state(self._state).get_value()
 

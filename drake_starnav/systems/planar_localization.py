@@ -2,7 +2,8 @@
 
 import math
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 
 class PlanarLocalization(LeafSystem):
@@ -12,6 +13,7 @@ class PlanarLocalization(LeafSystem):
                         ┌────────────────────┐
     multibody_state ───>│ PlanarLocalization ├──> pose
                         │                    ├──> state
+                        │                    ├──> scan_pose
                         └────────────────────┘
     ```
 
@@ -20,12 +22,14 @@ class PlanarLocalization(LeafSystem):
             velocities (angular and translational, in W, first).
         pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
         state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, m/s, omega about W's z, rad/s.
+        scan_pose: the pose held since the last scan was taken, discrete state.
     """
 
-    def __init__(self, *, num_positions: int, num_velocities: int) -> None:
+    def __init__(self, *, num_positions: int, num_velocities: int, scan_rate: float) -> None:
         """
         Args:
             num_positions, num_velocities: of the model instance.
+            scan_rate: of the lidar, Hz.
         """
         super().__init__()
         self._num_positions = num_positions
@@ -33,6 +37,13 @@ class PlanarLocalization(LeafSystem):
         depends = {self._multibody_state.ticket()}
         self.DeclareVectorOutputPort("pose", 3, self._calc_pose, depends)
         self.DeclareVectorOutputPort("state", 5, self._calc_state, depends)
+        self.DeclareStateOutputPort("scan_pose", self.DeclareDiscreteState(3))
+        self.DeclareInitializationDiscreteUpdateEvent(self._hold)
+        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, 0.0, self._hold)
+
+    def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
+        values.set_value(_pose(self._multibody_state.Eval(context)))
+        return EventStatus.Succeeded()
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(_pose(self._multibody_state.Eval(context)))
@@ -44,6 +55,7 @@ class PlanarLocalization(LeafSystem):
         output.SetFromVector((px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega_z))
 
 
-def _pose(x) -> tuple[float, float, float]:
+def _pose(x: np.ndarray) -> tuple[float, float, float]:
+    # the plant lets the quaternion's length drift: only ratios of its elements count
     qw, qx, qy, qz = x[:4]
-    return x[4], x[5], math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    return x[4], x[5], math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

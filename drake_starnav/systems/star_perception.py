@@ -6,8 +6,8 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.robot import RobotParameters
 from drake_starnav.roadmap import Observation, PlannerParameters
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.region import fit_region
@@ -87,9 +87,7 @@ class StarPerception(LeafSystem):
             safe_radius = radius + controller.safety_margin
             memory = context.get_abstract_state(self._state).get_value().memory
             memory = memory.remembered(scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory)
-            safety = safety_star(
-                memory, scan, distance, pose, safe_radius, controller.safety_range, self._planner
-            )
+            safety = safety_star(memory, scan, distance, pose, safe_radius, controller.safety_range, self._planner)
         seen = _Perceived(Observation(region, scan, pose), safety, memory)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
-from drake_starnav.robot import RobotParameters
 from drake_starnav.roadmap import Guidance, Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
 
 
@@ -89,8 +89,15 @@ class StarRoadmapPlanner(LeafSystem):
         goal = self._goal.Eval(context).copy()
         before = context.get_abstract_state(self._plan).get_value().state
         with self._stopwatch.measure("update"):
-            after = plan_step(seen=seen, state=before, position=position, goal=goal, time=context.get_time(),
-                              parameters=self._planner, robot_radius=self._robot.radius)
+            after = plan_step(
+                seen=seen,
+                state=before,
+                position=position,
+                goal=goal,
+                time=context.get_time(),
+                parameters=self._planner,
+                robot_radius=self._robot.radius,
+            )
             guidance = after.guidance(position)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])

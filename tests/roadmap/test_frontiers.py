@@ -124,7 +124,6 @@ def test_a_wide_opening_is_entered_along_its_bisector():
     [
         pytest.param(
             np.full(360, 1.0),
-            marks=pytest.mark.xfail(strict=True, reason="the step between its neighbouring hits counts as an opening"),
         ),
         np.full(360, np.inf),
     ],

@@ -1,0 +1,128 @@
+"""A robot without dynamics driven by the whole pipeline, to collect what its steps are given on the way."""
+
+import math
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars import RegionStack, StarRegion
+from drake_starnav.stars.free_range import free_range, smoothed_distances
+from drake_starnav.stars.region import fit_region
+from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
+from drake_starnav.worlds import World
+from drake_starnav.worlds.view import scan_from, visible_shapes
+
+LIDAR, ROBOT, PLANNER, CONTROLLER = LidarParameters(), RobotParameters(), PlannerParameters(), ControllerParameters()
+SAFE_RADIUS = ROBOT.radius + CONTROLLER.safety_margin
+ARRIVED = 0.3
+"""At the goal the drive ends this far from it, m."""
+SAMPLED = 10
+"""Every so many scans and commands of a drive are kept, and every so many plans their roadmap."""
+
+
+@dataclass(frozen=True)
+class ScanMoment:
+    """What a scan's processing is given: `memory` holds the scans before."""
+
+    scan: LaserScan
+    pose: np.ndarray
+    memory: ScanMemory
+
+
+@dataclass(frozen=True)
+class CommandMoment:
+    """What a command is given; FOA needs the scan with its pose instead of path, regions and star."""
+
+    pose: np.ndarray
+    twist: np.ndarray
+    path: np.ndarray
+    arrives: bool
+    regions: RegionStack
+    star: SafetyStar
+    scan: LaserScan
+    scan_pose: np.ndarray
+
+
+@dataclass
+class Drive:
+    """What was kept of one drive.
+
+    Attributes:
+        scans, commands: some of them.
+        plans: of every search of the roadmap, its number of nodes and the time of that step, s.
+        roadmaps: some of those searched, with the goal, shape (2,), W, m.
+        arrived: whether the goal was reached.
+        node_count: of the roadmap at the end.
+    """
+
+    scans: list[ScanMoment] = field(default_factory=list)
+    commands: list[CommandMoment] = field(default_factory=list)
+    plans: list[tuple[int, float]] = field(default_factory=list)
+    roadmaps: list[tuple[StarRoadmap, np.ndarray]] = field(default_factory=list)
+    arrived: bool = False
+    node_count: int = 0
+
+
+def scan_processing(moment: ScanMoment) -> tuple[StarRegion, SafetyStar, ScanMemory]:
+    """All that happens to a scan before anybody uses it."""
+    scan, pose = moment.scan, moment.pose
+    distance = smoothed_distances(scan, PLANNER)
+    region = fit_region(free_range(scan, distance, ROBOT.radius, PLANNER), pose[:2], pose[2] + scan.angle_min, PLANNER)
+    return region, *safety(moment, distance)
+
+
+def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:
+    """The safety star with the scan added to the memory."""
+    scan, pose, reach = moment.scan, moment.pose, CONTROLLER.safety_range
+    memory = moment.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, CONTROLLER.scan_memory)
+    return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
+
+
+def command(moment: CommandMoment) -> np.ndarray:
+    """The controller's twist."""
+    return control_step(
+        moment.pose, moment.twist, np.zeros(2), moment.path, moment.arrives, moment.regions, moment.star,
+        CONTROLLER, ROBOT,
+    ).twist  # fmt: skip
+
+
+def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:
+    """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly."""
+    kept = Drive()
+    shapes, goal = visible_shapes(world), np.array(world.goal)
+    pose, twist, period = np.array(world.start), np.zeros(2), 1.0 / CONTROLLER.rate
+    state, memory = PlannerState.initial(PLANNER, ROBOT.radius), ScanMemory()
+    scan_count = 0
+    for k in range(int(seconds * CONTROLLER.rate)):
+        kept.arrived = math.hypot(*(pose[:2] - goal)) < ARRIVED
+        if kept.arrived or state.status is PlannerStatus.UNREACHABLE or kept.node_count > nodes:
+            break
+        if k * period >= scan_count / LIDAR.rate:
+            scan, scan_pose = scan_from(shapes, pose, LIDAR, seed, scan_count), pose
+            moment = ScanMoment(scan, pose, memory)
+            region, star, memory = scan_processing(moment)
+            if scan_count % SAMPLED == SAMPLED // 2:
+                kept.scans.append(moment)
+            begin, before = time.perf_counter(), state.plans
+            state = plan_step(state, Observation(region, scan, pose), pose[:2], goal, k * period, PLANNER, ROBOT.radius)
+            spent = time.perf_counter() - begin
+            if state.plans > before:
+                kept.plans.append((len(state.roadmap), spent))
+                if len(kept.plans) % SAMPLED == 1 and len(state.roadmap.frontiers):
+                    kept.roadmaps.append((state.roadmap, goal))
+            kept.node_count = len(state.roadmap)
+            guidance = state.guidance(pose[:2])
+            scan_count += 1
+        now = CommandMoment(pose, twist, guidance.path, guidance.arrives, guidance.regions, star, scan, scan_pose)
+        if k % SAMPLED == SAMPLED // 2 and len(now.path):
+            kept.commands.append(now)
+        twist = command(now)
+        middle = pose[2] + 0.5 * twist[1] * period
+        pose = pose + period * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
+    return kept

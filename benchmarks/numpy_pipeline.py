@@ -1,0 +1,308 @@
+"""The pipeline's computations in plain NumPy (and SciPy), vectorised: what the compiled kernels are measured against.
+
+Everything here is for full-circle scans and the default parameters, written from the same formulas as the package.
+"""
+
+import math
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
+from drake_starnav.control.modulation import CENTER, NEAR_WALL_SCALE
+from drake_starnav.control.tracking import CREEP_SPEED, PASSED_DISTANCE
+from drake_starnav.roadmap import StarRoadmap
+from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars import RegionStack, StarParameters
+from drake_starnav.stars.free_range import CONNECTED_CHORD, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.stars.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
+from drake_starnav.stars.safety import SafetyStar, ScanMemory
+
+
+def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
+    """As `stars.free_range.smoothed_distances`."""
+    distance = scan.distances
+    hit = distance < scan.range_max
+    total, count, growing = distance.copy(), np.ones(len(distance)), hit.copy()
+    left = right = distance
+    for k in range(1, parameters.smoothing_beams + 1):
+        a, b = np.roll(distance, k), np.roll(distance, -k)
+        growing &= np.roll(hit, k) & np.roll(hit, -k)
+        growing &= (np.abs(a - left) <= SMOOTHING_JUMP) & (np.abs(b - right) <= SMOOTHING_JUMP)
+        total += np.where(growing, a + b, 0.0)
+        count += 2.0 * growing
+        left, right = a, b
+    mean = total / count
+    return np.where(hit & (np.abs(mean - distance) < SMOOTHING_LIMIT), mean, distance)
+
+
+def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
+    """As `stars.free_range.half_gaps`."""
+    following = np.roll(distance, -1)
+    squared = distance**2 + following**2 - 2.0 * distance * following * math.cos(scan.angle_increment)
+    chord = np.sqrt(np.maximum(squared, 0.0))
+    connected = (np.maximum(distance, following) < scan.range_max) & (chord < CONNECTED_CHORD)
+    half = np.where(connected, 0.5 * chord, 0.0)
+    return np.maximum(half, np.roll(half, 1))
+
+
+def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radius: float, limit: float) -> np.ndarray:
+    """As `stars.free_range.eroded_range`, for a lidar that looks as far at all bearings; infinite: no hit."""
+    samples = len(distance)
+    out = np.full(samples, max(limit, 0.0))
+    inflated = radius + np.where(np.isfinite(distance), distance, 0.0) * offset
+    chosen = np.flatnonzero(distance - inflated - gap < limit)
+    d, squared = distance[chosen], inflated[chosen] ** 2 + gap[chosen] ** 2
+    touching = d * d <= squared
+    for j in chosen[touching]:
+        out[(j + np.arange(-(samples // 4), samples // 4 + 1)) % samples] = 0.0
+    d, squared, chosen = d[~touching], squared[~touching], chosen[~touching]
+    if not len(d):
+        return out
+    width = (np.arcsin(np.sqrt(squared) / d) * samples / (2.0 * math.pi)).astype(int)
+    steps = np.arange(-width.max(), width.max() + 1)
+    angle = 2.0 * math.pi / samples * steps
+    root = np.sqrt(np.maximum(squared[:, None] - (d * d)[:, None] * np.sin(angle) ** 2, 0.0))
+    inside = np.abs(steps) <= width[:, None]
+    np.minimum.at(out, ((chosen[:, None] + steps) % samples)[inside], (d[:, None] * np.cos(angle) - root)[inside])
+    return out
+
+
+def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> np.ndarray:
+    """As the first result of `stars.free_range.free_range`."""
+    beams = len(distance)
+    every = math.ceil(parameters.bearings / beams)
+    hits, gap = np.full(beams * every, np.inf), np.zeros(beams * every)
+    hits[::every] = np.where(distance < scan.range_max, distance, np.inf)
+    gap[::every] = half_gaps(scan, distance)
+    inflated = radius + parameters.margin
+    return eroded_range(hits, gap, np.zeros(len(hits)), inflated, scan.range_max - inflated)
+
+
+def adaptive_fit(samples: np.ndarray, parameters: StarParameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """As `stars.piecewise_cubic.fit_piecewise_cubic`: starts, values, slopes; all segments of one depth at once."""
+    count = len(samples)
+    longest = max(count // LARGEST_SHARE, 1)
+    jumps = np.flatnonzero(np.abs(np.diff(samples)) > parameters.jump) + 1
+    bounds = np.concatenate(([0], jumps, [count]))
+    starts = np.concatenate([np.arange(a, b, longest) for a, b in zip(bounds[:-1], bounds[1:], strict=True)])
+    ends = np.append(starts[1:], count)
+    values, slopes, all_starts = np.empty(count), np.empty(count), []
+    while len(starts):
+        n = ends - starts
+        first = np.cumsum(n) - n
+        of = np.repeat(np.arange(len(n)), n)
+        index = np.arange(len(of)) - first[of] + starts[of]
+        half = np.where(n > 1, 0.5 * (n - 1), 1.0)
+        s = (index - starts[of] - 0.5 * (n - 1)[of]) / half[of]
+        y, s2 = samples[index], s * s
+        m2, m4, m6, b0, b1, b2, b3 = np.add.reduceat(
+            np.array((s2, s2 * s2, s2 * s2 * s2, y, y * s, y * s2, y * s2 * s)), first, axis=1
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            even, odd = n * m4 - m2 * m2, m2 * m6 - m4 * m4
+            c0 = np.where(n < 3, b0 / n, (m4 * b0 - m2 * b2) / even)
+            c2 = np.where(n < 3, 0.0, (n * b2 - m2 * b0) / even)
+            c1 = np.select([n == 1, n <= 3], [0.0, b1 / m2], (m6 * b1 - m4 * b3) / odd)
+            c3 = np.where(n <= 3, 0.0, (m2 * b3 - m4 * b1) / odd)
+        fitted = c0[of] + s * (c1[of] + s * (c2[of] + s * c3[of]))
+        over = np.maximum.reduceat(fitted - y, first)
+        under = np.maximum.reduceat(y - fitted, first)
+        split = (over + under > parameters.fit_tolerance) & (n >= SMALLEST_SPLIT)
+        lowered = fitted - np.maximum(over, 0.0)[of] if parameters.one_sided_fit else fitted
+        keep = ~split[of]
+        values[index[keep]] = np.maximum(lowered, 0.0)[keep]
+        slope = (c1[of] + s * (2.0 * c2[of] + 3.0 * s * c3[of])) / (half[of] * 2.0 * math.pi / count)
+        slopes[index[keep]] = slope[keep]
+        all_starts.append(starts[~split])
+        middle = (starts[split] + ends[split] + 1) // 2
+        starts, ends = (
+            np.column_stack((starts[split], middle)).ravel(),
+            np.column_stack((middle, ends[split])).ravel(),
+        )
+    return np.sort(np.concatenate(all_starts)), values, slopes
+
+
+def safety_values(
+    memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float, parameters: StarParameters
+) -> np.ndarray:
+    """As the values of `stars.safety.safety_star`; the latest scan is added to the memory here."""
+    older = ControllerParameters().scan_memory - 1
+    near = scan.hits & (scan.distances < reach + 2.0 * radius)
+    latest = scan.points_at(scan.distances, near, pose)
+    points = np.vstack((*memory.points[-older:], latest)) - pose[:2]
+    gaps = np.concatenate((*memory.half_gaps[-older:], half_gaps(scan, scan.distances)[near]))
+    samples = len(scan.ranges) * math.ceil(parameters.bearings / len(scan.ranges))
+    step = 2.0 * math.pi / samples
+    distance = np.hypot(points[:, 0], points[:, 1])
+    within = distance <= reach + 2.0 * radius
+    position = (np.arctan2(points[within, 1], points[within, 0]) - pose[2] - scan.angle_min) / step
+    nearest = np.floor(position + 0.5)
+    k = nearest.astype(int) % samples
+    hits, gap, offset = np.full(samples, np.inf), np.zeros(samples), np.zeros(samples)
+    np.minimum.at(hits, k, distance[within])
+    np.maximum.at(gap, k, gaps[within])
+    np.maximum.at(offset, k, np.abs(position - nearest) * step)
+    return eroded_range(hits, gap, offset, radius, min(scan.range_max, reach + radius) - radius)
+
+
+def command(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> np.ndarray:
+    """As the twist of `control.control_step`; `path` must not be empty."""
+    offset = path - pose[:2]
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    ahead = int(np.argmax(away > PASSED_DISTANCE)) if (away > PASSED_DISTANCE).any() else len(path) - 1
+    distance = away[ahead]
+    direction = offset[ahead] / distance
+    if distance > parameters.modulation_distance:
+        direction = _modulated(pose[:2], direction, regions, parameters)
+    direction = _off_walls(pose[:2], direction, star.near_hits, robot.radius, parameters.near_wall_zone)
+    heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
+    stop_at = distance if arrives and len(path) == 1 else math.inf
+    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)
+    omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
+    v, omega = _certified_twist(pose, twist, v, omega, 1.0 / parameters.rate + parameters.delay, star, robot)
+    limits = np.array((robot.max_speed, robot.max_yaw_rate))
+    change = np.array((robot.max_acceleration, robot.max_yaw_acceleration)) / parameters.rate
+    return twist + np.clip(np.clip((v, omega), -limits, limits) - twist, -change, change)
+
+
+def _modulated(
+    position: np.ndarray, direction: np.ndarray, regions: RegionStack, parameters: ControllerParameters
+) -> np.ndarray:
+    offset = position - regions.center
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    cap = parameters.gamma_cap
+    at_center = distance < CENTER
+    distance = np.maximum(distance, CENTER)
+    samples = regions.values.shape[1]
+    place = (np.arctan2(offset[:, 1], offset[:, 0]) - regions.bearing_0) * samples / (2.0 * math.pi)
+    base = np.floor(place)
+    share, left, row = place - base, base.astype(int) % samples, np.arange(len(place))
+    right = (left + 1) % samples
+    phi = (1.0 - share) * regions.values[row, left] + share * regions.values[row, right]
+    slope = (1.0 - share) * regions.slopes[row, left] + share * regions.slopes[row, right]
+    gamma = (phi / distance) ** parameters.sigma
+    inside = (gamma > 1.0) & ~at_center
+    normal, phi, slope, gamma = (offset / distance[:, None])[inside], phi[inside], slope[inside], gamma[inside]
+    cosine, sine = normal.T
+    tangent = np.column_stack((slope * cosine - phi * sine, slope * sine + phi * cosine))
+    tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
+    det = cosine * tangent[:, 1] - sine * tangent[:, 0]
+    radial = (direction[0] * tangent[:, 1] - direction[1] * tangent[:, 0]) / det
+    along = (cosine * direction[1] - sine * direction[0]) / det * (1.0 + 1.0 / gamma)
+    radial = np.where(radial > 0.0, radial * (1.0 - 1.0 / gamma), radial)
+    bent = radial[:, None] * normal + along[:, None] * tangent
+    weight = np.minimum(gamma, cap) - 1.0
+    total = (weight / np.hypot(bent[:, 0], bent[:, 1])) @ bent + at_center.sum() * (cap - 1.0) * direction
+    length, most = np.hypot(*total), weight.sum() + at_center.sum() * (cap - 1.0)
+    return direction if most <= 0.0 or length < 1e-3 * most else total / length
+
+
+def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float) -> np.ndarray:
+    offset = position - hits
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    nearest = distance.min(initial=np.inf)
+    share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
+    if share <= 0.0:
+        return direction
+    beyond = (distance - nearest) / NEAR_WALL_SCALE
+    weight = np.where(beyond < 4.6, np.exp(-beyond), 0.0)
+    push = (weight / distance) @ offset / weight.sum()
+    direction = direction - share * min(float(direction @ push), 0.0) * push + share * push
+    length = np.hypot(*direction)
+    return push if length < 1e-6 else direction / length
+
+
+def _certified_twist(
+    pose: np.ndarray, twist: np.ndarray, v: float, omega: float, hold: float, star: SafetyStar, robot: RobotParameters
+) -> tuple[float, float]:
+    tried = [(v * share, omega) for share in SPEED_SHARES]
+    tried += [(v * share, omega * turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
+    for candidate in tried:
+        if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
+            return candidate
+    standing = twist[0] ** 2 <= 2.0 * robot.max_acceleration * STOPPED_DISTANCE
+    return 0.0, omega if standing else 0.0
+
+
+def _motion(
+    pose: np.ndarray, twist: np.ndarray, want_v: float, want_omega: float, hold: float, robot: RobotParameters
+) -> np.ndarray:
+    """Positions until the robot stands, shape (n, 2): each step depends on the one before, so nothing is vectorised."""
+    x, y, yaw = (float(value) for value in pose)
+    v, omega = (float(value) for value in twist)
+    points: list[tuple[float, float]] = []
+    left = hold
+    while left > 0.0 or abs(v) >= 1e-9 or not points:
+        fastest = max(abs(v), abs(want_v)) if left > 0.0 else abs(v)
+        h = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9))
+        if left > 0.0:
+            h = min(h, left)
+            left = left - h if left - h >= 1e-9 else 0.0
+        else:
+            want_v = want_omega = 0.0
+        before = v
+        v += min(max(want_v - v, -robot.max_acceleration * h), robot.max_acceleration * h)
+        omega += min(max(want_omega - omega, -robot.max_yaw_acceleration * h), robot.max_yaw_acceleration * h)
+        travelled = (before if abs(before) > abs(v) else v) * h
+        middle = yaw + 0.5 * omega * h
+        x, y, yaw = x + travelled * math.cos(middle), y + travelled * math.sin(middle), yaw + omega * h
+        points.append((x, y))
+    return np.array(points)
+
+
+def _covered(offset: np.ndarray, star: SafetyStar) -> bool:
+    squared = (offset * offset).sum(axis=1)
+    samples = len(star.values)
+    place = (np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0) * samples / (2.0 * math.pi)
+    left = np.floor(place).astype(int) % samples
+    phi = np.minimum(star.values[left], star.values[(left + 1) % samples])
+    return bool(((squared < 1e-12) | (squared <= phi * phi)).all())
+
+
+def cost_to_go(
+    roadmap: StarRoadmap, goal: np.ndarray, low: np.ndarray, high: np.ndarray, robot_radius: float, near_wall: float
+) -> np.ndarray:
+    """As `roadmap.hit_memory.cost_to_go` for the probes of all frontiers, by SciPy's Dijkstra over the whole box."""
+    distance, first = roadmap.hits.window(low, high)
+    cell = roadmap.hits.resolution * STRIDE
+    origin = first * roadmap.hits.resolution
+    blocked, soft = robot_radius - BLOCKED_SLACK, robot_radius + SOFT_ZONE
+    d = np.pad(distance.astype(float), 1, constant_values=0.0)
+    dearer = 1.0 + near_wall * np.maximum(soft - d, 0.0) / (soft - blocked)
+    weight = np.where(d >= blocked, (10.0 * dearer).astype(int), 0)
+    nx, ny = weight.shape
+    number = np.arange(nx * ny).reshape(nx, ny)
+    sources, targets, costs = [], [], []
+    for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
+        inner, shifted = number[1:-1, 1:-1], np.roll(number, (-a, -b), (0, 1))[1:-1, 1:-1]
+        entered = weight.ravel()[shifted]
+        open_ = entered > 0
+        sources.append(inner[open_])
+        targets.append(shifted[open_])
+        costs.append(entered[open_] * (14 if a and b else 10))
+    edges = (np.concatenate(costs).astype(float), (np.concatenate(sources), np.concatenate(targets)))
+    i, j = np.clip(np.rint((goal - origin) / cell).astype(int), 0, np.array(distance.shape) - 1) + 1
+    field = dijkstra(csr_matrix(edges, shape=(nx * ny, nx * ny)), indices=int(number[i, j])).reshape(nx, ny)
+    at = np.rint((roadmap.frontiers.probe - origin) / cell).astype(int) + 1
+    out = np.full(len(at), np.inf)
+    for a in (-1, 0, 1):
+        for b in (-1, 0, 1):
+            p, q = at[:, 0] + a, at[:, 1] + b
+            good = (p >= 0) & (p < nx) & (q >= 0) & (q < ny)
+            cost = field[p[good], q[good]] * cell / 100.0 + cell * math.hypot(a, b)
+            out[good] = np.minimum(out[good], cost)
+    return out

@@ -1,0 +1,35 @@
+"""Many trials: run through an executor, kept in a file, summarised."""
+
+from drake_starnav.benchmark.batch import run_batch
+from drake_starnav.benchmark.jobs import Case, Job, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.benchmark.summary import (
+    Comparison,
+    Summary,
+    compare,
+    summarise,
+    summary_tables,
+    wilson_interval,
+)
+from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
+from drake_starnav.benchmark.workers import local_processes, run_jobs
+
+__all__ = [
+    "Case",
+    "Comparison",
+    "Job",
+    "Summary",
+    "TrialFile",
+    "compare",
+    "local_processes",
+    "make_cases",
+    "make_header",
+    "make_jobs",
+    "read_trials",
+    "run_batch",
+    "run_job",
+    "run_jobs",
+    "summarise",
+    "summary_tables",
+    "trial_seed",
+    "wilson_interval",
+]

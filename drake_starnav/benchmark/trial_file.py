@@ -1,0 +1,215 @@
+"""Files of trials: a header line that says what was run, then one JSON line for each trial that has ended."""
+
+import fcntl
+import hashlib
+import json
+import os
+import platform
+from collections.abc import Sequence
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from drake_starnav.benchmark.jobs import Case, Key, Record
+from drake_starnav.errors import StarnavError
+
+FORMAT = 1
+"""Of the file; a header has it under the key `format`."""
+Header = dict[str, Any]
+
+
+def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = ()) -> Header:
+    """What a file's trials have in common: the versions that ran them, and everything that defines them."""
+    return {
+        "format": FORMAT,
+        "versions": {
+            "drake_starnav": _version("drake-starnav"),
+            "source": source_hash(),
+            "drake": _version("drake"),
+            "python": platform.python_version(),
+        },
+        "machine": {"system": platform.platform(), "cores": os.cpu_count()},
+        "seed": seed,
+        "overrides": list(overrides),
+        "cases": [dict(vars(case)) for case in cases],
+    }
+
+
+@cache
+def source_hash() -> str:
+    """The first 12 digits of the SHA-256 of the package's code: its version number does not change with every edit."""
+    folder = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:12]
+
+
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "not installed as a package"
+
+
+def record_key(record: Record) -> Key:
+    """What tells a record from the others of its file."""
+    return record["scenario"], record["method"], record["trial"]
+
+
+class TrialFile:
+    """A file of trials that is being written: what has been appended is on the disk, whatever happens next.
+
+    Attributes:
+        records: those in the file, in its order.
+        repaired: what had to be repaired on opening, as a sentence; empty if nothing.
+    """
+
+    def __init__(self, path: Path, header: Header, *, resume: bool = False) -> None:
+        """Begin a new file, or continue one.
+
+        Args:
+            path: of the file; its folder is made.
+            header: see `make_header`.
+            resume: whether the file may hold trials already; a missing one is begun in either case.
+
+        Raises:
+            StarnavError: the file cannot be written, is in use, holds something and `resume` is false, is not a file
+                of trials, or one of other versions or settings. It is left as it was.
+        """
+        self.path = path
+        self.records: list[Record] = []
+        self.repaired = ""
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = open(path, "a+b")  # noqa: SIM115 (closed by close)
+        except OSError as error:
+            raise self._unwritable(error) from None
+        try:
+            self._lock()
+            self._read(header, resume)
+        except BaseException:
+            self.close()
+            raise
+
+    def append(self, record: Record) -> None:
+        """Add the record of a trial that has ended, and see it onto the disk."""
+        self._write(record)
+        self.records.append(record)
+
+    def close(self) -> None:
+        """Close the file; nothing can be appended any more."""
+        self._file.close()
+
+    def __enter__(self) -> "TrialFile":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise StarnavError(f"{self.path} is being written by another process; allowed: one at a time") from None
+        except OSError:
+            pass  # a file system without locks
+
+    def _read(self, header: Header, resume: bool) -> None:
+        self._file.seek(0)
+        data = self._file.read()
+        if not resume and data:
+            raise StarnavError(f"{self.path} exists and is not empty; allowed: a new file, or --resume to continue it")
+        size = data.rfind(b"\n") + 1
+        if size > 0:
+            found, self.records = parse_trials(data[:size], str(self.path))
+            check_same(found, header, str(self.path))
+        elif data and not json.dumps(header).encode().startswith(data[:10]):
+            raise StarnavError(f"{self.path} is not a file of trials; allowed: one written by benchmark.py")
+        if len(data) > size:
+            self._file.truncate(size)
+            self.repaired = f"{self.path}: the last line was cut off and is removed; its trial runs again"
+        if size == 0:
+            self._write(header)
+
+    def _write(self, entry: dict[str, Any]) -> None:
+        try:
+            self._file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise self._unwritable(error) from None
+
+    def _unwritable(self, error: OSError) -> StarnavError:
+        return StarnavError(
+            f"cannot write {self.path}: {error.strerror or error}; allowed: a file in a folder you may write to"
+        )
+
+
+def read_trials(path: Path) -> tuple[Header, list[Record]]:
+    """Header and records of a file, e.g. for a report; a last line that is cut off is left out.
+
+    Raises:
+        StarnavError: the file cannot be read, or is not a file of trials.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise StarnavError(f"cannot read {path}: {error.strerror}; allowed: a file written by benchmark.py") from None
+    return parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+
+
+def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
+    """Header and records of whole lines; `place` names them in the messages of a `StarnavError`."""
+    entries = []
+    for number, line in enumerate(data.splitlines(), start=1):
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            entry = None
+        needed = {"format", "versions", "seed", "cases"} if number == 1 else {"scenario", "method", "trial", "outcome"}
+        if not isinstance(entry, dict) or not needed <= entry.keys():
+            what = "the header of a file of trials" if number == 1 else "a trial"
+            raise StarnavError(f"{place} line {number} is not {what}; allowed: a file written by benchmark.py")
+        entries.append(entry)
+    if not entries:
+        raise StarnavError(f"{place} is empty; allowed: a file written by benchmark.py")
+    header, *records = entries
+    seen: set[Key] = set()
+    for number, record in enumerate(records, start=2):
+        if record_key(record) in seen:
+            raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
+        seen.add(record_key(record))
+    return header, records
+
+
+def check_same(found: Header, wanted: Header, place: str) -> None:
+    """Raise `StarnavError` unless trials of two headers may stand in one file; the number of trials may differ."""
+    differences = []
+    if found["format"] != wanted["format"]:
+        differences.append(f"format {found['format']}, now {wanted['format']}")
+    for name, value in wanted["versions"].items():
+        if found["versions"].get(name) != value:
+            differences.append(f"{name} {found['versions'].get(name)}, now {value}")
+    if found["seed"] != wanted["seed"]:
+        differences.append(f"seed {found['seed']}, now {wanted['seed']}")
+    before, now = ({f"{c['scenario']} {c['method']}": c["text"] for c in h["cases"]} for h in (found, wanted))
+    if before.keys() != now.keys():
+        differences.append(f"cases {', '.join(before)}, now {', '.join(now)}")
+    else:
+        differences += [f"other parameters of {name} ({_lines(before[name], now[name])})" for name in now if
+                        before[name] != now[name]]  # fmt: skip
+    if differences:
+        raise StarnavError(
+            f"{place} was written with {'; '.join(differences)}; allowed: --resume with the same, or another file"
+        )
+
+
+def _lines(before: str, now: str) -> str:
+    """The sections of two scenario texts that differ; a text has a line for each."""
+    changed = set(before.splitlines()) ^ set(now.splitlines())
+    return ", ".join(dict.fromkeys(line.partition(":")[0] for line in now.splitlines() if line in changed))

@@ -1,0 +1,164 @@
+"""What each part of the method is worth: python scripts/ablate.py --trials 20 --out out/ablation"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_starnav.benchmark import (
+    TrialFile,
+    compare,
+    local_processes,
+    make_cases,
+    make_header,
+    run_batch,
+    wilson_interval,
+)
+from drake_starnav.benchmark.ablation import ABLATIONS, REFERENCE, Ablation
+from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark.summary import markdown_table, number, rate_text
+from drake_starnav.command_line import (
+    BAD_INPUT,
+    INTERRUPTED,
+    add_batch_options,
+    check_batch_options,
+    check_writable,
+    write_text,
+)
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import unknown_name
+
+STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"), ("#E69F00", "v"))
+"""Colour and marker of each scenario: the palette of Okabe and Ito, told apart by shape as well."""
+Results = list[tuple[Ablation, list[Record]]]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the table; see `--help`. Returns the exit code."""
+    parser = argparse.ArgumentParser(prog="ablate.py", description="Measure what each part of the method is worth.")
+    parser.add_argument("scenario", nargs="*", default=["forest", "maze", "room"], help="default: forest maze room")
+    names = [row.name for row in ABLATIONS]
+    parser.add_argument("--rows", nargs="+", default=names, metavar="ROW", help=f"of {', '.join(names)} (default: all)")
+    parser.add_argument(
+        "--out", type=Path, default=Path("out/ablation"), metavar="FOLDER", help="default: out/ablation"
+    )
+    add_batch_options(parser)
+    options = parser.parse_args(arguments)
+    try:
+        return ablate(options)
+    except StarnavError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"{parser.prog}: interrupted; what has run is in {options.out}, --resume goes on", file=sys.stderr)
+        return INTERRUPTED
+
+
+def ablate(options: argparse.Namespace) -> int:
+    """Run the rows, one file of trials each, then write table and plot."""
+    check_batch_options(options)
+    table, picture = options.out / "ablation.md", options.out / "ablation.png"
+    check_writable(table)
+    check_writable(picture)
+    known = {row.name: row for row in ABLATIONS}
+    for name in options.rows:
+        if name not in known:
+            raise unknown_name(f"row {name!r}", name, known)
+    rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
+    cases = {row: make_cases(options.scenario, [row.method], row.overrides) for row in rows}
+    results: Results = []
+    for row in rows:
+        header = make_header(cases[row], options.seed, row.overrides)
+        with TrialFile(options.out / f"{row.name}.jsonl", header, resume=options.resume) as file:
+            if file.repaired:
+                print(file.repaired, file=sys.stderr)
+            records = run_batch(
+                cases[row], trials=options.trials, seed=options.seed, in_flight=2 * options.jobs, file=file,
+                make_executor=lambda: local_processes(options.jobs), quiet=options.quiet, title=row.name,
+            )  # fmt: skip
+        results.append((row, records))
+    scenarios = [case.scenario for case in cases[REFERENCE]]
+    text = ablation_table(results, scenarios)
+    write_text(table, text + "\n")
+    draw(results, scenarios, picture)
+    if not options.quiet:
+        print(text)
+        print(f"wrote {table}, {picture} and a file of trials for each row")
+    return 0
+
+
+def of_scenario(records: list[Record], scenario: str) -> list[Record]:
+    """The records of one scenario."""
+    return [record for record in records if record["scenario"] == scenario]
+
+
+def count(records: list[Record], outcome: str) -> int:
+    """How many trials ended so."""
+    return sum(record["outcome"] == outcome for record in records)
+
+
+def ablation_table(results: Results, scenarios: list[str]) -> str:
+    """A Markdown table with a row for each ablation; times are compared on trials that both reached."""
+    reference = results[0][1]
+    rows = []
+    for row, records in results:
+        cells = [row.name, row.meaning]
+        for scenario in scenarios:
+            trials = of_scenario(records, scenario)
+            cells += [
+                rate_text(count(trials, "reached"), len(trials)),
+                str(count(trials, "collision")),
+                number(compare(trials, reference).time_ratio, 2),
+            ]
+        rows.append((*cells, row.reference))
+    head = ["variant", "meaning"]
+    for scenario in scenarios:
+        head += [f"{scenario}: reached (95 %)", "collisions", f"time / {REFERENCE.name}"]
+    return markdown_table((*head, "described in"), rows)
+
+
+def draw(results: Results, scenarios: list[str], path: Path) -> None:
+    """Success with its 95 % interval, collisions and time ratio of each row, in three panels.
+
+    Raises:
+        StarnavError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise StarnavError("matplotlib is not installed; allowed: pip install drake-starnav[report]") from None
+
+    figure = Figure(figsize=(12.0, 1.6 + 0.42 * len(results)), layout="constrained")
+    success, collisions, ratio = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1, 1.4))
+    offsets = [0.22 * (k - (len(scenarios) - 1) / 2) for k in range(len(scenarios))]
+    for k, scenario in enumerate(scenarios):
+        colour, marker = STYLES[k % len(STYLES)]
+        style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 5, "label": scenario}
+        for y, (_, records) in enumerate(results):
+            trials = of_scenario(records, scenario)
+            reached = count(trials, "reached")
+            low, high = wilson_interval(reached, len(trials))
+            success.plot([100 * low, 100 * high], [y + offsets[k]] * 2, color=colour, linewidth=1.2)
+            success.plot(100 * reached / len(trials), y + offsets[k], **style)
+            collisions.plot(100 * count(trials, "collision") / len(trials), y + offsets[k], **style)
+            time_ratio = compare(trials, results[0][1]).time_ratio
+            if time_ratio is not None:
+                ratio.plot(time_ratio, y + offsets[k], **style)
+    success.set_yticks(range(len(results)), [row.meaning for row, _ in results])
+    success.invert_yaxis()
+    success.set_xlim(-3.0, 103.0)
+    success.set_xlabel("reached, % (95 % interval)")
+    collisions.set_xlabel("collided, %")
+    ratio.set_xlabel(f"time / {REFERENCE.name}, both reached")
+    ratio.axvline(1.0, color="0.6", linewidth=0.8)
+    for axes in (success, collisions, ratio):
+        axes.grid(axis="x", color="0.9")
+        axes.spines[["top", "right"]].set_visible(False)
+    handles, labels = success.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique), frameon=False)
+    figure.savefig(path, dpi=130)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,8 @@
+"""Run many trials: python scripts/benchmark.py forest maze room --method star --trials 200 --json out/star.jsonl"""
+
+import sys
+
+from drake_starnav.command_line import benchmark
+
+if __name__ == "__main__":
+    sys.exit(benchmark())

@@ -1,0 +1,87 @@
+"""Build the navigation diagram by hand, system by system, in a world of your own.
+
+`drake_starnav.make_diagram(scenario)` does the same in one line. Here each system can be exchanged: any planner that
+outputs a `Guidance` may stand before the controller, and any controller that outputs a twist behind the planner.
+
+Run: python scripts/examples/02_build_the_diagram.py
+"""
+
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+
+from drake_starnav import (
+    ControllerParameters,
+    DsmController,
+    LidarParameters,
+    NavigationStation,
+    PlannerParameters,
+    RobotParameters,
+    StarPerception,
+    StarRoadmapPlanner,
+    World,
+)
+from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.systems.collision_monitor import CollisionMonitor
+
+TIME_STEP = 0.005
+"""Of the plant, s."""
+
+
+def main() -> None:
+    """Build, simulate until a monitor ends the run, and print what happened."""
+    world = World(
+        name="yard",
+        start=(0.0, 0.0, 0.0),
+        goal=(4.5, 0.5),
+        cylinders=[(1.5, 0.1, 0.3), (2.0, 1.4, 0.4), (3.6, -0.3, 0.25)],
+        polygons=([(2.3, -0.5), (3.0, -0.5), (3.0, -1.2), (2.3, -1.2)],),
+        bounds=(-1.0, -2.0, 6.0, 2.5),
+    )
+    robot, lidar = RobotParameters(max_speed=0.6), LidarParameters(noise=0.02)
+    planner_parameters, controller_parameters = PlannerParameters(), ControllerParameters()
+
+    builder = DiagramBuilder()
+    station = builder.AddSystem(NavigationStation(world, robot, lidar, time_step=TIME_STEP))
+    goal = builder.AddSystem(ConstantVectorSource(world.goal))
+    # Events at one instant all see what was before it, so each stage updates a plant step after the one it reads.
+    perception = builder.AddSystem(
+        StarPerception(robot, planner_parameters, controller_parameters, rate=lidar.rate, offset=TIME_STEP)
+    )
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * TIME_STEP))
+    controller = builder.AddSystem(DsmController(robot, controller_parameters, offset=2 * TIME_STEP))
+
+    builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
+    builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
+    builder.Connect(perception.GetOutputPort("star"), planner.GetInputPort("star"))
+    builder.Connect(station.GetOutputPort("localization.pose"), planner.GetInputPort("pose"))
+    builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
+    builder.Connect(planner.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
+    builder.Connect(perception.GetOutputPort("safety_star"), controller.GetInputPort("safety_star"))
+    builder.Connect(station.GetOutputPort("localization.state"), controller.GetInputPort("state"))
+    builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
+
+    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
+    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
+    builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(planner.GetOutputPort("status"), arrival.GetInputPort("status"))
+    collision = builder.AddSystem(
+        CollisionMonitor(robot=station.robot_geometries, ground=[station.ground], period=0.02)
+    )
+    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    log = LogVectorOutput(station.GetOutputPort("localization.state"), builder, 0.5)
+
+    simulator = Simulator(builder.Build())
+    status = simulator.AdvanceTo(60.0)
+
+    print("   time      x      y  speed")
+    record = log.FindLog(simulator.get_context())
+    for time, (x, y, _, v, _) in zip(record.sample_times(), record.data().T, strict=True):
+        print(f"{time:5.1f} s {x:4.1f} m {y:4.1f} m {v:4.2f} m/s")
+    roadmap = planner.GetOutputPort("roadmap").Eval(planner.GetMyContextFromRoot(simulator.get_context()))
+    print(f"{status.message() or 'out of time'} at {simulator.get_context().get_time():.2f} s", end="")
+    print(f" with {len(roadmap.roadmap)} regions in the roadmap")
+
+
+if __name__ == "__main__":
+    main()

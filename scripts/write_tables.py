@@ -1,0 +1,233 @@
+"""Write docs/ports.md and docs/parameters.md from the code: python scripts/write_tables.py [--check]"""
+
+import argparse
+import dataclasses
+import importlib
+import inspect
+import pkgutil
+import sys
+import typing
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import yaml
+from pydrake.geometry import SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import LeafSystem, PortDataType, System
+
+import drake_starnav.systems
+from drake_starnav.parameters import allowed_text
+from drake_starnav.scenario import METHODS, SECTIONS, Scenario
+from drake_starnav.station import NavigationStation
+from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.lidar_sensor import LidarSensor
+from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.worlds import WORLD_KINDS, World
+
+DOCS = Path(__file__).parents[1] / "docs"
+WRITTEN = "Written by `python scripts/write_tables.py`; change the code, not this file."
+
+Row = tuple[str, ...]
+
+
+def all_systems() -> list[System]:
+    """One of each system of the package, with default parameters, in the order in which a scan passes them."""
+    defaults = Scenario(name="defaults", world=None)
+    robot, lidar, planner, controller = defaults.robot, defaults.lidar, defaults.planner, defaults.controller
+    return [
+        NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar),
+        LidarSensor(lidar, parent_frame_id=SceneGraph.world_frame_id(), X_PS=RigidTransform()),
+        PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0),
+        StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
+        StarRoadmapPlanner(robot, planner, offset=0.01),
+        DsmController(robot, controller, offset=0.01),
+        WheelSpeedCommand(wheel_radius=0.05, track=0.32),
+        CollisionMonitor(robot=(), ground=(), period=0.02),
+        ArrivalMonitor(tolerance=0.3, period=0.02),
+        StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here
+    ]
+
+
+def system_classes() -> set[type[LeafSystem]]:
+    """Every public system that a module of `drake_starnav.systems` defines."""
+    found = set()
+    for info in pkgutil.iter_modules(drake_starnav.systems.__path__, f"{drake_starnav.systems.__name__}."):
+        module = importlib.import_module(info.name)
+        for name, member in vars(module).items():
+            defined_here = inspect.isclass(member) and member.__module__ == module.__name__
+            if defined_here and issubclass(member, LeafSystem) and not name.startswith("_"):
+                found.add(member)
+    return found
+
+
+def documented_ports(cls: type) -> dict[str, str]:
+    """What the section "Ports" of a system's docstring says, by port name; a name may hold wildcards."""
+    lines = inspect.cleandoc(cls.__doc__ or "").splitlines()
+    start = next((k for k, line in enumerate(lines) if line.startswith("Ports")), len(lines))
+    texts: dict[str, str] = {}
+    names: list[str] = []
+    for line in lines[start + 1 :]:
+        if not line.strip():
+            break
+        if line.startswith(" " * 8):
+            for name in names:
+                texts[name] += f" {line.strip()}"
+        else:
+            head, _, text = line.strip().partition(": ")
+            names = head.split(", ")
+            texts.update(dict.fromkeys(names, text))
+    return texts
+
+
+def port_rows(system: System) -> list[Row]:
+    """One row (system, direction, port, carries, meaning) for each port of a system, inputs first."""
+    cls = type(system)
+    texts = documented_ports(cls)
+    ports = [("in", system.get_input_port(k)) for k in range(system.num_input_ports())]
+    ports += [("out", system.get_output_port(k)) for k in range(system.num_output_ports())]
+    rows: list[Row] = []
+    for direction, port in ports:
+        name = port.get_name()
+        meaning = next((text for pattern, text in texts.items() if fnmatchcase(name, pattern)), "")
+        rows.append((f"`{cls.__name__}`", direction, f"`{name}`", _carries(system, direction, port), meaning))
+    return rows
+
+
+def _carries(system: System, direction: str, port: Any) -> str:
+    if port.get_data_type() == PortDataType.kVectorValued:
+        return f"vector of {port.size()}"
+    value = system.AllocateInputAbstract(port) if direction == "in" else port.Allocate()
+    kind = type(value.get_value())
+    if kind is SimpleNamespace:  # a port that takes any object with the attributes it names
+        return "`object`"
+    return f"`{kind.__name__.partition('_')[0]}`"  # some Drake versions name the scalar type too: QueryObject_[float]
+
+
+def parameter_rows(cls: type, place: str) -> list[Row]:
+    """One row (name, unit, default, allowed, meaning) for each parameter of a dataclass.
+
+    Args:
+        cls: the dataclass, whose fields were made by `parameter`.
+        place: section of the scenario, e.g. "lidar", for the dotted names.
+    """
+    kinds, defaults = typing.get_type_hints(cls), cls()
+    rows: list[Row] = []
+    for field in dataclasses.fields(cls):
+        meta = field.metadata
+        if kinds[field.name] is str and not meta.get("choices"):
+            allowed = "a text"
+        elif typing.get_origin(kinds[field.name]) is list:
+            allowed = "a list"
+        else:
+            allowed = allowed_text(field)
+        default = getattr(defaults, field.name)
+        name = f"{place}.{field.name}"
+        rows.append((f"`{name}`", meta.get("unit", ""), f"`{yaml_text(default)}`", allowed, meta.get("help", "")))
+    return rows
+
+
+def yaml_text(value: Any) -> str:
+    """A parameter's value as one would write it into a scenario."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return yaml.safe_dump(value, default_flow_style=True).removesuffix("...\n").strip()
+
+
+def method_rows() -> list[Row]:
+    """One row (parameter, value by method...) for each parameter that some method sets."""
+    keys = [(section, key) for sections in METHODS.values() for section, values in sections.items() for key in values]
+    rows: list[Row] = []
+    for section, key in dict.fromkeys(keys):
+        default = getattr(SECTIONS[section](), key)
+        values = [sections.get(section, {}).get(key, default) for sections in METHODS.values()]
+        rows.append((f"`{section}.{key}`", *(f"`{yaml_text(value)}`" for value in values)))
+    return rows
+
+
+def table(head: Row, rows: Sequence[Row]) -> str:
+    """A Markdown table."""
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def _summary(cls: type) -> str:
+    return inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+
+
+def ports_page() -> str:
+    """The text of docs/ports.md."""
+    systems = all_systems()
+    what = [(f"`{type(s).__name__}`", f"`{type(s).__module__}`", _summary(type(s))) for s in systems]
+    rows = [row for system in systems for row in port_rows(system)]
+    return f"""# Systems and their ports
+
+{WRITTEN}
+
+Frames: W is the world, S the lidar, B the robot's base. Lengths are in metres, angles in radians, times in seconds.
+All systems are defined for T = double only.
+
+{table(("system", "module", "what it does"), what)}
+
+{table(("system", "", "port", "carries", "meaning"), rows)}
+"""
+
+
+def parameters_page() -> str:
+    """The text of docs/parameters.md."""
+    head = ("parameter", "unit", "default", "allowed", "meaning")
+    parts = [
+        f"""# Parameters
+
+{WRITTEN}
+
+Every parameter is a key of a scenario's YAML file and can be set on the command line, e.g. `--set robot.radius=0.3`.
+An unknown key or a value that is not allowed ends the run with one sentence that says what is.
+"""
+    ]
+    for section, cls in SECTIONS.items():
+        parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(head, parameter_rows(cls, section))}\n")
+    parts.append(
+        f"## world\n\nThe world's kind is chosen by a tag: {', '.join(f'`!{name}`' for name in WORLD_KINDS)}.\n"
+    )
+    for name, cls in WORLD_KINDS.items():
+        rows = parameter_rows(cls, "world")
+        parts.append(f"### world: !{name}\n\n{_summary(cls)}\n\n{table(head, rows)}\n")
+    methods = table(("parameter", *(f"`{name}`" for name in METHODS)), method_rows())
+    said = "A method is a set of values for the parameters above; a scenario's own come after."
+    parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
+    return "\n".join(parts)
+
+
+PAGES = {"ports.md": ports_page, "parameters.md": parameters_page}
+
+
+def main() -> int:
+    """Write the pages, or only compare them; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is out of date")
+    options = parser.parse_args()
+    outdated = 0
+    for name, page in PAGES.items():
+        path, text = DOCS / name, page()
+        current = path.is_file() and path.read_text(encoding="utf-8") == text
+        if options.check and not current:
+            outdated = 1
+            print(f"docs/{name} is out of date; run python scripts/write_tables.py", file=sys.stderr)
+        elif not options.check:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            print(f"docs/{name}: {'unchanged' if current else 'written'}")
+    return outdated
+
+
+if __name__ == "__main__":
+    sys.exit(main())

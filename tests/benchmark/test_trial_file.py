@@ -1,0 +1,121 @@
+"""Files of trials: nothing that is in them gets lost, and nothing gets in that does not belong."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.benchmark.jobs import Case, error_record, make_jobs
+from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
+from drake_starnav.errors import StarnavError
+
+CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
+HEADER = make_header(CASES, seed=3)
+RECORDS = [error_record(job, "for the test") for job in make_jobs(CASES, 3, 3)]
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "new" / "trials.jsonl"
+    with TrialFile(path, HEADER) as file:
+        for record in RECORDS:
+            file.append(record)
+    return path
+
+
+def test_what_was_appended_is_read_back(path: Path) -> None:
+    assert read_trials(path) == (HEADER, RECORDS)
+    with TrialFile(path, HEADER, resume=True) as file:
+        assert file.records == RECORDS
+        assert file.repaired == ""
+
+
+def test_a_line_is_on_the_disk_when_append_returns(tmp_path: Path) -> None:
+    with TrialFile(tmp_path / "trials.jsonl", HEADER) as file:
+        file.append(RECORDS[0])
+        assert read_trials(file.path) == (HEADER, RECORDS[:1])
+
+
+def test_every_cut_is_repaired(path: Path) -> None:
+    """Wherever a kill cuts the file, whole lines stay, and what is added next is whole too."""
+    data = path.read_bytes()
+    for size in [*range(0, len(data), 7), *(k + d for k, c in enumerate(data) if c == 10 for d in (0, 1))]:
+        path.write_bytes(data[:size])
+        whole = max(data[:size].count(b"\n") - 1, 0)
+        with TrialFile(path, HEADER, resume=True) as file:
+            assert file.records == RECORDS[:whole]
+            assert bool(file.repaired) == (size > 0 and not data[:size].endswith(b"\n"))
+            for record in RECORDS[whole:]:
+                file.append(record)
+        assert path.read_bytes() == data
+
+
+def test_a_file_is_not_overwritten(path: Path) -> None:
+    before = path.read_bytes()
+    with pytest.raises(StarnavError, match="not empty; allowed: a new file, or --resume"):
+        TrialFile(path, HEADER)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"seed": 4}, "seed 4, now 3"),
+        ({"format": 0}, "format 0, now 1"),
+        ({"versions": {**HEADER["versions"], "drake_starnav": "0.0.1"}}, "drake_starnav 0.0.1, now"),
+        ({"versions": {**HEADER["versions"], "drake": "1.0"}}, "drake 1.0, now"),
+        ({"cases": [dict(vars(CASES[0]), method="star_paper")]}, "cases forest star_paper, now forest star"),
+        (
+            {"cases": [dict(vars(CASES[0]), text="world: !Forest {}\nrobot: {radius: 0.3}\n")]},
+            "other parameters of forest star (robot)",
+        ),
+    ],
+)
+def test_other_settings_are_refused(path: Path, change: dict, words: str) -> None:
+    lines = path.read_text().splitlines(keepends=True)
+    lines[0] = json.dumps({**HEADER, **change}) + "\n"
+    path.write_text("".join(lines) + '{"half')
+    before = path.read_bytes()
+    with pytest.raises(StarnavError, match=re.escape(words)):
+        TrialFile(path, HEADER, resume=True)
+    assert path.read_bytes() == before
+
+
+def test_the_machine_may_change(path: Path) -> None:
+    with TrialFile(path, {**HEADER, "machine": {"system": "another", "cores": 1000}}, resume=True) as file:
+        assert file.records == RECORDS
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("a letter to somebody", "not a file of trials"),
+        ("a letter\nto somebody\n", "line 1 is not the header"),
+        ("[]\n", "line 1 is not the header"),
+        (json.dumps(HEADER) + "\nnonsense\n" + json.dumps(RECORDS[0]) + "\n", "line 2 is not a trial"),
+        (json.dumps(HEADER) + "\n" + 2 * (json.dumps(RECORDS[0]) + "\n"), "line 3 repeats a trial"),
+    ],
+)
+def test_other_files_are_refused_and_kept(tmp_path: Path, content: str, words: str) -> None:
+    path = tmp_path / "other.txt"
+    path.write_text(content)
+    with pytest.raises(StarnavError, match=words):
+        TrialFile(path, HEADER, resume=True)
+    assert path.read_text() == content
+
+
+def test_two_writers_are_refused(path: Path) -> None:
+    with (
+        TrialFile(path, HEADER, resume=True),
+        pytest.raises(StarnavError, match="being written by another"),
+    ):
+        TrialFile(path, HEADER, resume=True)
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    for place in (tmp_path, Path("/proc/forbidden/trials.jsonl")):
+        with pytest.raises(StarnavError, match=f"cannot write {place}"):
+            TrialFile(place, HEADER)
+    with pytest.raises(StarnavError, match="cannot read"):
+        read_trials(tmp_path / "missing.jsonl")

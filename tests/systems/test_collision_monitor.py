@@ -1,0 +1,102 @@
+"""The run ends at the first contact with an obstacle; the ground may be touched."""
+
+import gc
+
+import pytest
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station import NavigationStation
+from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.worlds.world import World
+
+ROBOT = RobotParameters()
+TOUCHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
+SPEED = 0.5
+
+
+class Run:
+    """A station that is driven by a constant twist under a monitor."""
+
+    def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, period=0.01, **obstacles) -> None:
+        world = World("test", start, (1.0, 0.0), **obstacles)
+        builder = DiagramBuilder()
+        self.station = builder.AddSystem(NavigationStation(world, ROBOT, LidarParameters(beams=3)))
+        source = builder.AddSystem(ConstantVectorSource(twist))
+        self.monitor = builder.AddSystem(
+            CollisionMonitor(
+                robot=self.station.robot_geometries, ground=[self.station.ground] if ground else [], period=period
+            )
+        )
+        builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))
+        builder.Connect(self.station.GetOutputPort("cheat.contact_results"), self.monitor.get_input_port())
+        self.simulator = Simulator(builder.Build())
+        self.context = self.simulator.get_context()
+
+    def until(self, time: float) -> SimulatorStatus:
+        return self.simulator.AdvanceTo(time)
+
+    def contacts(self) -> list:
+        return self.monitor.contacts(self.monitor.GetMyContextFromRoot(self.context))
+
+    def name(self, geometry) -> str:
+        return self.station.scene_graph.model_inspector().GetName(geometry).split("::")[-1]
+
+
+@pytest.mark.parametrize(
+    ("name", "obstacles", "gap"),
+    [
+        ("cylinder_0", {"cylinders": [(1.0, 0.05, 0.3)]}, 0.45),
+        ("sphere_0", {"spheres": [(1.0, 0.0, 0.3)]}, 0.45),
+        ("polygon_0_0", {"polygons": ([(0.8, -0.5), (1.2, -0.5), (1.2, 0.5), (0.8, 0.5)],)}, 0.55),
+        ("polygon_0_0", {"polygons": ([(0.8, -0.5), (1.2, 0.0), (0.8, 0.5)],)}, 0.55),
+        ("wall_east", {"bounds": (-1.0, -1.0, 0.8, 1.0)}, 0.55),
+    ],
+)
+def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap) -> None:
+    run = Run(**obstacles)
+    assert run.until(0.8 * gap / SPEED).reason() != TOUCHED
+    assert run.contacts() == []
+    status = run.until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("collision of ")
+    # the robot takes a moment to gain speed
+    assert gap / SPEED < run.context.get_time() + 0.02 < gap / SPEED + 0.2
+    ((hull, obstacle),) = run.contacts()
+    assert run.name(hull) == "hull"
+    assert run.name(obstacle) == name
+    assert str(hull) in status.message()
+    assert str(obstacle) in status.message()
+
+
+@pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, 2.0), (0.0, -2.0), (-0.5, 0.5)])
+def test_the_ground_is_touched_all_the_time_and_never_counts(twist) -> None:
+    run = Run(twist)
+    assert run.until(1.5).reason() != TOUCHED
+    results = run.station.GetOutputPort("cheat.contact_results").Eval(run.station.GetMyContextFromRoot(run.context))
+    assert results.num_point_pair_contacts() >= 2
+    assert run.contacts() == []
+
+
+def test_the_ground_counts_when_it_is_not_excepted() -> None:
+    run = Run(ground=False)
+    assert run.until(0.5).reason() == TOUCHED
+    assert {run.name(b) for _, b in run.contacts()} == {"ground"}
+
+
+def test_passing_close_by_is_no_collision() -> None:
+    run = Run(cylinders=[(1.0, ROBOT.radius + 0.3 + 0.002, 0.3)])
+    assert run.until(4.0).reason() != TOUCHED
+
+
+def test_ports_and_life() -> None:
+    run = Run(cylinders=[(1.0, 0.0, 0.3)])
+    assert run.monitor.get_input_port().get_name() == "contact_results"
+    assert run.monitor.num_output_ports() == 0
+    simulator = run.simulator
+    del run
+    gc.collect()
+    assert simulator.AdvanceTo(5.0).reason() == TOUCHED

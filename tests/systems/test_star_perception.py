@@ -1,0 +1,140 @@
+"""A scan goes in, the planner's region and the controller's safety star come out."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.region import scan_region
+from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.worlds.world import World
+from tests.scans import cast
+
+ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
+RATE, OFFSET = 20.0, 0.005
+WALLS = (-3.0, -3.0, 3.0, 3.0)
+POST = World("post", (0, 0, 0), (0, 0), cylinders=[(0.9, 0.0, 0.2)], bounds=WALLS)
+EMPTY = World("empty", (0, 0, 0), (0, 0), bounds=WALLS)
+POSE = np.array([0.1, -0.2, 0.4])
+
+
+class Perceived:
+    """A perception with a simulator, whose inputs are fixed by hand."""
+
+    def __init__(self, stopwatch: Stopwatch | None = None) -> None:
+        self.system = StarPerception(ROBOT, PLANNER, CONTROLLER, rate=RATE, offset=OFFSET, stopwatch=stopwatch)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+
+    def see(self, world: World, pose: np.ndarray = POSE) -> LaserScan:
+        """Put a scan of the world before the next update."""
+        scan = cast(world, pose)
+        self.system.GetInputPort("scan").FixValue(self.context, Value(scan))
+        self.system.GetInputPort("pose").FixValue(self.context, pose)
+        return scan
+
+    def update(self) -> None:
+        """Let one period pass."""
+        self.simulator.AdvanceTo(self.context.get_time() + 1.0 / RATE)
+
+    def out(self, name: str):
+        return self.system.GetOutputPort(name).Eval(self.context)
+
+
+def test_ports() -> None:
+    system = Perceived().system
+    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["scan", "pose"]
+    assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == ["star", "safety_star"]
+    assert not system.HasAnyDirectFeedthrough()
+
+
+def test_nothing_is_seen_before_the_first_update() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.simulator.AdvanceTo(0.5 * OFFSET)
+    assert perceived.out("star").region is None
+    assert perceived.out("safety_star").values.max() == 0.0
+
+
+def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
+    perceived = Perceived()
+    scan = perceived.see(POST)
+    perceived.update()
+    star = perceived.out("star")
+    assert star.scan is scan
+    assert np.array_equal(star.pose, POSE)
+    expected = scan_region(scan, POSE, ROBOT.radius, PLANNER)
+    assert np.array_equal(star.region.boundary.values, expected.boundary.values)
+    assert np.array_equal(star.region.center, POSE[:2])
+
+
+def test_the_planner_s_region_keeps_more_clearance_than_the_safety_star() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.update()
+    region, safety = perceived.out("star").region, perceived.out("safety_star")
+    assert np.array_equal(safety.center, region.center)
+    assert safety.bearing_0 == region.bearing_0
+    assert safety.values.max() <= CONTROLLER.safety_range + 1e-9
+    # straight at the post both end at its surface less the robot's radius and their own margin
+    bearing = np.arctan2(*(POST.cylinders[0, :2] - POSE[:2])[::-1])
+    sample = round((bearing - safety.bearing_0) / (2.0 * np.pi) * len(safety.values)) % len(safety.values)
+    free = np.hypot(*(POST.cylinders[0, :2] - POSE[:2])) - POST.cylinders[0, 2] - ROBOT.radius
+    assert safety.values[sample] == pytest.approx(free - CONTROLLER.safety_margin, abs=5e-3)
+    assert region.boundary.values[sample] <= free - PLANNER.margin + 5e-3  # smoothing flattens the post a little
+
+
+def test_the_safety_star_remembers_the_last_scans_and_no_more() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.update()
+    near_post = perceived.out("safety_star").values.min()
+    perceived.see(EMPTY)  # the post is gone from now on
+    for _ in range(CONTROLLER.scan_memory - 1):
+        perceived.update()
+        assert perceived.out("safety_star").values.min() == pytest.approx(near_post, abs=1e-9)
+    perceived.update()
+    assert perceived.out("safety_star").values.min() > near_post + 0.2
+
+
+def test_outputs_are_held_between_updates_at_the_lidar_s_rate() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.simulator.AdvanceTo(OFFSET + 1e-4)
+    first = perceived.out("star")
+    perceived.see(EMPTY)
+    perceived.simulator.AdvanceTo(OFFSET + 1.0 / RATE - 1e-4)
+    assert perceived.out("star") is first
+    perceived.simulator.AdvanceTo(OFFSET + 1.0 / RATE + 1e-4)
+    assert perceived.out("star") is not first
+
+
+def test_a_context_owns_its_memory() -> None:
+    """An update of one context is not seen by another, nor by a clone taken before it."""
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.update()
+    other = perceived.context.Clone()
+    held = perceived.system.GetOutputPort("safety_star").Eval(other).values.copy()
+    perceived.see(EMPTY)
+    for _ in range(CONTROLLER.scan_memory):
+        perceived.update()
+    assert np.array_equal(perceived.system.GetOutputPort("safety_star").Eval(other).values, held)
+    assert not np.array_equal(perceived.out("safety_star").values, held)
+    assert perceived.system.GetOutputPort("star").Eval(perceived.system.CreateDefaultContext()).region is None
+
+
+def test_each_scan_is_processed_once() -> None:
+    stopwatch = Stopwatch()
+    perceived = Perceived(stopwatch)
+    perceived.see(POST)
+    for _ in range(3):
+        perceived.update()
+        for _ in range(2):
+            perceived.out("star"), perceived.out("safety_star")
+    assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3, "fit": 3}

@@ -1,0 +1,178 @@
+"""The planner through a context: what it says, when, and that the context owns all it knows."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.roadmap import Observation, PlannerParameters, PlannerStatus
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import scan_region
+from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.worlds.world import World
+from tests.scans import cast
+
+ROBOT, PARAMETERS = RobotParameters(), PlannerParameters()
+OFFSET = 0.01
+PERIOD = 1.0 / PARAMETERS.rate
+POSE = np.array([0.3, -0.1, 0.5])
+OPEN = World("open", (0, 0, 0), (0, 0), bounds=(-2.0, -3.0, 8.0, 3.0))
+SCREEN = World(
+    "screen", (0, 0, 0), (0, 0), polygons=([(1.5, -1.0), (1.7, -1.0), (1.7, 1.0), (1.5, 1.0)],), bounds=OPEN.bounds
+)
+CELL = World("cell", (0, 0, 0), (0, 0), bounds=(-1.0, -1.0, 1.0, 1.0))
+IN_SIGHT, BEHIND = np.array([2.5, 0.4]), np.array([4.0, 0.0])
+
+
+class Planning:
+    """A planner with a simulator, whose inputs are fixed by hand."""
+
+    def __init__(self, goal: np.ndarray = BEHIND, stopwatch: Stopwatch | None = None) -> None:
+        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, offset=OFFSET, stopwatch=stopwatch)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.put("star", Value(Observation.none()))
+        self.put("pose", POSE)
+        self.put("goal", goal)
+
+    def put(self, name: str, value) -> None:
+        self.system.GetInputPort(name).FixValue(self.context, value)
+
+    def see(self, world: World, pose: np.ndarray = POSE) -> None:
+        """Stand at a pose and put what is seen from there before the next update."""
+        scan = cast(world, pose)
+        region = scan_region(scan, pose, ROBOT.radius, PARAMETERS)
+        self.put("star", Value(Observation(region, scan, pose)))
+        self.put("pose", pose)
+
+    def update(self) -> None:
+        self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
+
+    def out(self, name: str):
+        return self.system.GetOutputPort(name).Eval(self.context)
+
+
+def test_ports() -> None:
+    system = Planning().system
+    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["star", "pose", "goal"]
+    outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
+    assert outputs == ["guidance", "short_term_goal", "roadmap", "status"]
+    assert system.GetOutputPort("short_term_goal").size() == 2
+    assert not system.HasAnyDirectFeedthrough()
+
+
+def test_state_is_one_snapshot_and_the_short_term_goal() -> None:
+    context = Planning().context
+    assert context.num_abstract_states() == 1
+    assert context.get_discrete_state(0).size() == 2
+    assert context.num_continuous_states() == 0
+
+
+def test_waits_where_it_is_until_something_is_seen() -> None:
+    planning = Planning()
+    planning.simulator.Initialize()
+    for _ in range(3):
+        assert planning.out("status") is PlannerStatus.WAITING
+        assert planning.out("short_term_goal") == pytest.approx(POSE[:2])
+        assert len(planning.out("guidance").path) == 0
+        assert len(planning.out("roadmap").roadmap) == 0
+        planning.update()
+
+
+def test_goal_in_sight_is_approached_straight() -> None:
+    planning = Planning(goal=IN_SIGHT)
+    planning.see(OPEN)
+    planning.update()
+    guidance = planning.out("guidance")
+    assert planning.out("status") is PlannerStatus.APPROACHING
+    assert guidance.arrives
+    assert guidance.path == pytest.approx(IN_SIGHT[None, :])
+    assert planning.out("short_term_goal") == pytest.approx(IN_SIGHT)
+
+
+def test_goal_out_of_sight_makes_it_explore_towards_a_frontier() -> None:
+    planning = Planning(goal=BEHIND)
+    planning.see(SCREEN)
+    planning.update()
+    guidance, state = planning.out("guidance"), planning.out("roadmap")
+    assert planning.out("status") is PlannerStatus.EXPLORING
+    assert state.status is PlannerStatus.EXPLORING
+    assert not guidance.arrives
+    assert guidance.path[-1] == pytest.approx(state.target[0])
+    assert planning.out("short_term_goal") == pytest.approx(guidance.path[0])
+    assert len(state.roadmap) == 1
+    # where it sends the robot has been seen to be free
+    assert state.roadmap.regions[0].gamma(guidance.path).min() > 1.0 - 1e-3
+    assert guidance.regions.center[0] == pytest.approx(POSE[:2])
+
+
+def test_walled_in_is_unreachable_and_guides_nowhere() -> None:
+    planning = Planning(goal=BEHIND)
+    planning.see(CELL)
+    planning.update()
+    assert planning.out("status") is PlannerStatus.UNREACHABLE
+    assert len(planning.out("guidance").path) == 0
+    assert planning.out("short_term_goal") == pytest.approx(POSE[:2])
+
+
+def test_updates_come_at_the_rate_after_the_offset() -> None:
+    planning = Planning(goal=IN_SIGHT)
+    planning.see(OPEN)
+    planning.simulator.AdvanceTo(OFFSET - 1e-4)
+    assert planning.out("status") is PlannerStatus.WAITING
+    planning.simulator.AdvanceTo(OFFSET + 1e-4)
+    first = planning.out("roadmap")
+    assert first.status is PlannerStatus.APPROACHING
+    planning.simulator.AdvanceTo(OFFSET + PERIOD - 1e-4)
+    assert planning.out("roadmap") is first
+
+
+def test_moved_goal_is_taken_up_at_the_next_search() -> None:
+    planning = Planning(goal=IN_SIGHT)
+    planning.see(OPEN)
+    planning.update()
+    moved = np.array([-1.0, 1.0])
+    planning.put("goal", moved)
+    planning.see(OPEN, POSE + (1.1 * PARAMETERS.node_spacing, 0.0, 0.0))  # far enough for a node, which is a search
+    planning.update()
+    assert len(planning.out("roadmap").roadmap) == 2
+    assert planning.out("guidance").path[-1] == pytest.approx(moved)
+
+
+def test_a_snapshot_once_read_never_changes() -> None:
+    planning = Planning(goal=BEHIND)
+    planning.see(SCREEN)
+    planning.update()
+    before = planning.out("roadmap")
+    values, stand = before.roadmap.stack.values.copy(), before.roadmap.frontiers.stand.copy()
+    for step in (0.8, 1.6):
+        planning.see(SCREEN, POSE + (0.0, step, 0.0))
+        planning.update()
+    assert len(planning.out("roadmap").roadmap) == 3
+    assert len(before.roadmap) == 1
+    assert np.array_equal(before.roadmap.stack.values, values)
+    assert np.array_equal(before.roadmap.frontiers.stand, stand)
+
+
+def test_a_context_owns_its_roadmap() -> None:
+    planning = Planning(goal=BEHIND)
+    planning.see(SCREEN)
+    planning.update()
+    clone = planning.context.Clone()
+    for step in (0.8, 1.6):
+        planning.see(SCREEN, POSE + (0.0, step, 0.0))
+        planning.update()
+    roadmap = planning.system.GetOutputPort("roadmap")
+    assert [len(roadmap.Eval(context).roadmap) for context in (planning.context, clone)] == [3, 1]
+    assert len(roadmap.Eval(planning.system.CreateDefaultContext()).roadmap) == 0
+
+
+def test_only_updates_with_a_search_count_as_plans() -> None:
+    stopwatch = Stopwatch()
+    planning = Planning(goal=IN_SIGHT, stopwatch=stopwatch)
+    planning.see(OPEN)
+    for _ in range(4):
+        planning.update()
+    assert len(stopwatch.seconds["update"]) == 4
+    assert len(stopwatch.seconds["plan"]) == planning.out("roadmap").plans == 1

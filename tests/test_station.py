@@ -1,0 +1,239 @@
+"""The station as its ports show it: it drives as told, says where it is, and sees what stands around it."""
+
+import gc
+import math
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station import NavigationStation
+from drake_starnav.worlds.world import World
+from tests.scans import cast
+
+STEADY_ERROR = (6e-4, 1.2e-3)
+"""Of (v, omega) up to 0.8 m/s and 2 rad/s, m/s and rad/s."""
+SETTLED = 1.0
+"""After a step to full speed the robot drives steadily, s."""
+OFF_GRID = 0.6013
+"""Between two steps of the plant, s."""
+START = (1.0, -2.0, 0.6)
+LIDAR = LidarParameters(noise=0.0)
+INPUTS = ["drive.twist_command"]
+OUTPUTS = [
+    "lidar.scan",
+    "lidar.ranges",
+    "lidar.point_cloud",
+    "lidar.X_WS",
+    "localization.pose",
+    "localization.state",
+    "localization.scan_pose",
+    "cheat.robot_state",
+    "cheat.contact_results",
+    "cheat.geometry_query",
+]
+
+
+class Drive:
+    """A station in a world, driven by twists."""
+
+    def __init__(self, world: World | None = None, robot: RobotParameters | None = None, **arguments) -> None:
+        world = world or World("open", START, (5.0, 0.0))
+        self.station = NavigationStation(world, robot or RobotParameters(), arguments.pop("lidar", LIDAR), **arguments)
+        self.simulator = Simulator(self.station)
+        self.context = self.simulator.get_mutable_context()
+        self.command(0.0, 0.0)
+
+    def command(self, v: float, omega: float) -> None:
+        self.station.GetInputPort("drive.twist_command").FixValue(self.context, [v, omega])
+
+    def advance(self, duration: float) -> None:
+        self.simulator.AdvanceTo(self.context.get_time() + duration)
+
+    def truth(self) -> np.ndarray:
+        """(x, y, yaw, v, omega) by the plant itself."""
+        plant = self.station.plant
+        context, base = plant.GetMyContextFromRoot(self.context), plant.GetBodyByName("base_link")
+        X_WB, V_WB = plant.EvalBodyPoseInWorld(context, base), plant.EvalBodySpatialVelocityInWorld(context, base)
+        v_B = X_WB.rotation().inverse() @ V_WB.translational()
+        return np.array([*planar(X_WB), v_B[0], V_WB.rotational()[2]])
+
+    def out(self, name: str):
+        value = self.station.GetOutputPort(name).Eval(self.context)
+        return value.copy() if isinstance(value, np.ndarray) else value
+
+
+def planar(X_WF) -> tuple[float, float, float]:
+    """(x, y, yaw) of a frame."""
+    x, y, _ = X_WF.translation()
+    R_WF = X_WF.rotation().matrix()
+    return x, y, math.atan2(R_WF[1, 0], R_WF[0, 0])
+
+
+def turned(angle: float, since: float) -> float:
+    """By how much an angle differs from another, in (-pi, pi]."""
+    return math.remainder(angle - since, 2.0 * math.pi)
+
+
+def test_ports() -> None:
+    station = Drive().station
+    assert [station.get_input_port(k).get_name() for k in range(station.num_input_ports())] == INPUTS
+    assert [station.get_output_port(k).get_name() for k in range(station.num_output_ports())] == OUTPUTS
+    assert station.get_name() == "station"
+
+
+def test_begins_at_the_start_and_stays_there() -> None:
+    drive = Drive()
+    assert drive.out("localization.state") == pytest.approx([*START, 0.0, 0.0], abs=1e-12)
+    drive.advance(2.0)
+    assert drive.out("localization.state") == pytest.approx([*START, 0.0, 0.0], abs=1e-4)
+
+
+@pytest.mark.parametrize(("v", "omega"), [(0.8, 0.0), (-0.4, 0.0), (0.0, 2.0), (0.0, -1.0), (0.8, 2.0), (0.5, -0.7)])
+def test_drives_the_twist_it_is_told(v: float, omega: float) -> None:
+    drive = Drive()
+    drive.command(v, omega)
+    drive.advance(SETTLED)
+    begin = drive.truth()
+    assert abs(begin[3] - v) <= STEADY_ERROR[0]
+    assert abs(begin[4] - omega) <= STEADY_ERROR[1]
+    assert drive.out("localization.state")[3:] == pytest.approx(begin[3:], abs=1e-2)
+    duration = 1.0
+    drive.advance(duration)
+    pose = drive.truth()
+    # the arc that the twist describes
+    yaw, turn = begin[2], omega * duration
+    chord = v * duration * np.sinc(0.5 * turn / math.pi)
+    expected = begin[:2] + chord * np.array([math.cos(yaw + 0.5 * turn), math.sin(yaw + 0.5 * turn)])
+    assert pose[:2] == pytest.approx(expected, abs=5e-3)  # within a step of the plant
+    assert turned(pose[2], yaw + turn) == pytest.approx(0.0, abs=STEADY_ERROR[1] * duration + 1e-9)
+
+
+def test_localization_is_the_truth_when_driving_straight() -> None:
+    drive = Drive()
+    drive.command(0.6, 0.0)
+    drive.advance(1.3)
+    assert drive.out("localization.state") == pytest.approx(drive.truth(), abs=1e-6)
+    assert np.array_equal(drive.out("localization.pose"), drive.out("localization.state")[:3])
+
+
+def test_localization_is_the_truth_after_turning() -> None:
+    drive = Drive()
+    drive.command(0.2, 2.0)
+    drive.advance(10.0)
+    assert turned(drive.out("localization.pose")[2], drive.truth()[2]) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_scan_pose_is_where_the_held_scan_was_taken() -> None:
+    drive = Drive()
+    drive.command(0.8, 1.0)
+    drive.advance(0.3001)
+    taken = drive.out("localization.pose")
+    drive.advance(0.03)
+    assert drive.out("lidar.scan").time == pytest.approx(0.3)
+    x, y, yaw = planar(drive.out("lidar.X_WS"))
+    held = drive.out("localization.scan_pose")
+    assert held[:2] == pytest.approx([x, y], abs=1e-4)  # they differ by the robot's tilt
+    assert turned(held[2], yaw) == pytest.approx(0.0, abs=1e-3)
+    assert held == pytest.approx(taken, abs=1e-9)
+    assert math.hypot(*(drive.out("localization.pose")[:2] - held[:2])) > 0.02
+
+
+def test_scan_pose_is_known_when_the_first_scan_is() -> None:
+    drive = Drive()
+    drive.simulator.Initialize()
+    assert drive.out("lidar.scan").time == 0.0
+    assert drive.out("localization.scan_pose") == pytest.approx(START)
+
+
+def test_lidar_sees_the_obstacles_from_where_the_robot_is_and_never_the_robot() -> None:
+    world = World("posts", START, (5.0, 0.0), cylinders=[(2.5, -2.0, 0.3), (0.5, -0.8, 0.2)], bounds=(-2, -4, 5, 2))
+    drive = Drive(world)
+    drive.command(0.3, 0.8)
+    drive.advance(0.99)
+    scan, pose = drive.out("lidar.scan"), planar(drive.out("lidar.X_WS"))
+    exact = cast(world, np.array(pose), beams=LIDAR.beams, range_max=LIDAR.range_max)
+    both = scan.hits & exact.hits
+    assert both.sum() > 0.99 * max(scan.hits.sum(), exact.hits.sum())
+    # beams along an edge differ by more than the others, for the robot tilts a little
+    assert np.quantile(np.abs(scan.ranges[both] - exact.ranges[both]), 0.95) < 1e-3
+    assert np.array_equal(drive.out("lidar.ranges"), scan.ranges)
+    assert scan.ranges.min() > 0.25
+    assert drive.out("lidar.point_cloud").size() == scan.hits.sum()
+
+
+def test_noise_depends_on_the_seed_alone() -> None:
+    world = World("ring", (0.0, 0.0, 0.0), (1.0, 0.0), bounds=(-2, -2, 2, 2))
+    ranges = []
+    for seed in (5, 5, 6):
+        drive = Drive(world, lidar=LidarParameters(), seed=seed)
+        drive.advance(0.2)
+        ranges.append(drive.out("lidar.ranges"))
+    assert np.array_equal(ranges[0], ranges[1])
+    assert not np.array_equal(ranges[0], ranges[2])
+
+
+@pytest.mark.parametrize("radius", [0.2, 0.3])
+def test_the_hull_has_the_radius_of_the_parameters(radius: float) -> None:
+    gap = 0.01
+    world = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(radius + gap + 0.2, 0.0, 0.2)])
+    drive = Drive(world, RobotParameters(radius=radius))
+    query = drive.out("cheat.geometry_query")
+    inspector = drive.station.scene_graph.model_inspector()
+    others = [g for g in inspector.GetAllGeometryIds() if inspector.GetName(g).endswith("cylinder_0")]
+    distances = [
+        query.ComputeSignedDistancePairClosestPoints(mine, others[0]).distance
+        for mine in drive.station.robot_geometries
+    ]
+    assert min(distances) == pytest.approx(gap, abs=1e-6)
+
+
+def test_a_crash_is_shallow_and_seen_in_the_contact_results() -> None:
+    drive = Drive(World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(1.0, 0.0, 0.2)]))
+    drive.command(0.8, 0.0)
+    drive.advance(1.0)
+    results = drive.out("cheat.contact_results")
+    pairs = [results.point_pair_contact_info(k).point_pair() for k in range(results.num_point_pair_contacts())]
+    mine = set(drive.station.robot_geometries)
+    crashes = [p for p in pairs if len({p.id_A, p.id_B} & mine) == 1 and drive.station.ground not in (p.id_A, p.id_B)]
+    assert crashes
+    assert drive.out("localization.pose")[0] < 1.0 - 0.2 - 0.25 + 2e-3
+
+
+def test_two_contexts_of_one_station_do_not_disturb_each_other() -> None:
+    twists = ((0.8, 0.5), (-0.3, -1.0))
+    alone = []
+    for twist in twists:
+        drive = Drive()
+        drive.command(*twist)
+        drive.advance(OFF_GRID)
+        alone.append((drive.out("cheat.robot_state"), drive.out("lidar.ranges")))
+    station = NavigationStation(World("open", START, (5.0, 0.0)), RobotParameters(), LIDAR)
+    simulators = [Simulator(station) for _ in twists]
+    for simulator, twist in zip(simulators, twists, strict=True):
+        station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), twist)
+    for time in (0.0031, 0.1702, 0.4404, OFF_GRID):
+        for simulator in simulators:
+            simulator.AdvanceTo(time)
+    for simulator, (state, ranges) in zip(simulators, alone, strict=True):
+        context = simulator.get_context()
+        assert np.array_equal(station.GetOutputPort("cheat.robot_state").Eval(context), state)
+        assert np.array_equal(station.GetOutputPort("lidar.ranges").Eval(context), ranges)
+
+
+def test_lives_as_long_as_its_simulator() -> None:
+    drive = Drive()
+    drive.command(0.5, 0.0)
+    simulator, pose = drive.simulator, drive.station.GetOutputPort("localization.pose")
+    del drive
+    gc.collect()
+    simulator.AdvanceTo(0.5)
+    assert np.hypot(*(pose.Eval(simulator.get_context())[:2] - START[:2])) == pytest.approx(0.25, abs=0.05)
+
+
+def test_unknown_robot_model_names_the_shipped_ones() -> None:
+    with pytest.raises(StarnavError, match=r"robot.model is 'tank'; allowed: .*starbot"):
+        Drive(robot=RobotParameters(model="tank"))
