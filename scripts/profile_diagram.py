@@ -15,7 +15,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.station import add_plant, drive_geometry
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.worlds.world import World
 
 
@@ -31,10 +30,12 @@ def plant_alone(scenario: Scenario, world: World, times: np.ndarray, twists: np.
     """Plant and scene graph, driven by recorded twists."""
     builder = DiagramBuilder()
     plant, scene_graph, model, _ = add_plant(builder, world, scenario.robot, scenario.simulation.time_step)
-    source = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, twists)))
-    wheels = builder.AddSystem(WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
-    builder.Connect(source.get_output_port(), wheels.get_input_port())
-    builder.Connect(wheels.get_output_port(), plant.get_desired_state_input_port(model))
+    geometry = drive_geometry(plant, scene_graph, model)
+    turn = 0.5 * geometry["track"] * twists[1]
+    wheels = np.vstack((twists[0] - turn, twists[0] + turn)) / geometry["wheel_radius"]
+    desired = PiecewisePolynomial.ZeroOrderHold(times, np.vstack((np.zeros_like(wheels), wheels)))
+    source = builder.AddSystem(TrajectorySource(desired))
+    builder.Connect(source.get_output_port(), plant.get_desired_state_input_port(model))
     return builder.Build()
 
 

@@ -204,9 +204,9 @@ def _node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, 
     driven = _distance(position, state.node_position)
     if driven > parameters.node_spacing:
         return True
-    if state.target is not None and driven > PROBE_SEEN_AFTER:
-        if covers(region.center, region.bearing_0, region.boundary.values, *state.target[1]):
-            return True
+    shape = (region.center, region.bearing_0, region.boundary.values)
+    if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
+        return True
     return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
 
 

@@ -58,4 +58,5 @@ def test_sliding_sideways_is_no_speed() -> None:
 def test_ports() -> None:
     system = PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0)
     assert system.GetInputPort("multibody_state").size() == 17
-    assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == ["pose", "state"]
+    names = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
+    assert names == ["pose", "state", "scan_pose"]
