@@ -32,7 +32,7 @@ class View:
 
 
 def visible_shapes(world: World) -> ShapeBins:
-    """The world as the ray caster takes it; spheres are seen at their widest."""
+    """The world as the ray caster takes it."""
     return ShapeBins.grid(np.vstack((circle_rows(world.discs), segment_rows(world.segments))), _CELL)
 
 

@@ -8,6 +8,9 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 
+ROBOT_HEIGHT = 0.13
+"""Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""
+
 
 def _array(value: object, columns: int) -> np.ndarray:
     array = np.array(value, dtype=float).reshape(-1, columns)
@@ -70,8 +73,14 @@ class World:
 
     @cached_property
     def discs(self) -> np.ndarray:
-        """Cylinders and spheres seen from above, shape (n + m, 3): x, y, radius."""
-        return np.vstack((self.cylinders, self.spheres))
+        """What cylinders and spheres bar to the robot, shape (n + m, 3): x, y, radius.
+
+        A sphere bars what it fills below the robot's height: above that it may bulge over the robot.
+        """
+        sections = self.spheres.copy()
+        above = np.maximum(sections[:, 2] - ROBOT_HEIGHT, 0.0)  # from the robot's top up to the sphere's equator
+        sections[:, 2] = np.sqrt(sections[:, 2] ** 2 - above**2)
+        return np.vstack((self.cylinders, sections))
 
     @cached_property
     def segments(self) -> np.ndarray:

@@ -6,6 +6,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import World, clearance
 from drake_starnav.worlds.clearance import nearest_obstacle
+from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 U_SHAPE = np.array([(1.0, 1.0), (3.0, 1.0), (3.0, 2.5), (2.7, 2.5), (2.7, 1.3), (1.3, 1.3), (1.3, 2.5), (1.0, 2.5)])
 
@@ -66,3 +67,12 @@ def test_the_nearest_obstacle_has_a_name(point, name):
 def test_points_of_another_shape_are_refused():
     with pytest.raises(StarnavError, match=r"\(3,\); allowed: \(n, 2\)"):
         clearance(world(), np.zeros(3))
+
+
+def test_a_sphere_bars_only_what_it_fills_below_the_robots_height() -> None:
+    world = World(
+        name="x", start=(0.0, 0.0, 0.0), goal=(1.0, 0.0), spheres=np.array([(3.0, 0.0, 0.4), (6.0, 0.0, 0.1)])
+    )
+    section = np.sqrt(0.4**2 - (0.4 - ROBOT_HEIGHT) ** 2)
+    points = np.array([(3.0 - section - 0.2, 0.0), (6.3, 0.0)])
+    np.testing.assert_allclose(clearance(world, points), [0.2, 0.2], atol=1e-12)  # a small sphere counts whole
