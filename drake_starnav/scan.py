@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -77,10 +77,10 @@ class LaserScan:
         """Whether the last beam's neighbour is the first one."""
         return abs(self.angle_increment * len(self.ranges) - 2.0 * math.pi) < 1e-6
 
-    @cached_property
+    @property
     def bearings(self) -> np.ndarray:
         """Bearing of every beam in S, shape (n,), rad."""
-        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+        return _beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
 
     @cached_property
     def hits(self) -> np.ndarray:
@@ -111,9 +111,17 @@ class LaserScan:
             pose: (x, y, yaw) of S in the frame wanted.
         """
         x, y, yaw = pose
-        bearing = self.bearings[chosen]
-        bearing += yaw
-        out = np.empty((len(bearing), 2))
-        out[:, 0] = x + distance[chosen] * np.cos(bearing)
-        out[:, 1] = y + distance[chosen] * np.sin(bearing)
-        return out
+        directions = _beams(self.angle_min, self.angle_increment, len(self.ranges))[1][chosen]
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        points = (directions * distance[chosen, None]) @ np.array(((cosine, sine), (-sine, cosine)))
+        points += (x, y)
+        return points
+
+
+@lru_cache(maxsize=16)
+def _beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Bearings (n,) and unit vectors (n, 2) of the beams in S, the same for every scan of a sensor."""
+    bearings = angle_min + angle_increment * np.arange(count)
+    directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
+    bearings.flags.writeable = directions.flags.writeable = False
+    return bearings, directions

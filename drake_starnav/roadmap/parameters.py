@@ -21,7 +21,7 @@ class PlannerParameters(StarParameters):
     )
     frontier_spacing: float = parameter(0.25, "distance between frontier points", unit="m", above=0.0, high=5.0)
     probe_distance: float = parameter(
-        0.05, "how far in the unknown a frontier's probe lies", unit="m", above=0.0, high=1.0
+        0.1, "how far in the unknown a frontier's probe lies", unit="m", above=0.0, high=1.0
     )
     cluster_radius: float = parameter(0.2, "DBSCAN's eps for frontiers: dbscan", unit="m", above=0.0, high=5.0)
     cluster_points: int = parameter(2, "DBSCAN's min_samples for frontiers: dbscan", low=1, high=100)

@@ -1,6 +1,7 @@
 """The star roadmap: regions as nodes, overlaps as edges, frontiers where it may grow. An immutable snapshot."""
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from drake_starnav.stars.region import RegionStack, StarRegion, covers, scan_reg
 
 DRIVEN_EDGE_PENALTY = 0.2
 """Extra length of an edge that was driven but that no region certifies, m."""
+BRIDGE_SPACING = 0.1
+"""Between hits that the robot cannot pass between, points are set this far apart, m."""
 PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
@@ -97,7 +100,7 @@ def extended(
     hits = roadmap.hits
     if stamp:
         distance = smoothed_distances(scan, parameters)
-        hits = hits.stamped(scan.points_at(distance, distance < scan.range_max, pose))
+        hits = hits.stamped(impassable_points(scan, distance, pose, robot_radius))
     old = roadmap.frontiers
     if len(old) and not parameters.prune_covered:
         old = old.where(np.hypot(*(old.stand - region.center).T) > parameters.arrival_distance)
@@ -122,6 +125,32 @@ def extended(
         frontiers=old.joined(new),
         hits=hits,
     )
+
+
+def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
+    """The hits, and points between neighbouring hits that the robot cannot pass between, shape (n, 2), W, m.
+
+    A disc does not fit between two points nearer than its diameter, be there a wall between them or not. A wall seen at
+    a flat angle thus stays a wall although its hits are far apart.
+
+    Args:
+        scan: in S.
+        distance: shape (n,), its `smoothed_distances`, m.
+        pose: (x, y, yaw) of S in W.
+        robot_radius: m.
+    """
+    hit = distance < scan.range_max
+    points = scan.points_at(distance, np.ones(len(distance), np.bool_), pose)
+    after, joined = np.roll(points, -1, axis=0), hit & np.roll(hit, -1)
+    joined[-1] &= scan.full_circle
+    chord = np.hypot(after[:, 0] - points[:, 0], after[:, 1] - points[:, 1])
+    joined &= (chord > BRIDGE_SPACING) & (chord < 2.0 * robot_radius)
+    between = [points[hit]]
+    count = np.ceil(chord / BRIDGE_SPACING)
+    for share in np.arange(1, math.ceil(2.0 * robot_radius / BRIDGE_SPACING) + 1):
+        inner = joined & (share < count)
+        between.append(points[inner] + (after - points)[inner] * (share / count[inner])[:, None])
+    return np.vstack(between)
 
 
 def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float) -> StarRoadmap:

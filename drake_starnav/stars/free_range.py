@@ -216,31 +216,34 @@ def _points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
 @njit(cache=True)
 def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     samples = len(distance)
-    out = limit.copy()
+    reach = samples // 4 + 1  # no disc covers more than a quarter turn to either side
+    line = np.full(samples + 2 * reach, np.inf)  # the turn unrolled with an overlap, so that inner loops have no seam
+    entry = np.empty(reach + 1)
     farthest = limit.max()
     for j in range(samples):
         d = distance[j]
-        inflated = radius + d * offset[j] if offset[j] > 0.0 else radius
+        if d == np.inf:
+            continue
+        inflated = radius + d * offset[j]
         if d - inflated - gap[j] >= farthest:
             continue
         squared = inflated * inflated + gap[j] * gap[j]
+        center = j + reach
         if d * d <= squared:
-            for i in range(-(samples // 4), samples // 4 + 1):
-                out[(j + i) % samples] = 0.0
+            line[center - samples // 4 : center + samples // 4 + 1] = 0.0
             continue
         width = int(math.asin(math.sqrt(squared) / d) * samples / (2.0 * math.pi))
+        d_squared = d * d
         for i in range(width + 1):
-            entry = d * cosine[i] - math.sqrt(max(squared - d * d * sine_squared[i], 0.0))
-            left = j + i
-            if left >= samples:
-                left -= samples
-            right = j - i
-            if right < 0:
-                right += samples
-            if entry < out[left]:
-                out[left] = entry
-            if entry < out[right]:
-                out[right] = entry
+            entry[i] = d * cosine[i] - math.sqrt(max(squared - d_squared * sine_squared[i], 0.0))
+        for i in range(width + 1):
+            line[center + i] = min(line[center + i], entry[i])
+        for i in range(width + 1):
+            line[center - i] = min(line[center - i], entry[i])
+    out = limit.copy()
+    for k in range(samples + 2 * reach):
+        i = (k - reach) % samples
+        out[i] = min(out[i], line[k])
     return out
 
 

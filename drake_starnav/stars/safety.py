@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import (
+    CONNECTED_CHORD,
     bearing_count,
     eroded_range,
     half_gaps,
@@ -97,9 +98,9 @@ def safety_star(
     samples = bearing_count(scan, parameters)
     bearing_0 = float(pose[2]) + scan.angle_min
     center = np.array(pose[:2], dtype=float)
-    hits = point_hits(
-        np.vstack(memory.points), np.concatenate(memory.half_gaps), center, bearing_0, reach + 2.0 * radius, samples
-    )
+    within = reach + radius + CONNECTED_CHORD  # what is farther bounds nothing
+    points, gaps = np.vstack(memory.points), np.concatenate(memory.half_gaps)
+    hits = point_hits(points, gaps, center, bearing_0, within, samples)
     measured = measured_range(scan, samples, min(scan.range_max, reach + radius))
     near = distance < min(NEAR_HIT_RANGE, scan.range_max)
     near_hits = scan.points_at(distance, near, pose)
