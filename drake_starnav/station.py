@@ -123,7 +123,12 @@ def add_plant(
     Returns:
         plant, scene graph, the robot's model instance, and the ground's geometry.
     """
-    config = MultibodyPlantConfig(time_step=time_step, contact_model="point", discrete_contact_approximation="lagged")
+    config = MultibodyPlantConfig(
+        time_step=time_step,
+        contact_model="point",
+        discrete_contact_approximation="lagged",
+        use_sampled_output_ports=False,  # sampling makes each step an unrestricted update, which copies all state
+    )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     model = _add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)

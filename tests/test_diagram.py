@@ -96,7 +96,8 @@ def structure(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return type(value), tuple((f.name, structure(getattr(value, f.name))) for f in dataclasses.fields(value))
+        fields = [f.name for f in dataclasses.fields(value) if f.compare]
+        return type(value), tuple((name, structure(getattr(value, name))) for name in fields)
     if isinstance(value, dict):
         return tuple((structure(key), structure(item)) for key, item in value.items())
     if isinstance(value, (list, tuple)):

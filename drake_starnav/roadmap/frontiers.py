@@ -8,10 +8,12 @@ from numba import njit
 
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.scan import LaserScan
-from drake_starnav.stars.region import StarRegion, first_cover
+from drake_starnav.stars.region import StarRegion, covers
 
 NEAREST_STAND = 0.15
 """Frontier points nearer than this to their node are dropped, m."""
+PROBE_REACHED = 0.6
+"""A region that ends within this share of the probe distance before a probe leaves no room behind it worth a visit."""
 EDGE_CLEARANCE = 0.12
 """Edge frontiers keep this distance from both ends of the jump, m."""
 RIM_INSET = 0.02
@@ -56,7 +58,8 @@ class Frontiers:
 def edge_frontiers(region: StarRegion, owner: int, parameters: PlannerParameters) -> Frontiers:
     """Frontiers at jumps of the free range and along arcs where nothing returned.
 
-    At a jump, points stand along the jump's ray and their probes lie across it, behind the nearer surface.
+    At a jump, points stand along the jump's ray, one sample off it, and their probes lie across it, behind the nearer
+    surface.
     On an arc at maximum range, points stand just inside and their probes just outside.
     """
     rows = _edge_points(
@@ -117,15 +120,16 @@ def cluster_frontiers(
     return Frontiers(stand, stand + parameters.probe_distance * ray, np.full(len(found), owner))
 
 
-def uncovered(points: np.ndarray, regions: tuple, skip: int = -1) -> np.ndarray:
-    """Which points lie in none of the regions; shape (n, 2) -> (n,), bool.
+def uncovered(points: np.ndarray, regions: tuple, skip: int = -1, slack: float = 0.0) -> np.ndarray:
+    """Which points no region reaches; shape (n, 2) -> (n,), bool.
 
     Args:
         points: W, m.
         regions: `RegionStack.arrays`.
         skip: index of a region that does not count.
+        slack: a region reaches points that lie this far beyond its boundary, m.
     """
-    return _uncovered(np.ascontiguousarray(points), *regions, skip)
+    return _uncovered(np.ascontiguousarray(points), *regions, skip, slack)
 
 
 def _cluster_sides(bearing: np.ndarray, distance: np.ndarray, labels: np.ndarray) -> list[tuple]:
@@ -141,13 +145,19 @@ def _cluster_sides(bearing: np.ndarray, distance: np.ndarray, labels: np.ndarray
 
 
 @njit(cache=True)
-def _uncovered(points, center, bearing_0, values, reach, skip):
+def _uncovered(points, center, bearing_0, values, reach, skip, slack):
     out = np.ones(len(points), np.bool_)
     for i in range(len(points)):
-        k = first_cover(center, bearing_0, values, reach, points[i, 0], points[i, 1])
-        if k == skip and k > 0:  # newest first: look below the region left out
-            k = first_cover(center[:k], bearing_0[:k], values[:k], reach[:k], points[i, 0], points[i, 1])
-        out[i] = k < 0 or k == skip
+        x, y = points[i, 0], points[i, 1]
+        for k in range(len(reach) - 1, -1, -1):
+            dx, dy = x - center[k, 0], y - center[k, 1]
+            distance = math.sqrt(dx * dx + dy * dy)
+            if k == skip or distance > reach[k] + slack:
+                continue
+            nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+            if covers(center[k], bearing_0[k], values[k], center[k, 0] + dx * nearer, center[k, 1] + dy * nearer):
+                out[i] = False
+                break
     return out
 
 
@@ -162,18 +172,19 @@ def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
         j = (i + 1) % count
         if abs(free[i] - free[j]) > jump:
             near, far, side = (i, j, -1.0) if free[i] < free[j] else (j, i, 1.0)
+            beside = int(far - side) % count  # stands lie one sample off the jump, safely inside the region
             theta = bearing_0 + far * step
             low = free[near]
             at_limit = free[far] >= limit[far] - RIM_INSET
-            high = fitted[far] - (RIM_INSET if at_limit else EDGE_CLEARANCE)
+            high = min(fitted[far], fitted[beside]) - (RIM_INSET if at_limit else EDGE_CLEARANCE)
             r = low + EDGE_CLEARANCE
             if r > high:
                 r = 0.5 * (low + high)
             while high - low >= 0.04 and r <= high and n < len(out):
                 if r > NEAREST_STAND:
                     across = theta + side * max(1.5 * step, offset / r)
-                    out[n, 0] = center[0] + r * math.cos(theta)
-                    out[n, 1] = center[1] + r * math.sin(theta)
+                    out[n, 0] = center[0] + r * math.cos(theta - side * step)
+                    out[n, 1] = center[1] + r * math.sin(theta - side * step)
                     out[n, 2] = center[0] + r * math.cos(across)
                     out[n, 3] = center[1] + r * math.sin(across)
                     n += 1

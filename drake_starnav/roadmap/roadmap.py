@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.roadmap.frontiers import Frontiers, cluster_frontiers, edge_frontiers, uncovered
+from drake_starnav.roadmap.frontiers import PROBE_REACHED, Frontiers, cluster_frontiers, edge_frontiers, uncovered
 from drake_starnav.roadmap.hit_memory import HitMemory
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.scan import LaserScan
@@ -101,19 +101,20 @@ def extended(
     if stamp:
         distance = smoothed_distances(scan, parameters)
         hits = hits.stamped(impassable_points(scan, distance, pose, robot_radius))
-    old = roadmap.frontiers
+    old, slack = roadmap.frontiers, PROBE_REACHED * parameters.probe_distance
     if len(old) and not parameters.prune_covered:
         old = old.where(np.hypot(*(old.stand - region.center).T) > parameters.arrival_distance)
     elif len(old):
         newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
-        old = old.where(uncovered(old.probe, newest) & _alive(old, region, roadmap.retired, hits, robot_radius))
+        old = old.where(uncovered(old.probe, newest, slack=slack))
+        old = old.where(_alive(old, region, roadmap.retired, hits, robot_radius))
     if parameters.frontiers == "edges":
         new = edge_frontiers(region, index, parameters)
     else:
         new = cluster_frontiers(region, scan, pose, index, parameters)
     if len(new):
         beyond = new.probe if parameters.prune_covered else new.stand  # the paper has no probes
-        new = new.where(uncovered(beyond, stack.arrays, skip=index))
+        new = new.where(uncovered(beyond, stack.arrays, skip=index, slack=slack))
         new = new.where(_alive(new, region, roadmap.retired, hits, robot_radius))
     return dataclasses.replace(
         roadmap,

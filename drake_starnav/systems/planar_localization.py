@@ -22,7 +22,7 @@ class PlanarLocalization(LeafSystem):
             velocities (angular and translational, in W, first).
         pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
         state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, m/s, omega about W's z, rad/s.
-        scan_pose: the pose held since the last scan was taken, discrete state.
+        scan_pose: vector (x, y, yaw), the pose held since the last scan was taken; discrete state.
     """
 
     def __init__(self, *, num_positions: int, num_velocities: int, scan_rate: float) -> None:

@@ -55,7 +55,8 @@ def test_an_edge_is_lined_with_stands_from_the_near_to_the_far_side():
     np.testing.assert_allclose(np.sort(radius)[::2], 1.12 + 0.25 * np.arange(8), atol=1e-9)
     _, across = polar(region, found.probe)
     turned = np.abs((across - last + math.pi) % (2.0 * math.pi) - math.pi)
-    np.testing.assert_allclose(turned, np.maximum(0.05 / radius, 1.5 * 2.0 * math.pi / 720))
+    step = 2.0 * math.pi / 720  # stands lie one sample off the jump, probes across it
+    np.testing.assert_allclose(turned, step + np.maximum(PARAMETERS.probe_distance / radius, 1.5 * step))
 
 
 def test_a_step_too_small_for_the_robot_is_no_frontier():
@@ -68,7 +69,7 @@ def test_an_arc_without_obstacles_is_lined_with_stands_at_its_rim():
     found = edge_frontiers(region, 0, PARAMETERS)
     radius, theta = polar(region, found.stand)
     np.testing.assert_allclose(radius, 1.98)
-    np.testing.assert_allclose(np.hypot(*found.probe.T), 2.05)
+    np.testing.assert_allclose(np.hypot(*found.probe.T), 2.0 + PARAMETERS.probe_distance)
     gaps = 2.0 * np.diff(np.sort(theta % (2.0 * math.pi)))
     assert gaps.min() >= 0.25 and gaps.max() < 0.25 + 2.0 * 2.0 * 2.0 * math.pi / 720
     hidden = fit_region((np.full(720, 2.0), np.full(720, 4.0)), np.zeros(2), 0.0, PARAMETERS)
@@ -90,6 +91,14 @@ def test_uncovered_equals_a_look_at_every_region(seed):
     assert uncovered(points, only.arrays, skip=0).all()
 
 
+def test_a_region_reaches_points_a_slack_beyond_its_boundary():
+    region = fit_region((np.full(720, 2.0), np.full(720, 5.0)), np.zeros(2), 0.0, PARAMETERS)
+    points = np.array([(1.99, 0.0), (2.05, 0.0), (0.0, -2.05), (2.11, 0.0)])
+    arrays = RegionStack.of([region]).arrays
+    assert uncovered(points, arrays).tolist() == [False, True, True, True]
+    assert uncovered(points, arrays, slack=0.1).tolist() == [False, False, False, True]
+
+
 def two_arcs(yaw_of_seam: float) -> LaserScan:
     """A full circle that starts at -pi and sees 1 m far on two arcs of 60 degrees, opposite each other."""
     bearing = np.deg2rad(np.arange(-180, 180))
@@ -108,7 +117,7 @@ def test_cluster_frontiers_lie_between_clusters_wherever_the_seam_is(turn, yaw):
     assert found.owner.tolist() == [3, 3]
     order = np.argsort((found.stand - pose[:2]) @ ray[0])[::-1]
     np.testing.assert_allclose(found.stand[order], pose[:2] + 0.5 * ray, atol=1e-9)
-    np.testing.assert_allclose(found.probe[order], pose[:2] + 0.55 * ray, atol=1e-9)
+    np.testing.assert_allclose(found.probe[order], pose[:2] + (0.5 + DBSCAN.probe_distance) * ray, atol=1e-9)
 
 
 def test_a_wide_opening_is_entered_along_its_bisector():
