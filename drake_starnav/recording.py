@@ -201,7 +201,7 @@ def with_panel(page: str, caption: str) -> str:
     panel = (
         f'<style>{_STYLE}</style><div id="starnav-panel"><h1>{heading}</h1>'
         + "".join(f"<p>{line}</p>" for line in lines)
-        + f'<p id="starnav-clock">t = 0.0 s</p><table>{rows}</table></div><script>{_CLOCK}</script>'
+        + f'<p id="starnav-clock">t = 0.0 s</p><table>{rows}</table></div><script>{_SCRIPT}</script>'
     )
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(caption)}</title>", 1)
     head, end, tail = page.rpartition("</body>")
@@ -214,10 +214,12 @@ _STYLE = (
     "#starnav-panel h1{font-size:17px;margin:0 0 4px}#starnav-panel p{margin:0 0 2px}"
     "#starnav-panel table{margin-top:10px;border-spacing:0 3px}#starnav-panel svg{display:block;margin-right:6px}"
 )
-_CLOCK = (
+_SCRIPT = (
     # Each action's own time: unlike the animator's, it also follows a seek.
     "(function tick(){let t=0;for(const action of viewer.animator.actions)t=Math.max(t,action.time);"
     "document.getElementById('starnav-clock').textContent='t = '+t.toFixed(1)+' s';"
+    # Or points are drawn in the wrong size in the first frame that shows them.
+    "viewer.scene.traverse(o=>{if(o.isPoints&&!o.userData.fresh){o.userData.fresh=true;o.material.needsUpdate=true}});"
     "requestAnimationFrame(tick)})();"
 )
 
