@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters"
-SENSING = f"{BASE} robot scan lidar raycast stopwatch models"
+SENSING = f"{BASE} robot scan lidar raycast slicing stopwatch models"
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -45,6 +45,7 @@ TABLE = {
     "scan": Room(BASE, ARRAYS),
     "lidar": Room(BASE, ARRAYS),
     "raycast": Room(BASE, ARRAYS),
+    "slicing": Room(f"{BASE} raycast", ARRAYS),
     "stopwatch": Room(BASE, ARRAYS),
     "models": Room("errors"),
     "stars": Room(f"{BASE} robot scan", ARRAYS),
