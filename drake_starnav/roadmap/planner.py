@@ -16,7 +16,7 @@ OUTSIDE_TOLERANCE = 0.03
 """The robot counts as having left the regions only when this far outside, m."""
 PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
-PROBE_SEEN_AFTER = 0.15
+PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 GUIDE_RADIUS = 3.0
 """Regions whose centre is nearer than this to the robot are handed to the controller, m."""
