@@ -139,7 +139,7 @@ def safety_values(
     samples = len(scan.ranges) * math.ceil(parameters.bearings / len(scan.ranges))
     step = 2.0 * math.pi / samples
     distance = np.hypot(points[:, 0], points[:, 1])
-    within = distance <= reach + 2.0 * radius
+    within = distance <= reach + radius + CONNECTED_CHORD
     position = (np.arctan2(points[within, 1], points[within, 0]) - pose[2] - scan.angle_min) / step
     nearest = np.floor(position + 0.5)
     k = nearest.astype(int) % samples
