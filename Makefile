@@ -29,3 +29,4 @@ install:
 
 clean:
 	rm -rf "$(VENV)" out dist
+	find drake_starnav -name '*.nbi' -delete
