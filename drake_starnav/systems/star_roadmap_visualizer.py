@@ -113,8 +113,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
             self._drawn.trail.append((pose[0], pose[1], 0.0 if twist is None else twist[0]))
-        # Half a frame of tolerance: publishes are as far apart as frames, up to rounding.
-        if time + 0.5 / self._parameters.frames_per_second >= self._drawn.next_scan_time:
+        if self._is_due(time, self._drawn.next_scan_time):
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
             self._draw_scan(self._input("scan", context), self._input("scan_pose", context), time)
             self._draw_path(pose, state, time)
@@ -190,9 +189,13 @@ class StarRoadmapVisualizer(LeafSystem):
             if item.region < newest and item.since is None:
                 self._stage.set_opacity(item.path, item.bright, time)
                 item.since = time
-            elif item.since is not None and time >= item.since + self._parameters.fade_time:
+            elif item.since is not None and self._is_due(time, item.since + self._parameters.fade_time):
                 self._stage.set_opacity(item.path, item.faint, time)
                 self._drawn.bright.remove(item)
+
+    def _is_due(self, time: float, due: float) -> bool:
+        """With half a frame of tolerance: publishes are as far apart as frames, up to rounding."""
+        return time + 0.5 / self._parameters.frames_per_second >= due
 
     def _grow(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0) -> str | None:
         """Add to a layer what stays as long as the roadmap only grows."""
