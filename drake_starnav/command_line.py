@@ -24,14 +24,7 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
     parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="override a scenario parameter, e.g. robot.radius=0.3; may be repeated",
-    )
+    _add_overrides(parser)
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
@@ -71,6 +64,17 @@ def _simulate(options: argparse.Namespace) -> int:
     return REACHED if trial.outcome == "reached" else NOT_REACHED
 
 
+def _add_overrides(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="override a parameter of the scenario (of every one, if several), e.g. robot.radius=0.3; may be repeated",
+    )
+
+
 def benchmark(arguments: Sequence[str] | None = None) -> int:
     """Run many trials and tell their figures; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
@@ -80,10 +84,7 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("scenario", nargs="+", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
     parser.add_argument("--method", nargs="+", default=["star"], help=f"of {', '.join(METHODS)} (default: star)")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
-        help="override a parameter of every scenario, e.g. robot.radius=0.3; may be repeated",
-    )  # fmt: skip
+    _add_overrides(parser)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
     add_batch_options(parser)

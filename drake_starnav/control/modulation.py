@@ -4,7 +4,7 @@
 
 r_hat points from the region's reference point to p, t is the boundary's tangent at the bearing of p,
 t ~ [Phi' cos - Phi sin, Phi' sin + Phi cos]. lambda_r = 1 - 1/Gamma for an outward radial part, 1 for an inward one;
-lambda_e = 1 + 1/Gamma. Gamma is clamped to at least 1, and M = I at the reference point.
+lambda_e = 1 + 1/Gamma. A region counts only where it contains p (Gamma > 1), and M = I at its reference point.
 Source: paper, section III-B; E by columns and t from Phi' are corrections, without which vectors lead outwards.
 """
 

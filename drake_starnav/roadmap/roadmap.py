@@ -18,6 +18,8 @@ DRIVEN_EDGE_PENALTY = 0.2
 """Extra length of an edge that was driven but that no region certifies, m."""
 BRIDGE_SPACING = 0.1
 """Between hits that the robot cannot pass between, points are set this far apart, m."""
+STANDING_THERE = 0.12
+"""A frontier nearer than this to the newest node is where the robot stands already, m."""
 PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
@@ -178,7 +180,7 @@ def _alive(
     frontiers: Frontiers, region: StarRegion, retired_places: np.ndarray, hits: HitMemory, robot_radius: float
 ) -> np.ndarray:
     """Which frontiers are not where the robot stands, not retired, and not behind a wall that was hit."""
-    keep = np.hypot(*(frontiers.stand - region.center).T) > 0.12
+    keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
     keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
     for x, y, radius in retired_places:
         keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
