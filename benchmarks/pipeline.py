@@ -109,7 +109,7 @@ def package_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:
     """The cost-to-go of all frontiers, without the early end that a plan allows itself."""
     box = cost_arguments(roadmap, goal)
     probe = roadmap.frontiers.probe
-    return cost_to_go(roadmap.hits, probe, goal, *box, ROBOT.radius, PLANNER.near_wall_cost)
+    return cost_to_go(roadmap.hits, probe, goal, *box, ROBOT.radius, PLANNER.near_wall_cost).at(probe)
 
 
 def numpy_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:

@@ -20,6 +20,8 @@ SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""
 BEYOND = 0.20
 """Distances are kept up to the robot's radius plus this, m."""
+CLOSED_RADIUS = 0.2
+"""Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
 
 
@@ -104,6 +106,37 @@ class HitMemory:
         return patch
 
 
+@dataclass(frozen=True)
+class CostField:
+    """Length of the shortest path to the goal from every cell, as far as it was searched.
+
+    Attributes:
+        cost: shape (nx, ny) with a border, in hundredths of a cell; UNREACHED where blocked or not searched.
+        weight: same shape, what crossing a cell costs in tenths; 0 where blocked.
+        origin: position of cell (1, 1), shape (2,), W, m.
+        cell: size of a cell, m.
+        searched: cells that cost less were all found, in hundredths of a cell; -1 if the whole box was searched.
+    """
+
+    cost: np.ndarray
+    weight: np.ndarray
+    origin: np.ndarray
+    cell: float
+    searched: int
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """From each point to the goal, shape (n, 2) in W -> (n,), m.
+
+        Infinity where the goal cannot be reached inside the box; where the search ended before, a lower bound.
+        """
+        cost = _nearest_cost(self.cost, points, self.origin, self.cell)
+        return cost if self.searched < 0 else np.where(np.isfinite(cost), cost, self.searched * self.cell / 100.0)
+
+    def path(self, start: np.ndarray) -> np.ndarray:
+        """Cell centres of the shortest path from near `start` (2,) to the goal, shape (k, 2), W, m; maybe none."""
+        return self.origin + (_descent(self.cost, self.weight, (start - self.origin) / self.cell + 1.0) - 1) * self.cell
+
+
 def cost_to_go(
     memory: HitMemory,
     points: np.ndarray,
@@ -112,39 +145,36 @@ def cost_to_go(
     high: np.ndarray,
     robot_radius: float,
     near_wall_cost: float,
+    closed: np.ndarray | None = None,
     spent: np.ndarray | None = None,
-    spent_at_least: float = 0.0,
-) -> np.ndarray:
-    """Length of the shortest path from each point to the goal if all unknown space were free.
+) -> CostField:
+    """Length of the shortest path to the goal if all unknown space were free.
 
     Cells nearer than the robot's radius to a hit are blocked; within SOFT_ZONE beyond it a metre costs up to
     `1 + near_wall_cost` metres.
 
     Args:
         memory: the hits.
-        points: shape (n, 2), W, m.
+        points: shape (n, 2), W, m; from which the cost will be asked for.
         goal: shape (2,), W, m.
         low, high: corners of the box that is searched, W, m; it must contain the goal.
         robot_radius: m.
         near_wall_cost: share.
+        closed: shape (k, 2), places around which cells are blocked too, W, m.
         spent: shape (n,), m: what it costs to get to each point. If given, the search ends as soon as no other
             point can have a smaller sum of both; the others' cost is then a lower bound with which they lose too.
-        spent_at_least: lower bound of what getting to any point costs, m.
-
-    Returns:
-        Shape (n,), m; infinity where the goal cannot be reached inside the box.
     """
     distance, first = memory.window(low, high)
     cell = memory.resolution * STRIDE
     origin = first * memory.resolution
     blocked = robot_radius - BLOCKED_SLACK
     weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
+    if closed is not None:
+        _close(weight, (closed - origin) / cell + 1.0, CLOSED_RADIUS / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
     bid = _bids(weight.shape, points, origin, cell, spent)
-    slack = round(100.0 * (spent_at_least / cell - 1.5))
-    field, reached = _bucket_dijkstra(weight, i + 1, j + 1, bid, slack)
-    cost = _nearest_cost(field, points, origin, cell)
-    return cost if reached < 0 else np.where(np.isfinite(cost), cost, reached * cell / 100.0)
+    cost, searched = _bucket_dijkstra(weight, i + 1, j + 1, bid)
+    return CostField(cost, weight, origin, cell, searched)
 
 
 @njit(cache=True)
@@ -183,6 +213,16 @@ def _cell_weights(distance, blocked, soft, near_wall_cost):
     return weight
 
 
+@njit(cache=True)
+def _close(weight, places, radius):
+    for k in range(len(places)):
+        x, y = places[k]
+        for i in range(max(math.ceil(x - radius), 1), min(math.floor(x + radius), weight.shape[0] - 2) + 1):
+            for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
+                if (i - x) ** 2 + (j - y) ** 2 <= radius * radius:
+                    weight[i, j] = 0
+
+
 def _bids(
     shape: tuple[int, int], points: np.ndarray, origin: np.ndarray, cell: float, spent: np.ndarray | None
 ) -> np.ndarray:
@@ -197,11 +237,11 @@ def _bids(
 
 
 @njit(cache=True)
-def _bucket_dijkstra(weight, gi, gj, bid, slack):
+def _bucket_dijkstra(weight, gi, gj, bid):
     """Cost from cells to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere.
 
     Ends early, and then returns the cost at which it did (else -1), when the smallest sum of cost and bid found so far
-    is below the present cost plus `slack`.
+    is less than the present cost by the size of the neighbourhood over which `_nearest_cost` looks.
     """
     nx, ny = weight.shape
     w = weight.ravel()
@@ -236,7 +276,7 @@ def _bucket_dijkstra(weight, gi, gj, bid, slack):
             continue
         if bids[c] < UNREACHED:
             best = min(best, d + bids[c])
-        if best < d + slack:
+        if best < d - 150:
             return cost.reshape(nx, ny), d
         for k in range(8):
             n = c + steps[k]
@@ -267,3 +307,33 @@ def _nearest_cost(field, points, origin, cell):
                     detour = cell * math.hypot(a - i, b - j)
                     out[n] = min(out[n], field[a, b] * cell / 100.0 + detour)
     return out
+
+
+@njit(cache=True)
+def _descent(cost, weight, start):
+    """Cells (i, j) from the best of the 3 x 3 about `start` down to the goal, shape (k, 2); none if it is cut off."""
+    nx, ny = cost.shape
+    i0, j0 = int(round(start[0])), int(round(start[1]))
+    i, j, least = 0, 0, UNREACHED
+    for a in range(max(i0 - 1, 0), min(i0 + 2, nx)):
+        for b in range(max(j0 - 1, 0), min(j0 + 2, ny)):
+            if cost[a, b] < least:
+                i, j, least = a, b, cost[a, b]
+    out = np.empty((nx * ny, 2), np.int64)
+    n = 0
+    while least < UNREACHED:
+        out[n, 0], out[n, 1] = i, j
+        n += 1
+        if least == 0:
+            break
+        least = UNREACHED  # of the neighbours, the one through which this cell was reached
+        for a in (-1, 0, 1):
+            for b in (-1, 0, 1):
+                if cost[i + a, j + b] < cost[i, j]:
+                    through = cost[i + a, j + b] + weight[i, j] * (10 if a == 0 or b == 0 else 14)
+                    if through < least:
+                        least, p, q = through, i + a, j + b
+        if least < UNREACHED:
+            i, j = p, q
+            least = cost[i, j]
+    return out[:n].copy()

@@ -6,9 +6,10 @@ from enum import Enum
 
 import numpy as np
 
+from drake_starnav.roadmap.frontiers import PROBE_REACHED, uncovered
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
-from drake_starnav.roadmap.search import LINE_STEP, Route, find_route
+from drake_starnav.roadmap.search import LINE_STEP, find_route
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, scan_region, segment_covered
 
@@ -164,18 +165,50 @@ def plan_step(
     roadmap, target = state.roadmap, state.target
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
-    if target is not None and (arrived or stalled or stuck):
-        if parameters.retire_dead_ends:
-            roadmap = retired(roadmap, target[0], parameters.retired_radius)
-        target = None
-    if arrived or stalled or stuck or _node_is_due(state, region, position, parameters):
+    tried = arrived or stalled or stuck
+    if tried or _node_is_due(state, region, position, parameters):
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+        if tried and target is not None:
+            if parameters.retire_dead_ends:
+                roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
+            target = None
         state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
         return _planned(state, seen, region, position, goal, parameters, robot_radius)
     if not len(state.path):
         return _planned(state, seen, region, position, goal, parameters, robot_radius)
     path = _path_ahead(state.roadmap, state.path, position, parameters)
+    if parameters.string_pulling and _strayed(state.roadmap, path, position):
+        return _planned(state, seen, region, position, goal, parameters, robot_radius)
     return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
+
+
+def _after_trying(
+    roadmap: StarRoadmap,
+    seen: Observation,
+    target: np.ndarray,
+    arrived: bool,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> StarRoadmap:
+    """The roadmap once a target (stand and probe) was driven to, its newest region made there.
+
+    If that region shows nothing of the probe, regions with less and less margin are tried before the target is retired.
+    """
+    if arrived and _shows(roadmap.regions[-1], target[1], parameters):
+        return roadmap
+    margin = roadmap.regions[-1].margin - parameters.margin_step
+    while arrived and parameters.margin_shrinking and margin > -1e-9:
+        region = _narrower(seen, max(margin, 0.0), parameters, robot_radius)
+        if _shows(region, target[1], parameters):
+            return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
+        margin -= parameters.margin_step
+    return retired(roadmap, target[0], parameters.retired_radius, target[1])
+
+
+def _shows(region: StarRegion, probe: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether a region covers a probe (2,), or ends so little before it that nothing is left to see."""
+    shape = (region.center[None, :], np.array([region.bearing_0]), region.boundary.values[None, :], np.array([np.inf]))
+    return not uncovered(probe[None, :], shape, slack=PROBE_REACHED * parameters.probe_distance)[0]
 
 
 def _watched(
@@ -250,21 +283,20 @@ def _planned(
         region = _narrower(seen, margin, parameters, robot_radius)
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         current = None
+    target = None
+    if len(route.target):
+        target = np.vstack((route.target.stand, route.target.probe))
+        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
+            roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
     return dataclasses.replace(
         state,
         roadmap=roadmap,
-        status=PlannerStatus.APPROACHING if route.frontier < 0 else PlannerStatus.EXPLORING,
+        status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
         path=_path_ahead(roadmap, route.path, position, parameters),
-        target=_target(roadmap, route),
+        target=target,
         rounds=rounds,
         plans=state.plans + 1,
     )
-
-
-def _target(roadmap: StarRoadmap, route: Route) -> np.ndarray | None:
-    if route.frontier < 0:
-        return None
-    return np.array([roadmap.frontiers.stand[route.frontier], roadmap.frontiers.probe[route.frontier]])
 
 
 def _path_ahead(
@@ -278,6 +310,12 @@ def _path_ahead(
     ):
         path = path[1:]
     return path
+
+
+def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bool:
+    """Whether the robot, inside the union of regions, has lost the line of sight to the next way point."""
+    regions = roadmap.stack.arrays
+    return first_cover(*regions, *position) >= 0 and not segment_covered(*regions, *position, *path[0], LINE_STEP)
 
 
 def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:

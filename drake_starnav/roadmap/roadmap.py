@@ -36,6 +36,7 @@ class StarRoadmap:
         lengths: shape (e,), m.
         frontiers: where the unknown may be entered.
         retired: shape (k, 3): x, y, radius of places that were tried and led nowhere.
+        closed: shape (k, 2), their probes: the cost-to-go takes these for obstacles.
         hits: distances to the hits of all node scans.
         margin: clearance that the regions keep beyond the robot's radius, m.
     """
@@ -47,6 +48,7 @@ class StarRoadmap:
     lengths: np.ndarray
     frontiers: Frontiers
     retired: np.ndarray
+    closed: np.ndarray
     hits: HitMemory
     margin: float
 
@@ -67,6 +69,7 @@ class StarRoadmap:
             lengths=np.zeros(0),
             frontiers=Frontiers.none(),
             retired=np.zeros((0, 3)),
+            closed=np.zeros((0, 2)),
             hits=HitMemory.empty(parameters.grid_resolution, robot_radius),
             margin=parameters.margin,
         )
@@ -156,13 +159,14 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
     return np.vstack(between)
 
 
-def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float) -> StarRoadmap:
-    """The roadmap with the frontiers within `radius` (m) of a place (2,) in W given up for good."""
+def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
+    """The roadmap with the frontiers within `radius` (m) of a place (2,) in W given up, and with its probe (2,) closed."""
     keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
     return dataclasses.replace(
         roadmap,
         frontiers=roadmap.frontiers.where(keep),
         retired=np.vstack((roadmap.retired, [[place[0], place[1], radius]])),
+        closed=np.vstack((roadmap.closed, probe)),
     )
 
 

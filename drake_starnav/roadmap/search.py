@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.roadmap.hit_memory import cost_to_go
+from drake_starnav.roadmap.frontiers import Frontiers
+from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
-from drake_starnav.stars.region import StarRegion, covers, segment_covered
+from drake_starnav.stars.region import StarRegion, covers, first_cover, segment_covered
 
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
@@ -18,6 +19,10 @@ UNREACHABLE_PENALTY = 20.0
 """Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
 LINE_STEP = 0.05
 """Sampling of lines of sight inside the union of regions, m."""
+GATE_ADVANTAGE = 0.5
+"""The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
+GATE_LENGTH = 0.2
+"""The optimistic path leaves the regions where it stays outside for this long, m."""
 
 
 @dataclass(frozen=True)
@@ -26,13 +31,11 @@ class Route:
 
     Attributes:
         path: shape (k, 2), way points from after the robot to the target, W, m.
-        frontier: index of the target frontier; -1 when the target is the goal.
-        node: node by which the target is entered.
+        target: the target frontier, one row; empty when the target is the goal.
     """
 
     path: np.ndarray
-    frontier: int
-    node: int
+    target: Frontiers
 
 
 def find_route(
@@ -61,20 +64,17 @@ def find_route(
     Source: paper, section III-D; ranking of frontiers: this project.
     """
     distance, previous = graph_distances(roadmap, here, position)
-    goal_node = _entry_node(roadmap, distance, goal)
     if covers(here.center, here.bearing_0, here.boundary.values, goal[0], goal[1]):
-        return Route(goal[None, :].copy(), -1, goal_node)
+        return Route(goal[None, :].copy(), Frontiers.none())
+    goal_node = _entry_node(roadmap, distance, goal)
     if goal_node >= 0:
         path = _node_path(roadmap, previous, goal_node, goal)
-        return Route(_pulled(roadmap, position, path, parameters), -1, goal_node)
-    if not len(roadmap.frontiers):
+        return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
+    target, direct = _best_frontier(roadmap, distance, position, goal, parameters, robot_radius, current)
+    if not len(target):
         return None
-    chosen, direct = _best_frontier(roadmap, distance, position, goal, parameters, robot_radius, current)
-    if chosen < 0:
-        return None
-    stand, node = roadmap.frontiers.stand[chosen], int(roadmap.frontiers.owner[chosen])
-    path = stand[None, :].copy() if direct else _node_path(roadmap, previous, node, stand)
-    return Route(_pulled(roadmap, position, path, parameters), chosen, node)
+    path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
+    return Route(_pulled(roadmap, position, path, parameters), target)
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,16 +109,46 @@ def _best_frontier(
     parameters: PlannerParameters,
     robot_radius: float,
     current: np.ndarray | None,
-) -> tuple[int, bool]:
-    """Index of the cheapest frontier (-1 if none can be reached) and whether the way there is the straight line."""
+) -> tuple[Frontiers, bool]:
+    """The cheapest frontier or gate, one row (none if none can be reached), and whether the way there is straight."""
     frontiers = roadmap.frontiers
-    graph = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
-    straight = np.hypot(*(frontiers.stand - position).T)
-    extra = np.hypot(*(frontiers.probe - frontiers.stand).T)
+    if parameters.cost_to_go == "straight":
+        ahead = np.hypot(*(frontiers.probe - goal).T)
+        best, _, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
+        return frontiers.where(np.arange(len(frontiers)) == best), direct
+    spent = _graph_lengths(roadmap, frontiers, distance)
+    field = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
+    ahead = estimates(field, frontiers, goal)
+    best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
+    if parameters.gates and field.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+        gate = optimistic_gate(roadmap, field.path(position))
+        ahead = estimates(field, gate, goal)
+        _, cost_by_gate, straight = _cheapest(roadmap, gate, distance, position, ahead, parameters, current)
+        if cost_by_gate < cost - GATE_ADVANTAGE:
+            return gate, straight
+    return frontiers.where(np.arange(len(frontiers)) == best), direct
+
+
+def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndarray) -> np.ndarray:
+    """Length of the way over the nodes and across each frontier, shape (n,), m."""
+    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
+    return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
+
+
+def _cheapest(
+    roadmap: StarRoadmap,
+    frontiers: Frontiers,
+    distance: np.ndarray,
+    position: np.ndarray,
+    ahead: np.ndarray,
+    parameters: PlannerParameters,
+    current: np.ndarray | None,
+) -> tuple[int, float, bool]:
+    """Index of the frontier with the least g + h or -1, that sum, and whether the way there is the straight line."""
+    straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
+    graph = _graph_lengths(roadmap, frontiers, distance)
     if current is not None:
-        extra -= parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
-    at_least = float((np.minimum(graph, straight) + extra).min())
-    ahead = extra + remaining_cost(roadmap, goal, parameters, robot_radius, graph + extra, at_least)
+        ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
     bound = np.minimum(graph, straight) + ahead
     best, best_cost, direct = -1, np.inf, False
     for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
@@ -127,37 +157,67 @@ def _best_frontier(
         seen = segment_covered(*roadmap.stack.arrays, *position, *frontiers.stand[i], LINE_STEP)
         cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
         if cost < best_cost:
-            best, best_cost, direct = int(i), cost, bool(seen)
-    return best, direct
+            best, best_cost, direct = int(i), float(cost), bool(seen)
+    return best, best_cost, direct
 
 
-def remaining_cost(
+def optimistic_cost(
     roadmap: StarRoadmap,
+    position: np.ndarray,
     goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
     spent: np.ndarray | None = None,
-    spent_at_least: float = 0.0,
-) -> np.ndarray:
-    """Optimistic cost from every frontier's probe to the goal, shape (n,), m; `spent` as for `cost_to_go`."""
-    probe = roadmap.frontiers.probe
-    straight = np.hypot(*(probe - goal).T)
-    if parameters.cost_to_go == "straight":
-        return straight
+) -> CostField:
+    """The cost-to-go; with `spent` (n,), m, to get to the frontiers, only as far as it matters for them and the robot."""
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
-    cost = cost_to_go(
+    low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
+    points = np.vstack((roadmap.frontiers.probe, position))
+    return cost_to_go(
         roadmap.hits,
-        probe,
+        points,
         goal,
-        corners.min(axis=0) - border,
-        corners.max(axis=0) + border,
+        low,
+        high,
         robot_radius,
         parameters.near_wall_cost,
-        spent,
-        spent_at_least,
+        roadmap.closed,
+        None if spent is None else np.append(spent, 0.0),
     )
+
+
+def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
+    """Optimistic cost from every frontier's probe to the goal, shape (n,), m."""
+    cost, straight = field.at(frontiers.probe), np.hypot(*(frontiers.probe - goal).T)
     return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
+
+
+def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> Frontiers:
+    """Where the optimistic path leaves the union of regions, as a frontier of one row; none if it was retired.
+
+    Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
+    none, though the hits leave it open.
+
+    Args:
+        roadmap: its regions and retired places.
+        path: shape (k, 2), from the robot to the goal in small steps, W, m.
+    """
+    regions = roadmap.stack.arrays
+    last, outside = -1, 0.0
+    for i in range(len(path)):
+        if first_cover(*regions, *path[i]) >= 0:
+            last, outside = i, 0.0
+        elif last >= 0:
+            outside += float(np.hypot(*(path[i] - path[i - 1])))
+            if outside >= GATE_LENGTH or i == len(path) - 1:
+                stand, probe = path[last], path[i]
+                away = np.hypot(*(roadmap.retired[:, :2] - stand).T)
+                if (away <= roadmap.retired[:, 2]).any():
+                    break
+                owner = first_cover(*regions, *stand)
+                return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
+    return Frontiers.none()
 
 
 def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:

@@ -117,7 +117,7 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
     grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
     goal = rng.uniform(-2.5, 2.5, 2)
     cells, expected = reference_cost(grid, goal, near_wall_cost)
-    cost = cost_to_go(grid, cells, goal, LOW, HIGH, RADIUS, near_wall_cost)
+    cost = cost_to_go(grid, cells, goal, LOW, HIGH, RADIUS, near_wall_cost).at(cells)
     # the cost of a point is the least over its own and the eight cells around it, and the way there
     away = np.hypot(*np.moveaxis(cells[:, None] - cells, -1, 0))
     best = np.where(away < 1.5 * CELL, away + expected, np.inf).min(axis=1)
@@ -130,7 +130,7 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
 def test_in_an_empty_world_cost_to_go_is_the_distance_within_the_octile_error(seed):
     rng = np.random.default_rng(seed)
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (100, 2))
-    cost = cost_to_go(HitMemory.empty(RESOLUTION, RADIUS), points, goal, LOW, HIGH, RADIUS, 1.0)
+    cost = cost_to_go(HitMemory.empty(RESOLUTION, RADIUS), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
     straight = np.hypot(*(points - goal).T)
     assert (cost < 1.083 * straight + 1.5 * CELL).all() and (cost > 0.98 * straight - 1.5 * CELL).all()
 
@@ -139,19 +139,22 @@ def test_walls_are_gone_around_through_gaps_that_the_robot_fits():
     wall = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.9), (0.0, 3.5))))
     points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
     detour = 2.0 * math.hypot(1.0, 2.45)
-    cost = cost_to_go(memory(wall), points, goal, LOW, HIGH, RADIUS, 1.0)[0]
+    cost = cost_to_go(memory(wall), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)[0]
     assert 0.9 * detour < cost < 1.25 * detour
     narrow = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.4), (0.0, 3.5))))
-    assert cost_to_go(memory(narrow), points, goal, LOW, HIGH, RADIUS, 1.0)[0] == np.inf
+    assert cost_to_go(memory(narrow), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)[0] == np.inf
+    opening = np.array(((0.0, 1.45),))
+    assert cost_to_go(memory(wall), points, goal, LOW, HIGH, RADIUS, 1.0, closed=opening).at(points)[0] == np.inf
 
 
 def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_far():
     corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
     box = memory(np.vstack([line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]))
     inside, outside, far = np.zeros(2), np.array((2.5, 2.5)), np.array((30.0, 0.0))
-    cost = cost_to_go(box, np.array((inside, outside, far)), inside, LOW, HIGH, RADIUS, 1.0)
+    points = np.array((inside, outside, far))
+    cost = cost_to_go(box, points, inside, LOW, HIGH, RADIUS, 1.0).at(points)
     assert cost[0] < CELL and cost[1] == np.inf and cost[2] == np.inf
-    assert cost_to_go(box, inside[None], outside, LOW, HIGH, RADIUS, 1.0)[0] == np.inf
+    assert cost_to_go(box, inside[None], outside, LOW, HIGH, RADIUS, 1.0).at(inside[None])[0] == np.inf
 
 
 @settings(max_examples=30)
@@ -161,9 +164,25 @@ def test_a_search_that_ends_early_has_the_same_winner(seed):
     grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
     spent = rng.uniform(0.0, 6.0, 30)
-    full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0)
-    early = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0, spent, float(spent.min()))
+    full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
+    early = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0, spent=spent).at(points)
     if np.isfinite(full).any():
         best = np.argmin(full + spent)
         assert early[best] == pytest.approx(full[best], abs=1e-9)
         assert (early + spent).min() == pytest.approx((full + spent)[best], abs=1e-9)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(seed):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (20, 2)))
+    goal, start = rng.uniform(-2.5, 2.5, (2, 2))
+    field = cost_to_go(grid, start[None], goal, LOW, HIGH, RADIUS, 0.0)
+    cost, path = field.at(start[None])[0], field.path(start)
+    assert len(path) > 0 or not cost < np.inf
+    if len(path):
+        steps = np.hypot(*np.diff(path, axis=0).T)
+        assert (steps < 1.5 * CELL).all() and np.hypot(*(path[-1] - goal)) < CELL
+        assert (grid.distance(path[:-1]) > RADIUS - BLOCKED_SLACK - 1e-6).all()
+        assert steps.sum() == pytest.approx(cost, abs=1.5 * CELL + 0.02 * cost)

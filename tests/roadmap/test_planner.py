@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.stars.region import scan_region
+from drake_starnav.roadmap.search import LINE_STEP
+from drake_starnav.stars.region import first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance
 
@@ -126,3 +127,31 @@ def test_guidance_hands_on_the_regions_around_the_robot():
     away = np.hypot(*(states[-1].roadmap.stack.center - position).T)
     assert len(guidance.regions) == (away <= 3.0).sum()
     assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance(position).path) == 0
+
+
+def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap():
+    half = RADIUS + 0.6 * PARAMETERS.margin
+    walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
+    world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
+    states = drive(world, PARAMETERS, steps=700)
+    assert len(states) < 700 and states[-1].rounds == 0 and states[-1].roadmap.margin == PARAMETERS.margin
+    assert min(region.margin for region in states[-1].roadmap.regions) < PARAMETERS.margin
+
+
+def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
+    state = drive(BAFFLES, PARAMETERS, steps=30)[-1]
+    regions = state.roadmap.stack.arrays
+
+    def sees_its_way_point(place: np.ndarray, path: np.ndarray) -> bool:
+        return segment_covered(*regions, *place, *path[0], LINE_STEP)
+
+    grid = np.linspace(-1.5, 1.5, 31)
+    places = (np.array((x, y)) for x in grid for y in grid if first_cover(*regions, x, y) >= 0)
+    place = next(place for place in places if not sees_its_way_point(place, state.path))
+    pose = np.array((*place, 0.0))
+    scan = cast(BAFFLES, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    moved = dataclasses.replace(state, node_position=place)
+    after = plan_step(moved, seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, RADIUS)
+    assert after.plans == state.plans + 1 and len(after.roadmap) == len(state.roadmap)
+    assert sees_its_way_point(place, after.path)

@@ -1,16 +1,28 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
 from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import StarRoadmap
-from drake_starnav.roadmap.search import LINE_STEP, find_route, graph_distances, remaining_cost, string_pulled
+from drake_starnav.roadmap.roadmap import StarRoadmap, retired
+from drake_starnav.roadmap.search import (
+    GATE_LENGTH,
+    LINE_STEP,
+    estimates,
+    find_route,
+    graph_distances,
+    optimistic_cost,
+    optimistic_gate,
+    string_pulled,
+)
 from drake_starnav.stars.region import StarRegion, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance, explored, free_point, seeds, wandered
 
 PARAMETERS = PlannerParameters()
+WITHOUT_GATES = dataclasses.replace(PARAMETERS, gates=False)
 
 
 def length(*points: np.ndarray) -> float:
@@ -95,7 +107,7 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
     for goal in rng.uniform(-3.0, 3.0, (20, 2)):
         seen = [r.contains(goal) for r in (*roadmap.regions, region)]
         route = find_route(roadmap, region, position, goal, PARAMETERS, RADIUS)
-        assert (route is not None and route.frontier == -1) == any(seen)
+        assert (route is not None and not len(route.target)) == any(seen)
         if any(seen):
             np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
     nothing = find_route(
@@ -103,7 +115,7 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
         region,
         position,
         np.full(2, 9.0),
-        PARAMETERS,
+        WITHOUT_GATES,
         RADIUS,
     )
     assert nothing is None
@@ -118,16 +130,46 @@ def test_the_cheapest_frontier_is_chosen(seed):
     region = here(world, position)
     frontiers = roadmap.frontiers
     for current in (None, frontiers.stand[-1]):
-        route = find_route(roadmap, region, position, goal, PARAMETERS, RADIUS, current)
+        route = find_route(roadmap, region, position, goal, WITHOUT_GATES, RADIUS, current)
         distances, _ = graph_distances(roadmap, region, position)
         cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
         for k, stand in enumerate(frontiers.stand):
             if segment_covered(*roadmap.stack.arrays, *position, *stand, LINE_STEP):
                 cost[k] = min(cost[k], np.hypot(*(stand - position)))
         cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
-        cost += remaining_cost(roadmap, goal, PARAMETERS, RADIUS)
+        cost += estimates(optimistic_cost(roadmap, position, goal, PARAMETERS, RADIUS), frontiers, goal)
         if current is not None:
             cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
-        assert cost[route.frontier] == pytest.approx(cost.min())
-        np.testing.assert_allclose(route.path[-1], frontiers.stand[route.frontier], atol=1e-12)
-        assert route.node == frontiers.owner[route.frontier]
+        chosen = np.flatnonzero((frontiers.stand == route.target.stand).all(axis=1))[0]
+        assert cost[chosen] == pytest.approx(cost.min())
+        np.testing.assert_allclose(route.path[-1], route.target.stand[0], atol=1e-12)
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
+    world, roadmap = wandered(seed, nodes=3)
+    start, angle = roadmap.stack.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
+    path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
+    gate = optimistic_gate(roadmap, path)
+    assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
+    after = np.flatnonzero((path == gate.stand[0]).all(axis=1))[0] + 1
+    beyond = path[after : after + int(np.hypot(*(gate.probe[0] - gate.stand[0])) / 0.1 + 0.5)]
+    assert not any(region.contains(point) for region in roadmap.regions for point in beyond)
+    assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1
+    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path))
+
+
+def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
+    # seen flat from (0, 0), the gap between the wall and the post is no jump of the free range
+    wall = [(1.0, 0.45), (6.0, 0.45), (6.0, 0.55), (1.0, 0.55)]
+    post = (0.3, 0.75, 0.1)
+    world = World(
+        "gap", (0.0, 0.0, 0.0), (1.5, 1.5), cylinders=(post,), polygons=(wall,), bounds=(-6.0, -0.5, 6.0, 6.0)
+    )
+    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    bare = dataclasses.replace(roadmap, frontiers=Frontiers.none())
+    region, position, goal = here(world, np.zeros(2)), np.zeros(2), np.array(world.goal)
+    assert find_route(bare, region, position, goal, WITHOUT_GATES, RADIUS) is None
+    route = find_route(bare, region, position, goal, PARAMETERS, RADIUS)
+    assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
