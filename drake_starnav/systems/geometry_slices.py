@@ -37,10 +37,10 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups
+from drake_starnav.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_sweep, rows_near
 from drake_starnav.slicing import Solids, planar_poses, scan_planes, slice_solids
 
-_SECTORS = 36  # of a rolling sweep; within one the sensor stands still
+_IDENTITY = np.eye(3, 4)
 _HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
 _BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -86,7 +86,8 @@ class SceneSlices:
         self._role = role
         self._exclude = frozenset(exclude)
         self._version = GeometryVersion()
-        self._solids: dict[FrameId, Solids] = {}
+        self._moving_frames: list[FrameId] = []
+        self._solids: list[Solids] = []
         self._keys = np.zeros((0, 4))
         self._moving_rows: list[np.ndarray] = []
         self._anchored = self._moving = ShapeBins.grouped([])
@@ -109,8 +110,9 @@ class SceneSlices:
             X_WS: pose of the sensor frame S; its x-y plane is the scan plane.
             fan: the beams.
             range_max: shapes farther than this may be ignored, m.
-            X_WS_begin: pose when the sweep of the beams began; None when all measure at once. Between the two the
-                sensor moves evenly within the scan plane of `X_WS`, and everything else stands still.
+            X_WS_begin: pose when the sweep of the beams began, one beam before the first; None when all measure at
+                once. Between the two the sensor moves evenly within the scan plane of `X_WS`, and everything else
+                stands still.
 
         Returns:
             shape (n,), m, `+inf` where nothing is hit.
@@ -119,46 +121,37 @@ class SceneSlices:
         if not inspector.geometry_version().IsSameAs(self._version, self._role):
             self._read(inspector)
         X_WF = np.empty((len(self._solids), 3, 4))
-        X_WF[0] = np.eye(3, 4)
-        for k, frame in enumerate(self._solids):
-            if k > 0:
-                X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
-        matrix = X_WS.GetAsMatrix34()
-        keys, planes = scan_planes(X_WF, matrix)
-        self._refresh(keys, planes, range_max)
-        ranges = np.full(len(fan.directions), np.inf)
-        end = planar_poses(X_WF, matrix, planes)
+        X_WF[0] = _IDENTITY
+        for k, frame in enumerate(self._moving_frames, start=1):
+            X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
+        keys, planes, end, stale = scan_planes(X_WF, X_WS.GetAsMatrix34(), self._keys)
+        if len(stale):
+            self._refresh(keys, planes, stale, range_max)
+        ranges = np.empty(len(fan.directions))
+        ranges.fill(np.inf)
         if X_WS_begin is None:
-            self._cast(end, fan, ranges, range_max)
+            cast_grid(self._anchored, end[0], fan, ranges, range_max)
+            if len(self._moving.rows):
+                cast_groups(self._moving, end[1:], fan, ranges, range_max)
             return ranges
         begin = planar_poses(X_WF, X_WS_begin.GetAsMatrix34(), planes)
-        change = end - begin
-        change[:, 2] = (change[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
-        edges = np.linspace(0, len(ranges), min(len(ranges), _SECTORS) + 1).astype(int)
-        for first, last in zip(edges[:-1], edges[1:], strict=True):
-            poses = begin + change * ((first + last) / (2 * len(ranges)))
-            sector = Fan(fan.angle_min + first * fan.increment, fan.increment, fan.directions[first:last])
-            self._cast(poses, sector, ranges[first:last], range_max)
+        travel = math.hypot(end[0, 0] - begin[0, 0], end[0, 1] - begin[0, 1])
+        near = ShapeBins.grouped([rows_near(self._anchored, end[0, 0], end[0, 1], range_max + travel)])
+        cast_sweep(near, begin[:1], end[:1], fan, ranges, range_max)
+        cast_sweep(self._moving, begin[1:], end[1:], fan, ranges, range_max)
         return ranges
 
-    def _cast(self, poses: np.ndarray, fan: Fan, ranges: np.ndarray, range_max: float) -> None:
-        cast_grid(self._anchored, poses[0], fan, ranges, range_max)
-        if len(self._moving.rows):
-            cast_groups(self._moving, poses[1:], fan, ranges, range_max)
-
     def _read(self, inspector: SceneGraphInspector) -> None:
-        self._solids = read_solids(inspector, self._role, self._exclude)
+        solids = read_solids(inspector, self._role, self._exclude)
+        self._moving_frames = list(solids)[1:]
+        self._solids = list(solids.values())
         self._keys = np.full((len(self._solids), 4), np.nan)
         self._moving_rows = [np.zeros((0, COLUMNS))] * (len(self._solids) - 1)
         self._version = GeometryVersion(inspector.geometry_version())
 
-    def _refresh(self, keys: np.ndarray, planes: np.ndarray, range_max: float) -> None:
-        stale = np.flatnonzero((keys != self._keys).any(axis=1))
-        if not len(stale):
-            return
-        solids = list(self._solids.values())
+    def _refresh(self, keys: np.ndarray, planes: np.ndarray, stale: np.ndarray, range_max: float) -> None:
         for k in stale:
-            rows = slice_solids(solids[k], planes[k])
+            rows = slice_solids(self._solids[k], planes[k])
             if k == 0:
                 self._anchored = ShapeBins.grid(rows, range_max / 2.0)
             else:
