@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters"
-SENSING = f"{BASE} robot scan lidar intersect raycast slicing stopwatch models"
+SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models"
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -47,6 +47,7 @@ TABLE = {
     "intersect": Room(BASE, ARRAYS),
     "raycast": Room(f"{BASE} intersect", ARRAYS),
     "slicing": Room(f"{BASE} intersect raycast", ARRAYS),
+    "gltf": Room(BASE, ARRAYS),
     "stopwatch": Room(BASE, ARRAYS),
     "models": Room("errors"),
     "stars": Room(f"{BASE} robot scan", ARRAYS),

@@ -7,12 +7,9 @@ when the scan plane has moved relative to F. The plane is rounded first (its nor
 origin to 1e-6 m), so that trembling does not re-slice and the result does not depend on what was sliced before.
 """
 
-import contextlib
 import math
-import tempfile
 import warnings
 from collections.abc import Collection
-from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import (
@@ -28,7 +25,6 @@ from pydrake.geometry import (
     Mesh,
     MeshcatCone,
     QueryObject,
-    ReadObjToTriangleSurfaceMesh,
     Role,
     SceneGraphInspector,
     Shape,
@@ -36,9 +32,9 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_sweep, rows_near
 from drake_starnav.slicing import Solids, planar_poses, scan_planes, slice_solids
+from drake_starnav.systems.mesh_files import hull_faces, mesh_triangles
 
 _IDENTITY = np.eye(3, 4)
 _HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
@@ -199,9 +195,9 @@ class _Parts:
             e = _HALF_SPACE_EXTENT
             self._add_faces(X_FG, np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)]), ((0, 1, 2, 3),))
         elif isinstance(shape, Convex):
-            self._add_faces(X_FG, *_hull(shape, name))
+            self._add_faces(X_FG, *hull_faces(shape, name))
         elif isinstance(shape, Mesh):
-            self._add_faces(X_FG, *_triangles(shape, name))
+            self._add_faces(X_FG, *mesh_triangles(shape, name))
         else:
             what = "MeshcatCone" if isinstance(shape, MeshcatCone) else type(shape).__name__
             warnings.warn(f"lidar: {what} {name} is ignored", stacklevel=2)
@@ -218,41 +214,3 @@ class _Parts:
         self.vertices.append(vertices @ X_FG.rotation().matrix().T + X_FG.translation())
         self.faces.extend(np.asarray(face, dtype=np.int64) + self.count for face in faces)
         self.count += len(vertices)
-
-
-def _hull(shape: Convex, name: str) -> tuple[np.ndarray, list[list[int]]]:
-    try:
-        hull = shape.GetConvexHull()
-    except RuntimeError as error:
-        raise _unreadable(shape, name, str(error)) from error
-    data, faces, k = hull.face_data(), [], 0
-    while k < len(data):  # count, then that many vertices
-        faces.append(data[k + 1 : k + 1 + data[k]])
-        k += 1 + data[k]
-    return np.array([hull.vertex(k) for k in range(hull.num_vertices())]), faces
-
-
-def _triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
-    if shape.extension().lower() != ".obj":
-        raise _unreadable(shape, name, f"a {shape.extension()} file")
-    source = shape.source()
-    with contextlib.ExitStack() as stack:
-        if source.is_path():
-            path = Path(source.path())
-        else:
-            path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "mesh.obj"
-            path.write_bytes(source.in_memory().mesh_file.contents())
-        if not path.is_file():
-            raise _unreadable(shape, name, "no such file")
-        try:
-            mesh = ReadObjToTriangleSurfaceMesh(path, scale3=shape.scale3())
-        except RuntimeError as error:
-            raise _unreadable(shape, name, str(error)) from error
-    corners = [[triangle.vertex(k) for k in range(3)] for triangle in mesh.triangles()]
-    return np.array(mesh.vertices()), np.array(corners)
-
-
-def _unreadable(shape: Mesh | Convex, name: str, why: str) -> StarnavError:
-    return StarnavError(
-        f"lidar: mesh {shape.source().description()} of geometry {name}: {why}; allowed: a readable .obj surface"
-    )

@@ -303,7 +303,11 @@ def test_a_meshcat_cone_is_ignored_with_a_warning():
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("gone.obj", None, r"gone\.obj.* of geometry moving0: no such file; allowed: a readable \.obj surface"),
+        (
+            "gone.obj",
+            None,
+            r"gone\.obj.* of geometry moving0: no such file; allowed: a readable \.obj, \.gltf, \.vtk file",
+        ),
         ("broken.obj", "v 0 0 0\n", r"broken\.obj.* of geometry moving0: .+; allowed"),
         ("room.stl", "solid\n", r"room\.stl.* of geometry moving0: a \.stl file; allowed"),
     ],
