@@ -56,6 +56,10 @@ def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
         vertices, triangles = readers[extension](shape)
     except (RuntimeError, OSError, StarnavError) as error:
         raise _unreadable(shape, name, str(error)) from error
+    if not len(triangles):
+        raise _unreadable(shape, name, "no triangles")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise _unreadable(shape, name, f"a corner that is not among its {len(vertices)} vertices")
     return vertices * shape.scale3(), triangles
 
 

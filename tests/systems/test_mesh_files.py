@@ -101,6 +101,7 @@ def test_a_hull_has_flat_faces_around_all_vertices(tmp_path):
         ("broken.gltf", "{", "not a valid glTF"),
         ("broken.vtk", "# nothing", "."),
         ("gone.vtk", None, "no such file"),
+        ("torn.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "a corner that is not among its 3 vertices"),
         ("room.stl", "solid", r"a \.stl file"),
     ],
 )
