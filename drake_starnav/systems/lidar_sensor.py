@@ -87,13 +87,16 @@ class LidarSensor(LeafSystem):
             point_cloud_frame: of the points of `point_cloud`, "S" or "W".
 
         Raises:
-            StarnavError: the seed is out of range, a rolling sensor is not sampled, or there is no such frame.
+            StarnavError: an argument is not allowed, or a rolling sensor is not sampled. On evaluation: a mesh file
+                cannot be read.
         """
         super().__init__()
         if not 0 <= seed < 2**64:
             raise StarnavError(f"lidar: seed is {seed}; allowed: a whole number, 0 <= seed < 2**64")
         if parameters.rolling and not sampled:
             raise StarnavError("lidar.rolling is True with sampled=False; allowed: rolling with sampled=True")
+        if role not in (Role.kProximity, Role.kPerception, Role.kIllustration):
+            raise StarnavError(f"lidar: role is {role}; allowed: Role.kProximity, Role.kPerception, Role.kIllustration")
         if point_cloud_frame not in ("S", "W"):
             raise StarnavError(f"lidar: point_cloud_frame is {point_cloud_frame!r}; allowed: 'S', 'W'")
         self._parameters = parameters

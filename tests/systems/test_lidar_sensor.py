@@ -9,6 +9,8 @@ from pydrake.geometry import (
     FramePoseVector,
     GeometryFrame,
     GeometryInstance,
+    Mesh,
+    PerceptionProperties,
     ProximityProperties,
     Role,
     SceneGraph,
@@ -280,7 +282,33 @@ def test_bad_arguments_are_named():
     frame = SceneGraph.world_frame_id()
     with pytest.raises(StarnavError, match="seed is -1; allowed"):
         LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), seed=-1)
+    with pytest.raises(StarnavError, match="role is .*Unassigned; allowed: Role.kProximity"):
+        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), role=Role.kUnassigned)
     with pytest.raises(StarnavError, match="point_cloud_frame is 'B'; allowed: 'S', 'W'"):
         LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), point_cloud_frame="B")
     with pytest.raises(StarnavError, match="rolling is True with sampled=False"):
         LidarSensor(LidarParameters(rolling=True), parent_frame_id=frame, X_PS=RigidTransform(), sampled=False)
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_a_mesh_file_that_does_not_exist_is_named_when_the_sensor_looks(sampled, tmp_path):
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    source = graph.RegisterSource("test")
+    instance = GeometryInstance(RigidTransform(), Mesh(str(tmp_path / "gone.obj"), 1.0), "chair")
+    graph.AssignRole(source, graph.RegisterAnchoredGeometry(source, instance), PerceptionProperties())
+    lidar = builder.AddSystem(
+        LidarSensor(
+            EXACT,
+            parent_frame_id=graph.world_frame_id(),
+            X_PS=RigidTransform(),
+            role=Role.kPerception,
+            sampled=sampled,
+        )
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    simulator = Simulator(builder.Build())
+    with pytest.raises(StarnavError, match=r"gone\.obj of geometry chair: no such file; allowed: a readable"):
+        if sampled:
+            simulator.Initialize()
+        scan_of(lidar, simulator.get_context())
