@@ -146,23 +146,33 @@ def test_ports_tell_the_same():
     assert np.allclose(cloud.xyzs()[:2].T, scan.points(), atol=1e-6) and not cloud.xyzs()[2].any()
 
 
+def points_of(parameters, X_WS, frame):
+    """The point cloud of one scan of a ball of 1 m radius at (3, 2, 0)."""
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    add_shape(graph, graph.RegisterSource("test"), None, Sphere(1.0), RigidTransform([3.0, 2.0, 0.0]), "ball")
+    lidar = builder.AddSystem(
+        LidarSensor(parameters, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, point_cloud_frame=frame)
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    simulator = Simulator(builder.Build())
+    simulator.Initialize()
+    return scan_of(lidar, simulator.get_context(), "point_cloud").xyzs().astype(float)
+
+
 def test_points_are_in_the_sensor_frame_or_the_world():
     X_WS = RigidTransform(RotationMatrix.MakeYRotation(0.3), [1.0, 2.0, 0.5])
-    clouds = {}
+    in_S, in_W = (points_of(EXACT, X_WS, frame) for frame in ("S", "W"))
+    assert np.allclose(X_WS @ in_S, in_W, rtol=0.0, atol=1e-6)
+    assert np.allclose(np.linalg.norm(in_W.T - (3.0, 2.0, 0.0), axis=1), 1.0, rtol=0.0, atol=1e-5)
+    assert in_W.shape[1] > 10
+
+
+@pytest.mark.parametrize(("range_max", "hits"), [(1.0001, 1), (0.9, 0)])
+def test_a_cloud_may_hold_one_point_or_none(range_max, hits):
+    few = LidarParameters(noise=0.0, range_max=range_max)
     for frame in ("S", "W"):
-        builder = DiagramBuilder()
-        graph = builder.AddSystem(SceneGraph())
-        add_shape(graph, graph.RegisterSource("test"), None, Sphere(1.0), RigidTransform([3.0, 2.0, 0.0]), "ball")
-        lidar = builder.AddSystem(
-            LidarSensor(EXACT, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, point_cloud_frame=frame)
-        )
-        builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
-        simulator = Simulator(builder.Build())
-        simulator.Initialize()
-        clouds[frame] = scan_of(lidar, simulator.get_context(), "point_cloud").xyzs()
-    assert np.allclose(X_WS @ clouds["S"].astype(float), clouds["W"], rtol=0.0, atol=1e-6)
-    assert np.allclose(np.linalg.norm(clouds["W"].T - (3.0, 2.0, 0.0), axis=1), 1.0, rtol=0.0, atol=1e-5)
-    assert clouds["W"].shape[1] > 10
+        assert points_of(few, RigidTransform([1.0, 2.0, 0.0]), frame).shape == (3, hits)
 
 
 def test_own_bodies_are_invisible_unless_wanted():
