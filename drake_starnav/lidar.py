@@ -1,9 +1,11 @@
 """What a planar lidar is, and how its measurement differs from the truth."""
 
 import math
+import threading
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
@@ -50,6 +52,11 @@ class LidarParameters:
         return self.angle_max - self.angle_min > 2.0 * math.pi - 1e-9
 
     @property
+    def time_increment(self) -> float:
+        """Time from beam to beam, s; 0 unless the scan is rolling."""
+        return 1.0 / (self.rate * self.beams) if self.rolling else 0.0
+
+    @property
     def angle_increment(self) -> float:
         """Bearing step between beams, rad."""
         if self.full_circle:
@@ -83,19 +90,59 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
         shape (n,), m: `-inf` nearer than `range_min`, `+inf` from `range_max` on or dropped, otherwise
         within [range_min, range_max).
     """
-    low, high = parameters.range_min, parameters.range_max
-    ranges = distances
-    if parameters.noise > 0.0 or parameters.dropout > 0.0:
-        # The highest counter word is the scan's own, so that no two scans share numbers.
-        counter = np.array([0, 0, 0, index & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
-        generator = np.random.Generator(np.random.Philox(key=seed, counter=counter))
+    p = parameters
+    errors = luck = np.zeros(0)
+    if p.noise > 0.0 or p.dropout > 0.0:
+        generator = _generator(seed, index)
         errors = generator.standard_normal(len(distances))
-        ranges = distances + parameters.noise * errors
-    if parameters.quantisation > 0.0:
-        ranges = np.round(ranges / parameters.quantisation) * parameters.quantisation
-    ranges = np.clip(ranges, low, np.nextafter(high, 0.0))
-    ranges[distances < low] = -np.inf
-    ranges[distances >= high] = np.inf
-    if parameters.dropout > 0.0:
-        ranges[generator.random(len(distances)) < parameters.dropout] = np.inf
+        if p.dropout > 0.0:
+            luck = generator.random(len(distances))
+    high = math.nextafter(p.range_max, 0.0)
+    return _reported(distances, errors, p.noise, luck, p.dropout, p.quantisation, p.range_min, high)
+
+
+class _Workbench(threading.local):
+    """A generator for each thread: making one takes longer than all that a scan draws from it."""
+
+    def __init__(self) -> None:
+        self.generator = np.random.Generator(np.random.Philox(key=0))
+
+
+_workbench = _Workbench()
+
+
+def _generator(seed: int, index: int) -> np.random.Generator:
+    """`Generator(Philox(key=seed, counter=...))` for one scan: its whole state is set, nothing is left of the last."""
+    generator = _workbench.generator
+    # The highest counter word is the scan's own, so that no two scans share numbers.
+    counter = np.array([0, 0, 0, index & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
+    generator.bit_generator.state = {
+        "bit_generator": "Philox",
+        "state": {"counter": counter, "key": np.array([seed, 0], dtype=np.uint64)},
+        "buffer": np.zeros(4, dtype=np.uint64),
+        "buffer_pos": 4,  # empty
+        "has_uint32": 0,
+        "uinteger": 0,
+    }
+    return generator
+
+
+@njit(cache=True)
+def _reported(distances, errors, noise, luck, dropout, quantisation, low, high):
+    """Ranges of hits are kept within [low, high], whatever noise and rounding do to them."""
+    ranges = np.empty(len(distances))
+    for i in range(len(distances)):
+        distance = distances[i]
+        if distance < low:
+            ranges[i] = -np.inf
+        elif distance > high:
+            ranges[i] = np.inf
+        else:
+            if len(errors):
+                distance += noise * errors[i]
+            if quantisation > 0.0:
+                distance = np.rint(distance / quantisation) * quantisation
+            ranges[i] = min(max(distance, low), high)
+        if len(luck) and luck[i] < dropout:
+            ranges[i] = np.inf
     return ranges

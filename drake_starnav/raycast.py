@@ -23,11 +23,9 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.intersect import CIRCLE, CONIC, SEGMENT, cast_rows
 
 COLUMNS = 14
-CIRCLE, SEGMENT, CONIC = 0.0, 1.0, 2.0
-_ANGLE_PAD = 1e-9  # rad; beams through a corner shared by two segments must not slip between them
-_LENGTH_PAD = 1e-9  # m; the same for the seam between a clipped conic and the segment that closes it
 
 
 @dataclass(frozen=True)
@@ -170,9 +168,27 @@ def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray
     _cast_groups(bins.rows, bins.starts, poses, fan.directions, fan.angle_min, fan.increment, reach, ranges)
 
 
+def cast_sweep(bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
+    """Shorten `ranges` to what beams measure one after the other, evenly in time, while the sensor moves.
+
+    Args:
+        bins: made by `ShapeBins.grouped`, g groups.
+        begin: shape (g, 3): (x, y, yaw) of S in the frame of each group one beam before the first beam, m and rad.
+        end: the same for the last beam; in between, position and yaw change evenly, yaw by at most half a turn.
+        fan, ranges, reach: as in `cast_grid`.
+    """
+    _cast_sweep(bins.rows, bins.starts, begin, end, fan.directions, fan.angle_min, fan.increment, reach, ranges)
+
+
+def rows_near(bins: ShapeBins, x: float, y: float, reach: float) -> np.ndarray:
+    """The rows of a grid that may lie within reach of a point, m; shape (k, 14)."""
+    return _rows_near(bins.rows, bins.starts, bins.cell, x, y, reach)
+
+
 @njit(cache=True)
 def _bucket(i, j, buckets):
-    return ((i * 73856093) ^ (j * 19349663)) & (buckets - 1)
+    # Cells of one column i follow one another; columns lie as far apart as the golden section can spread them.
+    return (i * (int(0.6180339887498949 * buckets) | 1) + j) & (buckets - 1)
 
 
 @njit(cache=True)
@@ -187,124 +203,61 @@ def _cell_keys(rows, cell, buckets):
 
 
 @njit(cache=True)
-def _cast_grid(rows, starts, cell, x, y, yaw, directions, angle_min, increment, reach, ranges):
+def _near_runs(starts, cell, x, y, reach):
+    """The rows of a grid that can be within reach, as runs [first, last), shape (k, 2); a row may be in several."""
     buckets = len(starts) - 2
     i0, i1 = math.floor((x - reach) / cell) - 1, math.floor((x + reach) / cell) + 1
     j0, j1 = math.floor((y - reach) / cell) - 1, math.floor((y + reach) / cell) + 1
     if (i1 - i0 + 1.0) * (j1 - j0 + 1.0) >= buckets:  # more cells than buckets: look at every shape once
-        _cast_rows(rows, 0, starts[buckets], x, y, yaw, directions, angle_min, increment, reach, ranges)
-    else:
-        for i in range(int(i0), int(i1) + 1):
-            for j in range(int(j0), int(j1) + 1):
-                k = _bucket(i, j, buckets)
-                _cast_rows(rows, starts[k], starts[k + 1], x, y, yaw, directions, angle_min, increment, reach, ranges)
-    _cast_rows(rows, starts[buckets], len(rows), x, y, yaw, directions, angle_min, increment, reach, ranges)
+        return np.array([[0, starts[-1]]])
+    runs = np.empty((2 * int(i1 - i0) + 3, 2), dtype=np.int64)
+    runs[0, 0], runs[0, 1] = starts[buckets], starts[buckets + 1]
+    count, length = 1, int(j1 - j0) + 1
+    for i in range(int(i0), int(i1) + 1):
+        begin = _bucket(i, int(j0), buckets)
+        end = begin + length
+        runs[count, 0], runs[count, 1] = starts[begin], starts[min(end, buckets)]
+        count += 1
+        if end > buckets:  # the column goes on at the first bucket
+            runs[count, 0], runs[count, 1] = 0, starts[end - buckets]
+            count += 1
+    return runs[:count]
+
+
+@njit(cache=True)
+def _cast_grid(rows, starts, cell, x, y, yaw, directions, angle_min, increment, reach, ranges):
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    for first, last in _near_runs(starts, cell, x, y, reach):
+        cast_rows(rows, first, last, x, y, cy, sy, directions, angle_min, increment, reach, ranges)
+
+
+@njit(cache=True)
+def _rows_near(rows, starts, cell, x, y, reach):
+    chosen = np.zeros(len(rows), dtype=np.bool_)
+    for first, last in _near_runs(starts, cell, x, y, reach):
+        for i in range(first, last):
+            chosen[i] = math.hypot(rows[i, 0] - x, rows[i, 1] - y) <= reach + rows[i, 2]
+    return rows[chosen]
 
 
 @njit(cache=True)
 def _cast_groups(rows, starts, poses, directions, angle_min, increment, reach, ranges):
     for g in range(len(starts) - 1):
-        x, y, yaw = poses[g, 0], poses[g, 1], poses[g, 2]
-        _cast_rows(rows, starts[g], starts[g + 1], x, y, yaw, directions, angle_min, increment, reach, ranges)
+        x, y = poses[g, 0], poses[g, 1]
+        cy, sy = math.cos(poses[g, 2]), math.sin(poses[g, 2])
+        cast_rows(rows, starts[g], starts[g + 1], x, y, cy, sy, directions, angle_min, increment, reach, ranges)
 
 
 @njit(cache=True)
-def _cast_rows(rows, first, last, x, y, yaw, directions, angle_min, increment, reach, ranges):
-    """Cast against rows[first:last]; each shape is brought into S once, so that beams need no rotation."""
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    turn = 2.0 * math.pi
-    for k in range(first, last):
-        row = rows[k]
-        gx, gy, radius = row[0] - x, row[1] - y, row[2]
-        squared = gx * gx + gy * gy
-        limit = reach + radius
-        if squared > limit * limit:
-            continue
-        dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
-        if row[3] == SEGMENT:
-            ax, ay = row[4] - x, row[5] - y
-            ex, ey = row[6] - row[4], row[7] - row[5]
-            ax, ay = cy * ax + sy * ay, cy * ay - sy * ax
-            ex, ey = cy * ex + sy * ey, cy * ey - sy * ex
-            angle = math.atan2(ay, ax)
-            width = math.atan2(ax * ey - ay * ex, ax * (ax + ex) + ay * (ay + ey))
-            if width < 0.0:
-                angle += width
-                width = -width
-        elif squared <= radius * radius:
-            angle, width = angle_min, turn
-        else:
-            half = math.asin(radius / math.sqrt(squared))
-            angle, width = math.atan2(dy, dx) - half, 2.0 * half
-        offset = (angle - angle_min) % turn
-        for start in (offset - turn, offset):  # an interval may cover both ends of the fan
-            i0 = max(0, int(math.ceil((start - _ANGLE_PAD) / increment)))
-            i1 = min(len(ranges) - 1, int(math.floor((start + width + _ANGLE_PAD) / increment)))
-            if i0 > i1:
-                continue
-            if row[3] == CIRCLE:
-                _cast_circle(dx, dy, radius, directions, i0, i1, ranges)
-            elif row[3] == SEGMENT:
-                _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges)
-            else:
-                _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges)
-
-
-@njit(cache=True)
-def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
-    for i in range(i0, i1 + 1):
-        ux, uy = directions[i, 0], directions[i, 1]
-        cross = dx * uy - dy * ux
-        under = radius * radius - cross * cross
-        if under < 0.0:
-            continue
-        along, chord = dx * ux + dy * uy, math.sqrt(under)
-        t = along - chord
-        if t < 0.0:
-            t = along + chord
-        if 0.0 <= t < ranges[i]:
-            ranges[i] = t
-
-
-@njit(cache=True)
-def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
-    cross = ax * ey - ay * ex
-    for i in range(i0, i1 + 1):
-        below = directions[i, 0] * ey - directions[i, 1] * ex
-        if below != 0.0:
-            t = cross / below
-            if 0.0 <= t < ranges[i]:
-                ranges[i] = t
-
-
-@njit(cache=True)
-def _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges):
-    # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
-    a00, a01, a11 = row[4], row[5], row[6]
-    p00 = cy * cy * a00 + 2.0 * cy * sy * a01 + sy * sy * a11
-    p11 = sy * sy * a00 - 2.0 * cy * sy * a01 + cy * cy * a11
-    p01 = cy * sy * (a11 - a00) + (cy * cy - sy * sy) * a01
-    b0, b1 = cy * row[7] + sy * row[8], cy * row[8] - sy * row[7]
-    m0, m1 = cy * row[10] + sy * row[11], cy * row[11] - sy * row[10]
-    low, high = row[12] - _LENGTH_PAD, row[13] + _LENGTH_PAD
-    g0, g1 = b0 - p00 * dx - p01 * dy, b1 - p01 * dx - p11 * dy
-    c = row[9] - (g0 + b0) * dx - (g1 + b1) * dy
-    flat = 1e-14 * (p00 + p11)
-    s = -(m0 * dx + m1 * dy)
-    for i in range(i0, i1 + 1):
-        ux, uy = directions[i, 0], directions[i, 1]
-        a = p00 * ux * ux + 2.0 * p01 * ux * uy + p11 * uy * uy
-        b = g0 * ux + g1 * uy
-        under = b * b - a * c
-        if a <= flat or under < 0.0:  # flat: the beam runs along the sides of a lying cylinder
-            continue
-        root = math.sqrt(under)
-        if b < 0.0:  # the form without cancellation
-            near, far = c / (root - b), (root - b) / a
-        else:
-            near, far = -(root + b) / a, (-c / (root + b) if root + b > 0.0 else 0.0)
-        rate = m0 * ux + m1 * uy
-        for t in (near, far):
-            if 0.0 <= t < ranges[i] and low <= s + t * rate <= high:
-                ranges[i] = t
-                break
+def _cast_sweep(rows, starts, begin, end, directions, angle_min, increment, reach, ranges):
+    beams = len(ranges)
+    for g in range(len(starts) - 1):
+        turn = (end[g, 2] - begin[g, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        for i in range(beams):
+            left = 1.0 - (i + 1.0) / beams  # of the sweep, when this beam is measured
+            x = end[g, 0] + left * (begin[g, 0] - end[g, 0])
+            y = end[g, 1] + left * (begin[g, 1] - end[g, 1])
+            yaw = end[g, 2] - left * turn
+            cy, sy = math.cos(yaw), math.sin(yaw)
+            beam, bearing, out = directions[i : i + 1], angle_min + i * increment, ranges[i : i + 1]
+            cast_rows(rows, starts[g], starts[g + 1], x, y, cy, sy, beam, bearing, increment, reach, out)

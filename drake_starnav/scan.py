@@ -8,6 +8,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 
+_NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
+
 
 @dataclass(frozen=True)
 class LaserScan:
@@ -18,11 +20,13 @@ class LaserScan:
     said to have measured nothing.
 
     Attributes:
-        time: time of the measurement, s.
+        time: time of the measurement, s; of the last beam, if beams have their own times.
         angle_min: bearing of the first beam, rad.
         angle_increment: bearing step between beams, rad, positive.
         range_min, range_max: limits of the sensor, m.
         ranges: shape (n,), m.
+        time_increment: time from beam to beam, s; 0 when all are measured at once.
+        scan_time: time between scans, s; 0 when there is no rate.
     """
 
     time: float
@@ -31,14 +35,19 @@ class LaserScan:
     range_min: float
     range_max: float
     ranges: np.ndarray
+    time_increment: float = 0.0
+    scan_time: float = 0.0
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
         ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)
-        for name in ("time", "angle_min", "angle_increment", "range_min", "range_max"):
+        for name in _NUMBERS:
             if not math.isfinite(getattr(self, name)):
                 raise StarnavError(f"laser scan: {name} is {getattr(self, name)}; allowed: a finite number")
+        for name in ("time_increment", "scan_time"):
+            if getattr(self, name) < 0.0:
+                raise StarnavError(f"laser scan: {name} is {getattr(self, name):g}; allowed: 0 <= {name}")
         if ranges.ndim != 1 or len(ranges) < 3:
             raise StarnavError(f"laser scan: ranges has shape {ranges.shape}; allowed: (n,) with n >= 3")
         if not 0.0 <= self.range_min < self.range_max:
@@ -52,8 +61,8 @@ class LaserScan:
                 f"laser scan: angle_increment {self.angle_increment:g} over {len(ranges)} beams spans {span:g} rad; "
                 "allowed: more than 0, at most one turn"
             )
-        bad = np.flatnonzero(np.isnan(ranges))
-        if len(bad):
+        if math.isnan(ranges.dot(ranges)):  # squares of infinities add up to infinity: only NaN makes NaN
+            bad = np.flatnonzero(np.isnan(ranges))
             raise StarnavError(
                 f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
                 "allowed: metres, +inf (no return), -inf (too close)"

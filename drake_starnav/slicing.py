@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
+from drake_starnav.intersect import CIRCLE, CONIC, SEGMENT
+from drake_starnav.raycast import COLUMNS
 
 RESOLUTION = 1e-6
 """Of the rounded plane: of its unit normal, and of its distance from the origin in metres."""
@@ -47,8 +48,38 @@ def slice_solids(solids: Solids, plane: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def scan_planes(X_WF, X_WS):
-    """The scan plane in each frame F: rounded normal and distance (m, 4), and as `slice_solids` takes it (m, 3, 3)."""
+def planar_poses(X_WF, X_WS, planes):
+    """(x, y, yaw) of S in each plane of `scan_planes`, shape (m, 3)."""
+    poses = np.empty((len(X_WF), 3))
+    for k in range(len(X_WF)):
+        X, plane = X_WF[k], planes[k]
+        x = y = cosine = sine = 0.0
+        for i in range(3):
+            p, a = -plane[2, i], 0.0
+            for j in range(3):
+                p += X[j, i] * (X_WS[j, 3] - X[j, 3])
+                a += X[j, i] * X_WS[j, 0]
+            x += plane[0, i] * p
+            y += plane[1, i] * p
+            cosine += plane[0, i] * a
+            sine += plane[1, i] * a
+        poses[k, 0], poses[k, 1], poses[k, 2] = x, y, math.atan2(sine, cosine)
+    return poses
+
+
+@njit(cache=True)
+def scan_planes(X_WF, X_WS, known):
+    """The scan plane in each of m frames F.
+
+    Args:
+        X_WF: shape (m, 3, 4), poses of the frames, m.
+        X_WS: shape (3, 4), pose of the sensor, m.
+        known: shape (m, 4), keys from before; NaN for none.
+
+    Returns:
+        keys (m, 4): the rounded normal and distance; planes (m, 3, 3), as `slice_solids` takes them;
+        poses (m, 3), as from `planar_poses`; indices of the frames whose keys are not the known ones.
+    """
     keys, planes = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3))
     normal, origin = np.empty(3), np.empty(3)
     for k in range(len(X_WF)):
@@ -70,27 +101,10 @@ def scan_planes(X_WF, X_WS):
         planes[k, 0] = first
         planes[k, 1] = np.cross(normal, first)
         planes[k, 2] = normal * (keys[k, 3] * RESOLUTION)
-    return keys, planes
-
-
-@njit(cache=True)
-def planar_poses(X_WF, X_WS, planes):
-    """(x, y, yaw) of S in each plane of `scan_planes`, shape (m, 3)."""
-    poses = np.empty((len(X_WF), 3))
+    changed = np.zeros(len(X_WF), dtype=np.bool_)
     for k in range(len(X_WF)):
-        X, plane = X_WF[k], planes[k]
-        x = y = cosine = sine = 0.0
-        for i in range(3):
-            p, a = -plane[2, i], 0.0
-            for j in range(3):
-                p += X[j, i] * (X_WS[j, 3] - X[j, 3])
-                a += X[j, i] * X_WS[j, 0]
-            x += plane[0, i] * p
-            y += plane[1, i] * p
-            cosine += plane[0, i] * a
-            sine += plane[1, i] * a
-        poses[k, 0], poses[k, 1], poses[k, 2] = x, y, math.atan2(sine, cosine)
-    return poses
+        changed[k] = (keys[k] != known[k]).any()
+    return keys, planes, planar_poses(X_WF, X_WS, planes), np.flatnonzero(changed)
 
 
 @njit(cache=True)

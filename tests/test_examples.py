@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,7 @@ EXPECTED = {
         "the shortest path there is",
     ],
     "02_build_the_diagram.py": ["reached at", "regions in the roadmap"],
+    "lidar_only.py": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
 }
 """What some of them must print."""
 
@@ -47,3 +49,14 @@ def test_example_says_what_it_is_and_how_to_run_it(example: Path) -> None:
 
 def test_what_is_expected_exists() -> None:
     assert set(EXPECTED) <= {path.name for path in EXAMPLES}
+
+
+def test_the_lidar_example_knows_only_the_lidar_and_measures_true_points() -> None:
+    path = ROOT / "scripts" / "examples" / "lidar_only.py"
+    modules = {node.module for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)}
+    own = {module for module in modules if module and module.startswith("drake_starnav")}
+    assert own == {"drake_starnav.lidar", "drake_starnav.systems.lidar_sensor"}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, str(path)], env=environment, capture_output=True, text=True, timeout=HANG)
+    off = [float(value) for value in re.findall(r"at most ([0-9.]+) um off a surface", done.stdout)]
+    assert len(off) == 5 and max(off) < 20.0

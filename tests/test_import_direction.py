@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters"
-SENSING = f"{BASE} robot scan lidar raycast slicing stopwatch models"
+SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models"
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -44,8 +44,10 @@ TABLE = {
     "robot": Room(BASE, ARRAYS),
     "scan": Room(BASE, ARRAYS),
     "lidar": Room(BASE, ARRAYS),
-    "raycast": Room(BASE, ARRAYS),
-    "slicing": Room(f"{BASE} raycast", ARRAYS),
+    "intersect": Room(BASE, ARRAYS),
+    "raycast": Room(f"{BASE} intersect", ARRAYS),
+    "slicing": Room(f"{BASE} intersect raycast", ARRAYS),
+    "gltf": Room(BASE, ARRAYS),
     "stopwatch": Room(BASE, ARRAYS),
     "models": Room("errors"),
     "stars": Room(f"{BASE} robot scan", ARRAYS),

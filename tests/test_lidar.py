@@ -1,4 +1,5 @@
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -38,6 +39,20 @@ def test_noise_belongs_to_seed_scan_and_beam():
     assert np.array_equal(measure(distances, noisy, 1, 2), scans[-1])  # no history
     fewer = np.where(np.arange(360) < 100, np.inf, 2.0)
     assert np.array_equal(measure(fewer, noisy, 1, 2)[100:], scans[-1][100:])
+
+
+def test_noise_is_that_of_a_fresh_generator_in_any_thread():
+    noisy, distances = LidarParameters(noise=0.1), np.full(360, 2.0)
+
+    def fresh(seed, index):
+        generator = np.random.Generator(np.random.Philox(key=seed, counter=np.array([0, 0, 0, index], dtype=np.uint64)))
+        return 2.0 + 0.1 * generator.standard_normal(360)
+
+    scans = [(seed, index) for seed in (0, 3, 2**64 - 1) for index in (0, 1, 10**6)]
+    with ThreadPoolExecutor(4) as threads:
+        ranges = list(threads.map(lambda scan: measure(distances, noisy, *scan), scans * 20))
+    for scan, found in zip(scans * 20, ranges, strict=True):
+        assert np.array_equal(found, fresh(*scan))
 
 
 def test_dropout_measures_nothing_at_the_given_rate():

@@ -9,8 +9,10 @@ from drake_starnav.raycast import (
     ShapeBins,
     cast_grid,
     cast_groups,
+    cast_sweep,
     circle_rows,
     ellipse_rows,
+    rows_near,
     segment_rows,
 )
 
@@ -95,6 +97,24 @@ def test_the_grid_changes_nothing_wherever_it_is(seed, cell):
     ranges = np.full(BEAMS, np.inf)
     cast_groups(ShapeBins.grouped([circle_rows(circles)]), np.array([pose]), FAN, ranges, 5.0)
     assert np.array_equal(cast(circle_rows(circles), pose, cell=cell), np.where(ranges < 5.0, ranges, np.inf))
+
+
+@settings(derandomize=True, max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_a_sweep_is_each_beam_cast_from_its_own_pose(seed):
+    rng = np.random.default_rng(seed)
+    bins = ShapeBins.grid(
+        np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4))))), 1.0
+    )
+    begin, turn = rng.uniform(-3, 3, 3), rng.uniform(-0.3, 0.3)
+    end = begin + (*rng.uniform(-0.2, 0.2, 2), turn + 2.0 * np.pi * rng.integers(-1, 2))  # yaw wraps
+    near = ShapeBins.grouped([rows_near(bins, end[0], end[1], 5.5)])
+    swept = np.full(BEAMS, np.inf)
+    cast_sweep(near, begin[None], end[None], FAN, swept, 5.0)
+    for i in range(0, BEAMS, 7):
+        pose = begin + (i + 1) / BEAMS * np.array((*(end - begin)[:2], turn))
+        alone = cast(bins.rows, pose)
+        assert min(swept[i], 5.0) == pytest.approx(min(alone[i], 5.0), abs=1e-9)
 
 
 def test_only_shapes_near_the_sensor_are_in_the_cells_it_looks_at():

@@ -1,4 +1,4 @@
-"""README's code runs as written, and its links lead somewhere."""
+"""The code in README and docs runs as written, and links lead somewhere."""
 
 import re
 from pathlib import Path
@@ -8,18 +8,18 @@ import pytest
 from drake_starnav.scenario import parse_scenario
 
 ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(language: str, page: Path = README) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
-def test_python_blocks_run(capsys: pytest.CaptureFixture) -> None:
-    found = blocks("python")
-    assert found
-    for code in found:
-        exec(compile(code, "README.md", "exec"), {})
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks("python", page)], ids=lambda page: page.name)
+def test_python_blocks_run(page: Path, capsys: pytest.CaptureFixture) -> None:
+    for code in blocks("python", page):
+        exec(compile(code, page.name, "exec"), {})
     assert capsys.readouterr().out.strip()
 
 
@@ -42,8 +42,12 @@ def test_commands_name_real_scripts_and_targets() -> None:
             assert program == "python" and (ROOT / target).is_file()
 
 
-def test_local_links_exist() -> None:
-    links = [link for link in re.findall(r"\]\(([^)]+)\)", README) if not link.startswith("http")]
-    assert links
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_local_links_exist(page: Path) -> None:
+    links = re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
     for link in links:
-        assert (ROOT / link).exists(), link
+        assert link.startswith("http") or (page.parent / link.partition("#")[0]).exists(), link
+
+
+def test_readme_shows_something_and_leads_on() -> None:
+    assert blocks("python") and "](docs/ports.md)" in README.read_text(encoding="utf-8")

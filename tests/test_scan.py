@@ -87,3 +87,17 @@ def test_the_model_value_saw_nothing():
 def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, message):
     with pytest.raises(StarnavError, match=message):
         scan(**changes)
+
+
+def test_times_within_a_scan_are_not_negative():
+    fields = {"time": 1.0, "angle_min": 0.0, "angle_increment": 0.1, "range_min": 0.0, "range_max": 5.0}
+    scan = LaserScan(**fields, ranges=np.ones(4), time_increment=0.01, scan_time=0.1)
+    assert (scan.time_increment, scan.scan_time) == (0.01, 0.1)
+    with pytest.raises(StarnavError, match="scan_time is -1; allowed: 0 <= scan_time"):
+        LaserScan(**fields, ranges=np.ones(4), scan_time=-1.0)
+    with pytest.raises(StarnavError, match="time_increment is nan; allowed: a finite number"):
+        LaserScan(**fields, ranges=np.ones(4), time_increment=float("nan"))
+
+
+def test_infinities_of_both_signs_are_no_nan():
+    LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 0.0]))

@@ -7,12 +7,9 @@ when the scan plane has moved relative to F. The plane is rounded first (its nor
 origin to 1e-6 m), so that trembling does not re-slice and the result does not depend on what was sliced before.
 """
 
-import contextlib
 import math
-import tempfile
 import warnings
 from collections.abc import Collection
-from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import (
@@ -28,7 +25,6 @@ from pydrake.geometry import (
     Mesh,
     MeshcatCone,
     QueryObject,
-    ReadObjToTriangleSurfaceMesh,
     Role,
     SceneGraphInspector,
     Shape,
@@ -36,11 +32,11 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups
+from drake_starnav.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_sweep, rows_near
 from drake_starnav.slicing import Solids, planar_poses, scan_planes, slice_solids
+from drake_starnav.systems.mesh_files import hull_faces, mesh_triangles
 
-_SECTORS = 36  # of a rolling sweep; within one the sensor stands still
+_IDENTITY = np.eye(3, 4)
 _HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
 _BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -86,7 +82,8 @@ class SceneSlices:
         self._role = role
         self._exclude = frozenset(exclude)
         self._version = GeometryVersion()
-        self._solids: dict[FrameId, Solids] = {}
+        self._moving_frames: list[FrameId] = []
+        self._solids: list[Solids] = []
         self._keys = np.zeros((0, 4))
         self._moving_rows: list[np.ndarray] = []
         self._anchored = self._moving = ShapeBins.grouped([])
@@ -109,8 +106,9 @@ class SceneSlices:
             X_WS: pose of the sensor frame S; its x-y plane is the scan plane.
             fan: the beams.
             range_max: shapes farther than this may be ignored, m.
-            X_WS_begin: pose when the sweep of the beams began; None when all measure at once. Between the two the
-                sensor moves evenly within the scan plane of `X_WS`, and everything else stands still.
+            X_WS_begin: pose when the sweep of the beams began, one beam before the first; None when all measure at
+                once. Between the two the sensor moves evenly within the scan plane of `X_WS`, and everything else
+                stands still.
 
         Returns:
             shape (n,), m, `+inf` where nothing is hit.
@@ -119,46 +117,37 @@ class SceneSlices:
         if not inspector.geometry_version().IsSameAs(self._version, self._role):
             self._read(inspector)
         X_WF = np.empty((len(self._solids), 3, 4))
-        X_WF[0] = np.eye(3, 4)
-        for k, frame in enumerate(self._solids):
-            if k > 0:
-                X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
-        matrix = X_WS.GetAsMatrix34()
-        keys, planes = scan_planes(X_WF, matrix)
-        self._refresh(keys, planes, range_max)
-        ranges = np.full(len(fan.directions), np.inf)
-        end = planar_poses(X_WF, matrix, planes)
+        X_WF[0] = _IDENTITY
+        for k, frame in enumerate(self._moving_frames, start=1):
+            X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
+        keys, planes, end, stale = scan_planes(X_WF, X_WS.GetAsMatrix34(), self._keys)
+        if len(stale):
+            self._refresh(keys, planes, stale, range_max)
+        ranges = np.empty(len(fan.directions))
+        ranges.fill(np.inf)
         if X_WS_begin is None:
-            self._cast(end, fan, ranges, range_max)
+            cast_grid(self._anchored, end[0], fan, ranges, range_max)
+            if len(self._moving.rows):
+                cast_groups(self._moving, end[1:], fan, ranges, range_max)
             return ranges
         begin = planar_poses(X_WF, X_WS_begin.GetAsMatrix34(), planes)
-        change = end - begin
-        change[:, 2] = (change[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
-        edges = np.linspace(0, len(ranges), min(len(ranges), _SECTORS) + 1).astype(int)
-        for first, last in zip(edges[:-1], edges[1:], strict=True):
-            poses = begin + change * ((first + last) / (2 * len(ranges)))
-            sector = Fan(fan.angle_min + first * fan.increment, fan.increment, fan.directions[first:last])
-            self._cast(poses, sector, ranges[first:last], range_max)
+        travel = math.hypot(end[0, 0] - begin[0, 0], end[0, 1] - begin[0, 1])
+        near = ShapeBins.grouped([rows_near(self._anchored, end[0, 0], end[0, 1], range_max + travel)])
+        cast_sweep(near, begin[:1], end[:1], fan, ranges, range_max)
+        cast_sweep(self._moving, begin[1:], end[1:], fan, ranges, range_max)
         return ranges
 
-    def _cast(self, poses: np.ndarray, fan: Fan, ranges: np.ndarray, range_max: float) -> None:
-        cast_grid(self._anchored, poses[0], fan, ranges, range_max)
-        if len(self._moving.rows):
-            cast_groups(self._moving, poses[1:], fan, ranges, range_max)
-
     def _read(self, inspector: SceneGraphInspector) -> None:
-        self._solids = read_solids(inspector, self._role, self._exclude)
+        solids = read_solids(inspector, self._role, self._exclude)
+        self._moving_frames = list(solids)[1:]
+        self._solids = list(solids.values())
         self._keys = np.full((len(self._solids), 4), np.nan)
         self._moving_rows = [np.zeros((0, COLUMNS))] * (len(self._solids) - 1)
         self._version = GeometryVersion(inspector.geometry_version())
 
-    def _refresh(self, keys: np.ndarray, planes: np.ndarray, range_max: float) -> None:
-        stale = np.flatnonzero((keys != self._keys).any(axis=1))
-        if not len(stale):
-            return
-        solids = list(self._solids.values())
+    def _refresh(self, keys: np.ndarray, planes: np.ndarray, stale: np.ndarray, range_max: float) -> None:
         for k in stale:
-            rows = slice_solids(solids[k], planes[k])
+            rows = slice_solids(self._solids[k], planes[k])
             if k == 0:
                 self._anchored = ShapeBins.grid(rows, range_max / 2.0)
             else:
@@ -206,9 +195,9 @@ class _Parts:
             e = _HALF_SPACE_EXTENT
             self._add_faces(X_FG, np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)]), ((0, 1, 2, 3),))
         elif isinstance(shape, Convex):
-            self._add_faces(X_FG, *_hull(shape, name))
+            self._add_faces(X_FG, *hull_faces(shape, name))
         elif isinstance(shape, Mesh):
-            self._add_faces(X_FG, *_triangles(shape, name))
+            self._add_faces(X_FG, *mesh_triangles(shape, name))
         else:
             what = "MeshcatCone" if isinstance(shape, MeshcatCone) else type(shape).__name__
             warnings.warn(f"lidar: {what} {name} is ignored", stacklevel=2)
@@ -225,41 +214,3 @@ class _Parts:
         self.vertices.append(vertices @ X_FG.rotation().matrix().T + X_FG.translation())
         self.faces.extend(np.asarray(face, dtype=np.int64) + self.count for face in faces)
         self.count += len(vertices)
-
-
-def _hull(shape: Convex, name: str) -> tuple[np.ndarray, list[list[int]]]:
-    try:
-        hull = shape.GetConvexHull()
-    except RuntimeError as error:
-        raise _unreadable(shape, name, str(error)) from error
-    data, faces, k = hull.face_data(), [], 0
-    while k < len(data):  # count, then that many vertices
-        faces.append(data[k + 1 : k + 1 + data[k]])
-        k += 1 + data[k]
-    return np.array([hull.vertex(k) for k in range(hull.num_vertices())]), faces
-
-
-def _triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
-    if shape.extension().lower() != ".obj":
-        raise _unreadable(shape, name, f"a {shape.extension()} file")
-    source = shape.source()
-    with contextlib.ExitStack() as stack:
-        if source.is_path():
-            path = Path(source.path())
-        else:
-            path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "mesh.obj"
-            path.write_bytes(source.in_memory().mesh_file.contents())
-        if not path.is_file():
-            raise _unreadable(shape, name, "no such file")
-        try:
-            mesh = ReadObjToTriangleSurfaceMesh(path, scale3=shape.scale3())
-        except RuntimeError as error:
-            raise _unreadable(shape, name, str(error)) from error
-    corners = [[triangle.vertex(k) for k in range(3)] for triangle in mesh.triangles()]
-    return np.array(mesh.vertices()), np.array(corners)
-
-
-def _unreadable(shape: Mesh | Convex, name: str, why: str) -> StarnavError:
-    return StarnavError(
-        f"lidar: mesh {shape.source().description()} of geometry {name}: {why}; allowed: a readable .obj surface"
-    )

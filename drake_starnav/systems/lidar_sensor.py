@@ -1,14 +1,15 @@
 """A planar lidar for any Drake diagram with a SceneGraph."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import FrameId, QueryObject, Role, SceneGraph
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.perception import PointCloud
-from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, ValueProducer
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar import LidarParameters, measure, scan_index
@@ -23,9 +24,6 @@ class _Measurement:
 
     scan: LaserScan
     X_WS: RigidTransform
-
-    def __deepcopy__(self, memo: dict) -> "_Measurement":
-        return self  # nobody changes it: Drake's copies of abstract state cost nothing
 
 
 class LidarSensor(LeafSystem):
@@ -44,7 +42,8 @@ class LidarSensor(LeafSystem):
         geometry_query: abstract, `QueryObject` of the scene.
         scan: abstract, `LaserScan`, m and rad, in S. Before the first scan, one that measured nothing.
         ranges: vector of size `beams`, m, as in `scan`: `+inf` no return, `-inf` too close.
-        point_cloud: abstract, `pydrake.perception.PointCloud` of the finite ranges, m, in S.
+        point_cloud: abstract, `pydrake.perception.PointCloud` of the finite ranges, m, in S, or in the world frame W
+            with `point_cloud_frame="W"`.
         X_WS: abstract, `RigidTransform` of S in the world frame W at the time of the scan.
 
     S is fixed to a parent frame P by `X_PS` and may be mounted at any height and tilt; bearings are counter-clockwise
@@ -52,12 +51,14 @@ class LidarSensor(LeafSystem):
     of `exclude_frames`: name there the other bodies of the robot that carries the sensor. A beam sees surfaces from
     either side. Meshes are seen as they are, not as their convex hulls; deformable geometry is not seen.
 
-    With `sampled=True` a scan is taken at initialization and at each multiple of 1/rate, and held in between. With
+    With `sampled=True` a scan is taken at initialization and at each multiple of 1/rate, and held in between as
+    discrete state: its ranges, and its time and `X_WS`. With
     `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still
     changes only at multiples of 1/rate. The noise depends on the seed and the number of the scan alone.
 
-    With `rolling`, the beams are swept in order over the time since the previous scan (the first scan is taken at
-    once), the last one being measured at the scan's time; the other bodies' motion within a sweep is neglected.
+    With `rolling`, beam i of n is measured at the share (i + 1)/n of the time since the previous scan (the first scan
+    is taken at once), the last one at the scan's time, from where the sensor is then if it moves evenly; the other
+    bodies' motion within a sweep is neglected.
 
     The system is defined for T = double only.
     """
@@ -72,6 +73,7 @@ class LidarSensor(LeafSystem):
         role: Role = Role.kProximity,
         seed: int = 0,
         sampled: bool = True,
+        point_cloud_frame: str = "S",
     ) -> None:
         """
         Args:
@@ -82,20 +84,35 @@ class LidarSensor(LeafSystem):
             role: shapes without it are invisible.
             seed: of the noise, a non-negative whole number below 2**64.
             sampled: take scans periodically and hold them, or evaluate on demand.
+            point_cloud_frame: of the points of `point_cloud`, "S" or "W".
 
         Raises:
-            StarnavError: the seed is out of range, or a rolling sensor is not sampled.
+            StarnavError: an argument is not allowed, or a rolling sensor is not sampled. On evaluation: a mesh file
+                cannot be read.
         """
         super().__init__()
         if not 0 <= seed < 2**64:
             raise StarnavError(f"lidar: seed is {seed}; allowed: a whole number, 0 <= seed < 2**64")
         if parameters.rolling and not sampled:
             raise StarnavError("lidar.rolling is True with sampled=False; allowed: rolling with sampled=True")
+        if role not in (Role.kProximity, Role.kPerception, Role.kIllustration):
+            raise StarnavError(f"lidar: role is {role}; allowed: Role.kProximity, Role.kPerception, Role.kIllustration")
+        if point_cloud_frame not in ("S", "W"):
+            raise StarnavError(f"lidar: point_cloud_frame is {point_cloud_frame!r}; allowed: 'S', 'W'")
         self._parameters = parameters
+        self._cloud_in_W = point_cloud_frame == "W"
         self._parent = parent_frame_id
         self._X_PS = RigidTransform(X_PS)
         self._seed = int(seed)
         self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
+        self._header = {
+            "angle_min": parameters.angle_min,
+            "angle_increment": parameters.angle_increment,
+            "range_min": parameters.range_min,
+            "range_max": parameters.range_max,
+            "time_increment": parameters.time_increment,
+            "scan_time": 1.0 / parameters.rate,
+        }
         exclude = {*exclude_frames, parent_frame_id} - {SceneGraph.world_frame_id()}
 
         self._query_port = self.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())
@@ -108,23 +125,23 @@ class LidarSensor(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        nothing = self._nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.inf)), RigidTransform())
-        self._state = self._entry = None
+        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.inf)), RigidTransform())
         if sampled:
-            self._state = self.DeclareAbstractState(Value[object](nothing))
-            self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
-            self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
-            needs = {self.abstract_state_ticket(self._state)}
+            self._ranges = self.DeclareDiscreteState(nothing.scan.ranges)
+            self._taken = self.DeclareDiscreteState(_packed(math.nan, nothing.X_WS))
+            self.DeclareInitializationDiscreteUpdateEvent(self._update)
+            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
+            calc, needs = self._recall, {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
         else:
-            self._entry = self.DeclareCacheEntry(
-                "measurement",
-                ValueProducer(
-                    allocate=lambda: Value[object](nothing),
-                    calc=lambda context, value: value.set_value(self._measure(context)),
-                ),
-                {self._query_port.ticket(), self.time_ticket()},
-            )
-            needs = {self._entry.ticket()}
+            calc, needs = self._measure, {self._query_port.ticket(), self.time_ticket()}
+        self._measurement = self.DeclareCacheEntry(
+            "measurement",
+            ValueProducer(
+                allocate=lambda: Value[object](nothing), calc=lambda context, value: value.set_value(calc(context))
+            ),
+            needs,
+        )
+        needs = {self._measurement.ticket()}
         self.DeclareAbstractOutputPort("scan", lambda: Value[object](nothing.scan), self._calc_scan, needs)
         self.DeclareVectorOutputPort("ranges", parameters.beams, self._calc_ranges, needs)
         self.DeclareAbstractOutputPort(
@@ -138,47 +155,65 @@ class LidarSensor(LeafSystem):
         return self._parameters
 
     def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
+        return LaserScan(time=time, ranges=ranges, **self._header)
+
+    def _pose(self, query: QueryObject) -> RigidTransform:
+        return query.GetPoseInWorld(self._parent) @ self._X_PS
+
+    def _cast(
+        self, context: Context, query: QueryObject, X_WS: RigidTransform, X_WS_begin: RigidTransform | None = None
+    ) -> np.ndarray:
         p = self._parameters
-        return LaserScan(time, p.angle_min, p.angle_increment, p.range_min, p.range_max, ranges)
+        distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
+        return measure(distances, p, self._seed, scan_index(context.get_time(), p.rate))
 
-    def _measure(self, context: Context, X_WS_begin: RigidTransform | None = None) -> _Measurement:
+    def _measure(self, context: Context) -> _Measurement:
         query = self._query_port.Eval(context)
-        X_WS = query.GetPoseInWorld(self._parent) @ self._X_PS
-        slices = self._slices.Eval(context)
-        distances = slices.cast(query, X_WS, self._fan, self._parameters.range_max, X_WS_begin)
-        time = context.get_time()
-        index = scan_index(time, self._parameters.rate)
-        return _Measurement(self._scan(time, measure(distances, self._parameters, self._seed, index)), X_WS)
+        X_WS = self._pose(query)
+        return _Measurement(self._scan(context.get_time(), self._cast(context, query, X_WS)), X_WS)
 
-    def _update(self, context: Context, state: State) -> EventStatus:
-        X_WS_begin = None
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        query = self._query_port.Eval(context)
+        X_WS, X_WS_begin = self._pose(query), None
         if self._parameters.rolling:
-            last = self._held(context)
+            last, X_WS_last = _unpacked(context.get_discrete_state(self._taken).value())
             # No sweep leads to the first scan, nor to its repetition right after initialization.
-            if last is not self._nothing and last.scan.time < context.get_time():
-                X_WS_begin = last.X_WS
-        state.get_mutable_abstract_state(self._state).set_value(self._measure(context, X_WS_begin))
+            if last < context.get_time():
+                X_WS_begin = X_WS_last
+        values.set_value(self._ranges, self._cast(context, query, X_WS, X_WS_begin))
+        values.set_value(self._taken, _packed(context.get_time(), X_WS))
         return EventStatus.Succeeded()
 
-    def _held(self, context: Context) -> _Measurement:
-        if self._entry is not None:
-            return self._entry.Eval(context)
-        return context.get_abstract_state(self._state).get_value()
+    def _recall(self, context: Context) -> _Measurement:
+        time, X_WS = _unpacked(context.get_discrete_state(self._taken).value())
+        ranges = context.get_discrete_state(self._ranges).value()
+        return _Measurement(self._scan(0.0 if math.isnan(time) else time, ranges), X_WS)
 
     def _calc_scan(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._held(context).scan)
+        output.set_value(self._measurement.Eval(context).scan)
 
     def _calc_ranges(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._held(context).scan.ranges)
+        output.SetFromVector(self._measurement.Eval(context).scan.ranges)
 
     def _calc_point_cloud(self, context: Context, output: AbstractValue) -> None:
-        ranges = self._held(context).scan.ranges
+        measured = self._measurement.Eval(context)
+        ranges = measured.scan.ranges
         hit = np.isfinite(ranges)
-        cloud = PointCloud(int(hit.sum()))
-        xyz = cloud.mutable_xyzs()
-        xyz[:2] = (self._fan.directions[hit] * ranges[hit, None]).T
-        xyz[2] = 0.0
+        points = np.zeros((3, int(hit.sum())))
+        points[:2] = (self._fan.directions[hit] * ranges[hit, None]).T
+        cloud = PointCloud(points.shape[1])
+        cloud.mutable_xyzs()[:] = measured.X_WS @ points if self._cloud_in_W else points
         output.set_value(cloud)
 
     def _calc_X_WS(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._held(context).X_WS)
+        output.set_value(self._measurement.Eval(context).X_WS)
+
+
+def _packed(time: float, X_WS: RigidTransform) -> np.ndarray:
+    """When and where a scan was taken, as discrete state; no time, NaN, before the first."""
+    return np.concatenate(((time,), X_WS.GetAsMatrix34().ravel()))
+
+
+def _unpacked(state: np.ndarray) -> tuple[float, RigidTransform]:
+    matrix = state[1:].reshape(3, 4)
+    return float(state[0]), RigidTransform(RotationMatrix(matrix[:, :3]), matrix[:, 3])

@@ -1,59 +1,113 @@
-"""The lidar alone, in a plain Drake scene without a robot: one scan of several shapes, summarised.
+"""The lidar alone in a manipulation scene: on a swinging boom, tilted down at a table and what stands on it.
+
+Nothing else of the package is used. The table, block, cylinder and bin come with Drake. For each scan the example says
+what the beams hit, by asking Drake which shape each point of the cloud lies on, and how far off it the points are.
 
 Run: python scripts/examples/lidar_only.py
 """
 
+from collections import Counter
+
 import numpy as np
-from pydrake.geometry import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    GeometryInstance,
-    ProximityProperties,
-    SceneGraph,
-    Sphere,
-)
+from pydrake.geometry import Box
 from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.systems.lidar_sensor import LidarSensor
 
-SHAPES = {
-    "box": (Box(1.0, 0.5, 1.0), RigidTransform(RollPitchYaw(0.0, 0.0, 0.4), [2.5, 0.0, 0.5])),
-    "tipped cylinder": (Cylinder(0.2, 1.5), RigidTransform(RollPitchYaw(0.6, 0.0, 0.0), [0.0, 2.0, 0.3])),
-    "sphere": (Sphere(0.5), RigidTransform([-2.0, 0.0, 0.4])),
-    "capsule": (Capsule(0.2, 1.0), RigidTransform(RollPitchYaw(np.pi / 2, 0.0, 0.0), [0.0, -2.0, 0.3])),
-    "ellipsoid": (Ellipsoid(0.8, 0.3, 0.6), RigidTransform(RollPitchYaw(0.0, 0.0, 0.8), [2.0, -2.0, 0.3])),
+MODELS = "package://drake/examples/kuka_iiwa_arm/models"
+FREE = {
+    "block": ("block_for_pick_and_place.urdf", (-0.05, -0.15, 0.866)),
+    "cylinder": ("simple_cylinder.urdf", (0.0, 0.15, 0.831)),
+    "bin": ("open_top_box.urdf", (1.1, -1.2, 0.012)),
 }
+"""Free bodies by name: file, and where they start, m."""
+ARM = """
+<robot name="arm">
+  <link name="column">
+    <collision>
+      <origin xyz="0 0 0.55"/>
+      <geometry><cylinder radius="0.06" length="1.1"/></geometry>
+    </collision>
+  </link>
+  <link name="boom">
+    <inertial><mass value="2"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial>
+    <collision>
+      <origin xyz="0.15 0 0.05" rpy="0 1.5707963 0"/>
+      <geometry><capsule xmlns="http://drake.mit.edu" radius="0.04" length="0.25"/></geometry>
+    </collision>
+  </link>
+  <joint name="shoulder" type="continuous">
+    <parent link="column"/><child link="boom"/><origin xyz="0 0 1.1"/><axis xyz="0 0 1"/>
+  </joint>
+</robot>
+"""
+X_WArm = RigidTransform([-0.65, 0.0, 0.0])
+X_BoomS = RigidTransform(RollPitchYaw(0.0, np.radians(35.0), 0.0), [0.32, 0.0, 0.05])  # tilted down
+SPEED = 0.8  # of the shoulder, rad/s
+
+
+def add_scene(plant: MultibodyPlant) -> None:
+    """Ground, a table at the world's origin, objects, and the arm."""
+    X_WGround = RigidTransform([0.0, 0.0, -0.5])
+    friction = CoulombFriction(0.9, 0.8)
+    plant.RegisterCollisionGeometry(plant.world_body(), X_WGround, Box(6.0, 6.0, 1.0), "ground", friction)
+    parser = Parser(plant)
+    parser.AddModels(url=f"{MODELS}/table/extra_heavy_duty_table.sdf")
+    for name, (file, _) in FREE.items():
+        (model,) = parser.AddModels(url=f"{MODELS}/objects/{file}")
+        plant.RenameModelInstance(model, name)
+    parser.AddModelsFromString(ARM, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("column"), X_WArm)
+    plant.GetJointByName("shoulder").set_default_angle(-0.4)
 
 
 def main() -> None:
-    """Build the scene, take one scan, print what each beam sector saw."""
+    """Build the scene, let the boom swing, print what each of a few scans hit."""
     builder = DiagramBuilder()
-    scene_graph = builder.AddSystem(SceneGraph())
-    source = scene_graph.RegisterSource("example")
-    for name, (shape, X_WG) in SHAPES.items():
-        geometry = scene_graph.RegisterAnchoredGeometry(source, GeometryInstance(X_WG, shape, name))
-        scene_graph.AssignRole(source, geometry, ProximityProperties())
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.002)
+    add_scene(plant)
+    plant.Finalize()
+    boom, column = (plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(name).index()) for name in ("boom", "column"))
     lidar = builder.AddSystem(
         LidarSensor(
-            LidarParameters(), parent_frame_id=scene_graph.world_frame_id(), X_PS=RigidTransform([0.0, 0.0, 0.3])
+            LidarParameters(beams=720, range_max=4.0, noise=0.0),
+            parent_frame_id=boom,
+            X_PS=X_BoomS,
+            exclude_frames=[column],
+            point_cloud_frame="W",
         )
     )
     builder.Connect(scene_graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
-    simulator = Simulator(builder.Build())
-    simulator.Initialize()
+    diagram = builder.Build()
 
-    scan = lidar.GetOutputPort("scan").Eval(lidar.GetMyContextFromRoot(simulator.get_context()))
-    print(f"{len(scan.ranges)} beams, {scan.hits.sum()} hits, nearest {scan.distances.min():.2f} m")
-    edges = np.flatnonzero(np.diff(scan.hits.astype(int))) + 1
-    for beams in np.split(np.arange(len(scan.ranges)), edges):
-        if scan.hits[beams[0]]:
-            first, last = np.degrees(scan.bearings[beams[[0, -1]]])
-            print(f"{first:6.0f} to {last:4.0f} deg: nearest {scan.distances[beams].min():.2f} m")
+    root = diagram.CreateDefaultContext()
+    inside = plant.GetMyContextFromRoot(root)
+    for name, (_, p_WB) in FREE.items():
+        body = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
+        plant.SetFreeBodyPose(inside, body, RigidTransform(p_WB))
+    plant.GetJointByName("shoulder").set_angular_rate(inside, SPEED)
+
+    simulator = Simulator(diagram, root)
+    query_port = scene_graph.get_query_output_port()
+    for time in (0.0, 0.25, 0.5, 0.75, 1.0):
+        simulator.AdvanceTo(time + 1e-3)  # just after a scan
+        seen = lidar.GetMyContextFromRoot(root)
+        points = lidar.GetOutputPort("point_cloud").Eval(seen).xyzs().astype(float)
+        query = query_port.Eval(scene_graph.GetMyContextFromRoot(root))
+        hits, off = Counter[str](), 0.0
+        for p_WQ in points.T:
+            nearest = min(query.ComputeSignedDistanceToPoint(p_WQ, 0.01), key=lambda found: abs(found.distance))
+            body = plant.GetBodyFromFrameId(query.inspector().GetFrameId(nearest.id_G))
+            model = plant.GetModelInstanceName(body.model_instance())
+            hits["ground" if body.index() == plant.world_body().index() else model] += 1
+            off = max(off, abs(nearest.distance))
+        shares = ", ".join(f"{name} {count}" for name, count in sorted(hits.items()))
+        print(f"{time:.2f} s: {points.shape[1]} hits: {shares}; at most {1e6 * off:.1f} um off a surface")
 
 
 if __name__ == "__main__":

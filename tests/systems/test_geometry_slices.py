@@ -201,14 +201,19 @@ def star_triangles():
     return vertices, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
 
 
+@pytest.mark.parametrize("moves", [False, True])
 @pytest.mark.parametrize("seed", range(4))
-def test_meshes_agree_with_brute_force_over_triangles(seed):
+def test_meshes_agree_with_brute_force_over_triangles(seed, moves):
     rng = np.random.default_rng(seed)
     X_WG, X_WS = random_pose(rng, 0.5), random_pose(rng, 0.1)
     X_WS.set_translation(X_WG.translation() + X_WS.rotation().matrix() @ (0.2 if seed == 0 else 2.0, 0.0, 0.1))
     vertices, triangles = star_triangles()
     exact = brute_triangles(1.5 * vertices, triangles, X_WG.inverse() @ X_WS)
-    ranges = Scene((star(1.5), X_WG)).cast(X_WS)
+    X_FG = random_pose(rng, 1.0)
+    scene = Scene(moving=[(star(1.5), X_FG)]) if moves else Scene((star(1.5), X_WG))
+    if moves:
+        scene.move(X_WG @ X_FG.inverse())
+    ranges = scene.cast(X_WS)
     assert np.isfinite(exact).sum() > 5
     assert np.allclose(ranges, exact, rtol=0.0, atol=1e-4)
 
@@ -303,7 +308,11 @@ def test_a_meshcat_cone_is_ignored_with_a_warning():
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("gone.obj", None, r"gone\.obj.* of geometry moving0: no such file; allowed: a readable \.obj surface"),
+        (
+            "gone.obj",
+            None,
+            r"gone\.obj.* of geometry moving0: no such file; allowed: a readable \.obj, \.gltf, \.vtk file",
+        ),
         ("broken.obj", "v 0 0 0\n", r"broken\.obj.* of geometry moving0: .+; allowed"),
         ("room.stl", "solid\n", r"room\.stl.* of geometry moving0: a \.stl file; allowed"),
     ],

@@ -9,6 +9,8 @@ from pydrake.geometry import (
     FramePoseVector,
     GeometryFrame,
     GeometryInstance,
+    Mesh,
+    PerceptionProperties,
     ProximityProperties,
     Role,
     SceneGraph,
@@ -144,6 +146,35 @@ def test_ports_tell_the_same():
     assert np.allclose(cloud.xyzs()[:2].T, scan.points(), atol=1e-6) and not cloud.xyzs()[2].any()
 
 
+def points_of(parameters, X_WS, frame):
+    """The point cloud of one scan of a ball of 1 m radius at (3, 2, 0)."""
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    add_shape(graph, graph.RegisterSource("test"), None, Sphere(1.0), RigidTransform([3.0, 2.0, 0.0]), "ball")
+    lidar = builder.AddSystem(
+        LidarSensor(parameters, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, point_cloud_frame=frame)
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    simulator = Simulator(builder.Build())
+    simulator.Initialize()
+    return scan_of(lidar, simulator.get_context(), "point_cloud").xyzs().astype(float)
+
+
+def test_points_are_in_the_sensor_frame_or_the_world():
+    X_WS = RigidTransform(RotationMatrix.MakeYRotation(0.3), [1.0, 2.0, 0.5])
+    in_S, in_W = (points_of(EXACT, X_WS, frame) for frame in ("S", "W"))
+    assert np.allclose(X_WS @ in_S, in_W, rtol=0.0, atol=1e-6)
+    assert np.allclose(np.linalg.norm(in_W.T - (3.0, 2.0, 0.0), axis=1), 1.0, rtol=0.0, atol=1e-5)
+    assert in_W.shape[1] > 10
+
+
+@pytest.mark.parametrize(("range_max", "hits"), [(1.0001, 1), (0.9, 0)])
+def test_a_cloud_may_hold_one_point_or_none(range_max, hits):
+    few = LidarParameters(noise=0.0, range_max=range_max)
+    for frame in ("S", "W"):
+        assert points_of(few, RigidTransform([1.0, 2.0, 0.0]), frame).shape == (3, hits)
+
+
 def test_own_bodies_are_invisible_unless_wanted():
     assert np.isinf(run(0.0).ranges[270])
     assert run(0.0, see_wheel=True).ranges[270] == pytest.approx(0.1, abs=1e-6)
@@ -230,9 +261,14 @@ def test_a_rolling_scan_is_swept_between_two_poses():
     still = run(1.0001, parameters=rolling, speed=0.0)
     assert np.allclose(still.ranges, run(1.0001, speed=0.0).ranges, rtol=0.0, atol=1e-9)
     assert np.array_equal(run(0.0, parameters=rolling).ranges, run(0.0).ranges)  # nothing to look back on
-    # The forward beam is measured in the middle of the sweep, within one of 36 sectors.
+    # Beam i looks at the post from where the sensor is at its own time, the last one at the scan's.
     driving = run(1.0001, parameters=rolling)
-    assert driving.ranges[FORWARD] == pytest.approx(2.5 - SPEED * (1.0 - 0.5 / rate), abs=SPEED / rate / 36)
+    assert driving.time_increment == pytest.approx(1.0 / rate / 360) and driving.scan_time == 1.0 / rate
+    measured_at = driving.time - np.arange(359, -1, -1) * driving.time_increment
+    offset, (ux, uy) = 3.0 - SPEED * measured_at, (np.cos(driving.bearings), np.sin(driving.bearings))
+    under = 0.25 - (offset * uy) ** 2
+    exact = np.where((under > 0.0) & (ux > 0.0), offset * ux - np.sqrt(np.maximum(under, 0.0)), np.inf)
+    assert np.allclose(driving.ranges, exact, rtol=0.0, atol=1e-9) and driving.hits.sum() > 20
     # A turning sensor sees the post's middle where it was when the beam passed.
     turning = run(1.0001, parameters=rolling, speed=0.0, yaw_rate=0.3)
     hits = np.flatnonzero(turning.hits)
@@ -256,5 +292,33 @@ def test_bad_arguments_are_named():
     frame = SceneGraph.world_frame_id()
     with pytest.raises(StarnavError, match="seed is -1; allowed"):
         LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), seed=-1)
+    with pytest.raises(StarnavError, match="role is .*Unassigned; allowed: Role.kProximity"):
+        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), role=Role.kUnassigned)
+    with pytest.raises(StarnavError, match="point_cloud_frame is 'B'; allowed: 'S', 'W'"):
+        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), point_cloud_frame="B")
     with pytest.raises(StarnavError, match="rolling is True with sampled=False"):
         LidarSensor(LidarParameters(rolling=True), parent_frame_id=frame, X_PS=RigidTransform(), sampled=False)
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_a_mesh_file_that_does_not_exist_is_named_when_the_sensor_looks(sampled, tmp_path):
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    source = graph.RegisterSource("test")
+    instance = GeometryInstance(RigidTransform(), Mesh(str(tmp_path / "gone.obj"), 1.0), "chair")
+    graph.AssignRole(source, graph.RegisterAnchoredGeometry(source, instance), PerceptionProperties())
+    lidar = builder.AddSystem(
+        LidarSensor(
+            EXACT,
+            parent_frame_id=graph.world_frame_id(),
+            X_PS=RigidTransform(),
+            role=Role.kPerception,
+            sampled=sampled,
+        )
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    simulator = Simulator(builder.Build())
+    with pytest.raises(StarnavError, match=r"gone\.obj of geometry chair: no such file; allowed: a readable"):
+        if sampled:
+            simulator.Initialize()
+        scan_of(lidar, simulator.get_context())
