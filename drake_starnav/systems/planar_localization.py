@@ -51,11 +51,11 @@ class PlanarLocalization(LeafSystem):
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         x = self._multibody_state.Eval(context)
         px, py, yaw = _pose(x)
-        omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
+        omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5].tolist()
         output.SetFromVector((px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega_z))
 
 
 def _pose(x: np.ndarray) -> tuple[float, float, float]:
     # the plant lets the quaternion's length drift: only ratios of its elements count
-    qw, qx, qy, qz = x[:4]
-    return x[4], x[5], math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+    qw, qx, qy, qz, px, py = x[:6].tolist()
+    return px, py, math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

@@ -15,7 +15,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.dsm_controller import TWIST, DsmController
+from drake_starnav.systems.dsm_controller import DsmController
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
@@ -42,9 +42,7 @@ class Controlling:
         self.put("guidance", Value(guidance))
         self.put("safety_star", Value(star))
         self.put("state", [*pose, *twist])
-        held = self.context.get_discrete_state(0).value().copy()
-        held[TWIST] = twist
-        self.context.SetDiscreteState(held)
+        self.context.SetDiscreteState(0, twist)
 
     def put(self, name: str, value) -> None:
         self.system.GetInputPort(name).FixValue(self.context, value)
