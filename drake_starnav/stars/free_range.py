@@ -40,7 +40,9 @@ class BearingHits:
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
     """Ranges with less noise, shape (n,), m; corners and separate surfaces stay as they are."""
-    distance = np.where(scan.distances > parameters.range_clip, scan.range_max, scan.distances)
+    distance = scan.distances
+    if parameters.range_clip < scan.range_max:
+        distance = np.where(distance > parameters.range_clip, scan.range_max, distance)
     if parameters.smoothing == "moving_average":
         return _moving_average(distance, scan.range_max, parameters.smoothing_beams, scan.full_circle)
     if parameters.smoothing == "gaussian":
@@ -133,19 +135,18 @@ def _moving_average(distance, range_max, half_width, wrap):
     for i in range(n):
         if distance[i] >= range_max:
             continue
-        width = half_width if wrap else min(half_width, i, n - 1 - i)
-        total = distance[i]
+        width = min(half_width, (n - 1) // 2) if wrap else min(half_width, i, n - 1 - i)
+        total = before = after = distance[i]
         count = 0
         for k in range(1, width + 1):  # grow a symmetric window while both sides stay on the surface
-            a, b = distance[(i - k) % n], distance[(i + k) % n]
+            a = distance[i - k]  # a negative index counts from the end
+            b = distance[i + k if i + k < n else i + k - n]
             if a >= range_max or b >= range_max:
                 break
-            if (
-                abs(a - distance[(i - k + 1) % n]) > SMOOTHING_JUMP
-                or abs(b - distance[(i + k - 1) % n]) > SMOOTHING_JUMP
-            ):
+            if abs(a - before) > SMOOTHING_JUMP or abs(b - after) > SMOOTHING_JUMP:
                 break
             total += a + b
+            before, after = a, b
             count = k
         mean = total / (2 * count + 1)
         if abs(mean - distance[i]) < SMOOTHING_LIMIT:
@@ -158,10 +159,8 @@ def _half_gaps(distance, range_max, increment, wrap):
     n = len(distance)
     out = np.zeros(n)
     cosine = math.cos(increment)
-    for i in range(n):
-        if not wrap and i == n - 1:
-            break
-        j = (i + 1) % n
+    for i in range(n if wrap else n - 1):
+        j = i + 1 if i + 1 < n else 0
         a, b = distance[i], distance[j]
         if a >= range_max or b >= range_max:
             continue
@@ -241,9 +240,11 @@ def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
         for i in range(width + 1):
             line[center - i] = min(line[center - i], entry[i])
     out = limit.copy()
-    for k in range(samples + 2 * reach):
-        i = (k - reach) % samples
-        out[i] = min(out[i], line[k])
+    for i in range(samples):
+        out[i] = min(out[i], line[reach + i])
+    for i in range(reach):
+        out[i] = min(out[i], line[reach + samples + i])
+        out[samples - reach + i] = min(out[samples - reach + i], line[i])
     return out
 
 
