@@ -179,11 +179,6 @@ class RegionStack:
         center, bearing_0, values, slopes, reach = (array[: n + 1] for array in storage.arrays)
         return RegionStack(center, bearing_0, values, slopes, reach, storage)
 
-    def near(self, point: np.ndarray, distance: float) -> "RegionStack":
-        """The regions whose centre lies within `distance` of a point in W."""
-        x, y = point
-        return RegionStack(*_near(self.center, self.bearing_0, self.values, self.slopes, self.reach, x, y, distance))
-
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """What the compiled loops take: center, bearing_0, values, reach."""
@@ -204,18 +199,6 @@ class _Storage:
         for new, old in zip(larger, arrays, strict=True):
             new[:used] = old
         return _Storage(larger, used)
-
-
-@njit(cache=True)
-def _near(center, bearing_0, values, slopes, reach, x, y, distance):
-    chosen = np.empty(len(reach), np.int64)
-    n = 0
-    for k in range(len(reach)):
-        if math.hypot(center[k, 0] - x, center[k, 1] - y) <= distance:
-            chosen[n] = k
-            n += 1
-    chosen = chosen[:n]
-    return center[chosen], bearing_0[chosen], values[chosen], slopes[chosen], reach[chosen]
 
 
 @njit(cache=True)
