@@ -27,7 +27,7 @@ class Stopwatch:
 
 
 class _Timing:
-    """One body of a `with` statement being timed: a class, for a generator costs more than many a step that is timed."""
+    """One body of a `with` statement being timed: a class, for a generator costs as much as some of the steps."""
 
     __slots__ = ("_name", "_seconds", "_start")
 

@@ -76,7 +76,7 @@ def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, sampl
 
 
 def free_limit(scan: LaserScan, samples: int, looked: float, radius: float) -> np.ndarray:
-    """How far the centre of a disc could move at most at each bearing, shape (M,), m; the disc must end in what was seen.
+    """How far the centre of a disc could move at most at each bearing and still end in what was seen, shape (M,), m.
 
     Args:
         scan: whose field of view counts; outside it the limit is 0.

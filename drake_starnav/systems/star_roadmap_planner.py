@@ -29,8 +29,8 @@ class StarRoadmapPlanner(LeafSystem):
         roadmap: abstract, `PlannerState`: the roadmap and what the planner is about to do.
         status: abstract, `PlannerStatus`.
 
-    One periodic update, which does nothing while nothing changes; the roadmap is an immutable snapshot in abstract state, the short-term goal discrete state.
-    A moved goal is taken up at the next search of the roadmap.
+    One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
+    state, the short-term goal discrete state. A moved goal is taken up at the next search of the roadmap.
     """
 
     def __init__(
