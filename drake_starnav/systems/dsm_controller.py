@@ -13,6 +13,9 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
 
+TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
+"""Groups of the discrete state."""
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -73,10 +76,10 @@ class DsmController(LeafSystem):
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._twist, self._vector, self._errors = (self.DeclareDiscreteState(2) for _ in range(3))
-        self._certified = self.DeclareDiscreteState(1)
-        self.DeclareStateOutputPort("twist_command", self._twist)
-        self.DeclareStateOutputPort("guiding_vector", self._vector)
+        self.DeclareStateOutputPort("twist_command", self.DeclareDiscreteState(2))
+        self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
+        self.DeclareDiscreteState(2)
+        self.DeclareDiscreteState(1)
         stopped = Certificate(False, np.zeros((1, 3)))
         self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
@@ -85,8 +88,8 @@ class DsmController(LeafSystem):
         guidance = self._guidance.Eval(context)
         star = self._safety_star.Eval(context)
         pose = self._state.Eval(context)[:3].copy()
-        twist = context.get_discrete_state(self._twist).value().copy()
-        errors = context.get_discrete_state(self._errors).value().copy()
+        held = context.get_discrete_state()
+        twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):
             command = control_step(
                 pose,
@@ -99,15 +102,15 @@ class DsmController(LeafSystem):
                 self._controller,
                 self._robot,
             )
-        values.set_value(self._twist, command.twist)
-        values.set_value(self._vector, command.guiding_vector)
-        values.set_value(self._errors, command.errors)
-        values.set_value(self._certified, (float(command.certified),))
+        values.set_value(TWIST, command.twist)
+        values.set_value(VECTOR, command.guiding_vector)
+        values.set_value(ERRORS, command.errors)
+        values.set_value(CERTIFIED, np.array((float(command.certified),)))
         return EventStatus.Succeeded()
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        twist = context.get_discrete_state(self._twist).value()
-        certified = bool(context.get_discrete_state(self._certified).value()[0])
+        held = context.get_discrete_state()
+        twist, certified = held.value(TWIST), bool(held.value(CERTIFIED)[0])
         pose = self._state.Eval(context)[:3]
         period = 1.0 / self._controller.rate
         path = braking_path(pose, twist, np.zeros(2), period, limits_array(self._robot))

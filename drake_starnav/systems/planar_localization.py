@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 
@@ -41,17 +42,18 @@ class PlanarLocalization(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, 0.0, self._hold)
 
     def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
-        values.set_value(_pose(self._multibody_state.Eval(context).tolist()))
+        values.set_value(np.array(_pose(self._multibody_state.Eval(context).tolist())))
         return EventStatus.Succeeded()
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(_pose(self._multibody_state.Eval(context).tolist()))
+        output.SetFromVector(np.array(_pose(self._multibody_state.Eval(context).tolist())))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         x = self._multibody_state.Eval(context).tolist()
         px, py, yaw = _pose(x)
         omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
-        output.SetFromVector((px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega_z))
+        speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
+        output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
 
 
 def _pose(x: list[float]) -> tuple[float, float, float]:

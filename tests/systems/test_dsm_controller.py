@@ -15,7 +15,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.dsm_controller import TWIST, DsmController
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
@@ -42,7 +42,7 @@ class Controlling:
         self.put("guidance", Value(guidance))
         self.put("safety_star", Value(star))
         self.put("state", [*pose, *twist])
-        self.context.SetDiscreteState(0, twist)
+        self.context.SetDiscreteState(TWIST, twist)
 
     def put(self, name: str, value) -> None:
         self.system.GetInputPort(name).FixValue(self.context, value)
