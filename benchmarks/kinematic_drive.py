@@ -117,7 +117,7 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
                 if len(kept.plans) % SAMPLED == 1 and len(state.roadmap.frontiers):
                     kept.roadmaps.append((state.roadmap, goal))
             kept.node_count = len(state.roadmap)
-            guidance = state.guidance(pose[:2])
+            guidance = state.guidance
             scan_count += 1
         now = CommandMoment(pose, twist, guidance.path, guidance.arrives, guidance.regions, star, scan, scan_pose)
         if k % SAMPLED == SAMPLED // 2 and len(now.path):

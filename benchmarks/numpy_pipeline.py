@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
-from drake_starnav.control.modulation import CENTER, NEAR_WALL_SCALE
+from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
 from drake_starnav.control.tracking import CREEP_SPEED, PASSED_DISTANCE
 from drake_starnav.roadmap import StarRoadmap
 from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE
@@ -195,7 +195,7 @@ def _modulated(
     phi = (1.0 - share) * regions.values[row, left] + share * regions.values[row, right]
     slope = (1.0 - share) * regions.slopes[row, left] + share * regions.slopes[row, right]
     gamma = (phi / distance) ** parameters.sigma
-    inside = (gamma > 1.0) & ~at_center
+    inside = (gamma > 1.0) & (distance <= FARTHEST) & ~at_center
     normal, phi, slope, gamma = (offset / distance[:, None])[inside], phi[inside], slope[inside], gamma[inside]
     cosine, sine = normal.T
     tangent = np.column_stack((slope * cosine - phi * sine, slope * sine + phi * cosine))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.errors import StarnavError
 
@@ -99,7 +100,7 @@ class LaserScan:
     @cached_property
     def distances(self) -> np.ndarray:
         """Ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0."""
-        return np.clip(self.ranges, 0.0, self.range_max)
+        return np.minimum(np.maximum(self.ranges, 0.0), self.range_max)
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m.
@@ -120,11 +121,21 @@ class LaserScan:
             pose: (x, y, yaw) of S in the frame wanted.
         """
         x, y, yaw = pose
-        directions = _beams(self.angle_min, self.angle_increment, len(self.ranges))[1][chosen]
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        points = (directions * distance[chosen, None]) @ np.array(((cosine, sine), (-sine, cosine)))
-        points += (x, y)
-        return points
+        directions = _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
+        return _placed(directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
+
+
+@njit(cache=True)
+def _placed(directions, distance, chosen, x, y, cosine, sine):
+    points = np.empty((len(distance), 2))
+    n = 0
+    for i in range(len(distance)):
+        if chosen[i]:
+            a, b = directions[i, 0] * distance[i], directions[i, 1] * distance[i]
+            points[n, 0] = x + a * cosine - b * sine
+            points[n, 1] = y + a * sine + b * cosine
+            n += 1
+    return points[:n].copy()
 
 
 @lru_cache(maxsize=16)

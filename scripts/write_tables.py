@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import LeafSystem, PortDataType, System
+from pydrake.systems.framework import PortDataType, System
 
 import drake_starnav.systems
 from drake_starnav.parameters import allowed_text
@@ -57,14 +57,14 @@ def all_systems() -> list[System]:
     ]
 
 
-def system_classes() -> set[type[LeafSystem]]:
+def system_classes() -> set[type[System]]:
     """Every public system that a module of `drake_starnav.systems` defines."""
     found = set()
     for info in pkgutil.iter_modules(drake_starnav.systems.__path__, f"{drake_starnav.systems.__name__}."):
         module = importlib.import_module(info.name)
         for name, member in vars(module).items():
             defined_here = inspect.isclass(member) and member.__module__ == module.__name__
-            if defined_here and issubclass(member, LeafSystem) and not name.startswith("_"):
+            if defined_here and issubclass(member, System) and not name.startswith("_"):
                 found.add(member)
     return found
 

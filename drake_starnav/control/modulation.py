@@ -19,6 +19,8 @@ from drake_starnav.stars.region import RegionStack
 WEIGHTS = {"excess": 0, "clipped": 1, "paper": 2}
 CENTER = 0.02
 """Nearer than this to its reference point a region does not modulate, m."""
+FARTHEST = 3.0
+"""Farther than this from its reference point a region does not modulate, m."""
 NEAR_WALL_SCALE = 0.03
 """Width of the soft minimum over the nearest hits, m."""
 
@@ -31,7 +33,7 @@ def modulated_direction(
     Args:
         position: shape (2,), W, m.
         direction: unit vector, shape (2,), W.
-        regions: near the position.
+        regions: those that do not contain the position have no effect.
         parameters: sigma, weights, gamma_cap, radial_damping.
 
     Returns:
@@ -44,6 +46,7 @@ def modulated_direction(
         regions.bearing_0,
         regions.values,
         regions.slopes,
+        regions.reach,
         parameters.sigma,
         parameters.gamma_cap,
         WEIGHTS[parameters.weights],
@@ -128,11 +131,13 @@ def boundary_at(values, slopes, bearing_0, theta):
 
 
 @njit(cache=True)
-def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, sigma, cap, weights, damp_inward):
+def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma, cap, weights, damp_inward):
     sum_x = sum_y = total = 0.0
     for k in range(len(bearing_0)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         distance = math.sqrt(dx * dx + dy * dy)
+        if distance > min(reach[k], FARTHEST):
+            continue
         if distance < CENTER:
             weight = cap - 1.0 if weights == 0 else cap
             sum_x += weight * ux

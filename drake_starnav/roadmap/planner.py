@@ -19,8 +19,6 @@ PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
-GUIDE_RADIUS = 3.0
-"""Regions whose centre is nearer than this to the robot are handed to the controller, m."""
 
 
 class PlannerStatus(Enum):
@@ -39,7 +37,7 @@ class Guidance:
     Attributes:
         path: shape (k, 2), way points ahead; the first is the short-term goal. Empty: stand still.
         arrives: whether the last way point is the goal, to stop at.
-        regions: star-shaped regions around the robot, for the modulation.
+        regions: star-shaped regions of the roadmap, for the modulation.
     """
 
     path: np.ndarray
@@ -100,13 +98,12 @@ class PlannerState:
             plans=0,
         )
 
-    def guidance(self, position: np.ndarray) -> Guidance:
-        """The part of the plan that the controller needs around `position`, shape (2,), W, m."""
+    @property
+    def guidance(self) -> Guidance:
+        """The part of the plan that the controller needs."""
         if not len(self.path):
             return Guidance.none()
-        return Guidance(
-            self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack.near(position, GUIDE_RADIUS)
-        )
+        return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack)
 
 
 @dataclass(frozen=True)

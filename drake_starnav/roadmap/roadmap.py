@@ -145,22 +145,13 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
         pose: (x, y, yaw) of S in W.
         robot_radius: m.
     """
-    hit = distance < scan.range_max
-    points = scan.points_at(distance, np.ones(len(distance), np.bool_), pose)
-    after, joined = np.roll(points, -1, axis=0), hit & np.roll(hit, -1)
-    joined[-1] &= scan.full_circle
-    chord = np.hypot(after[:, 0] - points[:, 0], after[:, 1] - points[:, 1])
-    joined &= (chord > BRIDGE_SPACING) & (chord < 2.0 * robot_radius)
-    between = [points[hit]]
-    count = np.ceil(chord / BRIDGE_SPACING)
-    for share in np.arange(1, math.ceil(2.0 * robot_radius / BRIDGE_SPACING) + 1):
-        inner = joined & (share < count)
-        between.append(points[inner] + (after - points)[inner] * (share / count[inner])[:, None])
-    return np.vstack(between)
+    everywhere = np.ones(len(distance), np.bool_)
+    points = scan.points_at(distance, everywhere, pose)
+    return _impassable(points, distance < scan.range_max, scan.full_circle, 2.0 * robot_radius)
 
 
 def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
-    """The roadmap with the frontiers within `radius` (m) of a place (2,) in W given up, and with its probe (2,) closed."""
+    """The roadmap with the frontiers within `radius` (m) of a place (2,) in W given up, and its probe (2,) closed."""
     keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
     return dataclasses.replace(
         roadmap,
@@ -207,3 +198,30 @@ def _neighbours(center, bearing_0, values, reach):
             out[n] = k
             n += 1
     return out[:n].copy()
+
+
+@njit(cache=True)
+def _impassable(points, hit, wrap, diameter):
+    count = len(points)
+    parts = np.zeros(count, np.int64)  # into which the chord from a hit to the next is divided
+    total = 0
+    for i in range(count):
+        if hit[i]:
+            total += 1
+            j = i + 1 if i + 1 < count else 0
+            if hit[j] and (j > 0 or wrap):
+                chord = math.hypot(points[j, 0] - points[i, 0], points[j, 1] - points[i, 1])
+                if BRIDGE_SPACING < chord < diameter:
+                    parts[i] = math.ceil(chord / BRIDGE_SPACING)
+                    total += parts[i] - 1
+    out = np.empty((total, 2))
+    n = 0
+    for k in range(max(parts.max(), 1)):  # first the hits, then the first points between them, and so on
+        for i in range(count):
+            if hit[i] and (k == 0 or k < parts[i]):
+                j = i + 1 if i + 1 < count else 0
+                share = k / parts[i] if k else 0.0
+                out[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
+                out[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
+                n += 1
+    return out

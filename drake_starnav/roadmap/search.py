@@ -169,7 +169,7 @@ def optimistic_cost(
     robot_radius: float,
     spent: np.ndarray | None = None,
 ) -> CostField:
-    """The cost-to-go; with `spent` (n,), m, to get to the frontiers, only as far as it matters for them and the robot."""
+    """The cost-to-go; with `spent` (n,), m, to get to the frontiers, only as far as they and the robot need it."""
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border

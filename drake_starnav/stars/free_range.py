@@ -5,6 +5,7 @@ A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -40,7 +41,9 @@ class BearingHits:
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
     """Ranges with less noise, shape (n,), m; corners and separate surfaces stay as they are."""
-    distance = np.where(scan.distances > parameters.range_clip, scan.range_max, scan.distances)
+    distance = scan.distances
+    if parameters.range_clip < scan.range_max:
+        distance = np.where(distance > parameters.range_clip, scan.range_max, distance)
     if parameters.smoothing == "moving_average":
         return _moving_average(distance, scan.range_max, parameters.smoothing_beams, scan.full_circle)
     if parameters.smoothing == "gaussian":
@@ -72,12 +75,17 @@ def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, sampl
     return BearingHits(*_scan_to_bearings(distance, half_gap, scan.range_max, scan.angle_increment, samples))
 
 
-def measured_range(scan: LaserScan, samples: int, far: float) -> np.ndarray:
-    """How far each bearing was looked at, shape (M,): `far` inside the field of view, 0 outside it, m."""
-    if scan.full_circle:
-        return np.full(samples, far)
-    bearing = 2.0 * math.pi / samples * np.arange(samples)
-    return np.where(bearing <= scan.angle_increment * (len(scan.ranges) - 1) + 1e-9, far, 0.0)
+def free_limit(scan: LaserScan, samples: int, looked: float, radius: float) -> np.ndarray:
+    """How far the centre of a disc could move at most at each bearing and still end in what was seen, shape (M,), m.
+
+    Args:
+        scan: whose field of view counts; outside it the limit is 0.
+        samples: M.
+        looked: how far the scan looked, m.
+        radius: of the disc with its margin, m.
+    """
+    view = 2.0 * math.pi if scan.full_circle else scan.angle_increment * (len(scan.ranges) - 1) + 1e-9
+    return _limit(samples, view, max(looked - radius, 0.0))
 
 
 def point_hits(
@@ -96,7 +104,7 @@ def point_hits(
     return BearingHits(*_points_to_bearings(points, half_gap, center[0], center[1], bearing_0, reach, samples))
 
 
-def eroded_range(hits: BearingHits, radius: float, measured: np.ndarray) -> np.ndarray:
+def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndarray:
     """How far the centre of a disc can move straight out at each bearing, shape (M,), m.
 
     With the hits q_j at distance d_j and bearing theta_j,
@@ -107,23 +115,25 @@ def eroded_range(hits: BearingHits, radius: float, measured: np.ndarray) -> np.n
     Args:
         hits: on M bearings.
         radius: R, of the disc with its margin, m.
-        measured: shape (M,), how far each bearing was looked at, m; the disc must end inside it.
+        limit: shape (M,), how far it could at most, as from `free_limit`, m.
     """
-    samples = len(hits.distance)
-    cosine, sine_squared = _tables(samples)
-    limit = np.maximum(measured - radius, 0.0)
+    cosine, sine_squared = _tables(len(hits.distance))
     return _erode(hits.distance, hits.half_gap, hits.offset, radius, limit, cosine, sine_squared)
 
 
-_TABLES: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-
-
+@lru_cache(maxsize=16)
 def _tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """cos and sin^2 of every difference of two bearings: constants of M, computed once."""
-    if samples not in _TABLES:
-        angle = 2.0 * math.pi / samples * np.arange(samples)
-        _TABLES[samples] = np.cos(angle), np.sin(angle) ** 2
-    return _TABLES[samples]
+    """cos and sin^2 of every difference of two bearings."""
+    angle = 2.0 * math.pi / samples * np.arange(samples)
+    return np.cos(angle), np.sin(angle) ** 2
+
+
+@lru_cache(maxsize=16)
+def _limit(samples: int, view: float, most: float) -> np.ndarray:
+    """`most` at the bearings up to `view`, else 0."""
+    limit = np.where(2.0 * math.pi / samples * np.arange(samples) <= view, most, 0.0)
+    limit.flags.writeable = False
+    return limit
 
 
 @njit(cache=True)
@@ -133,19 +143,18 @@ def _moving_average(distance, range_max, half_width, wrap):
     for i in range(n):
         if distance[i] >= range_max:
             continue
-        width = half_width if wrap else min(half_width, i, n - 1 - i)
-        total = distance[i]
+        width = min(half_width, (n - 1) // 2) if wrap else min(half_width, i, n - 1 - i)
+        total = before = after = distance[i]
         count = 0
         for k in range(1, width + 1):  # grow a symmetric window while both sides stay on the surface
-            a, b = distance[(i - k) % n], distance[(i + k) % n]
+            a = distance[i - k]  # a negative index counts from the end
+            b = distance[i + k if i + k < n else i + k - n]
             if a >= range_max or b >= range_max:
                 break
-            if (
-                abs(a - distance[(i - k + 1) % n]) > SMOOTHING_JUMP
-                or abs(b - distance[(i + k - 1) % n]) > SMOOTHING_JUMP
-            ):
+            if abs(a - before) > SMOOTHING_JUMP or abs(b - after) > SMOOTHING_JUMP:
                 break
             total += a + b
+            before, after = a, b
             count = k
         mean = total / (2 * count + 1)
         if abs(mean - distance[i]) < SMOOTHING_LIMIT:
@@ -158,10 +167,8 @@ def _half_gaps(distance, range_max, increment, wrap):
     n = len(distance)
     out = np.zeros(n)
     cosine = math.cos(increment)
-    for i in range(n):
-        if not wrap and i == n - 1:
-            break
-        j = (i + 1) % n
+    for i in range(n if wrap else n - 1):
+        j = i + 1 if i + 1 < n else 0
         a, b = distance[i], distance[j]
         if a >= range_max or b >= range_max:
             continue
@@ -241,9 +248,11 @@ def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
         for i in range(width + 1):
             line[center - i] = min(line[center - i], entry[i])
     out = limit.copy()
-    for k in range(samples + 2 * reach):
-        i = (k - reach) % samples
-        out[i] = min(out[i], line[k])
+    for i in range(samples):
+        out[i] = min(out[i], line[reach + i])
+    for i in range(reach):
+        out[i] = min(out[i], line[reach + samples + i])
+        out[samples - reach + i] = min(out[samples - reach + i], line[i])
     return out
 
 
@@ -267,12 +276,12 @@ def free_range(
     samples = bearing_count(scan, parameters)
     inflated = radius + parameters.margin
     reach = min(scan.range_max, parameters.range_clip)
-    measured = measured_range(scan, samples, reach)
     if parameters.erosion == "disc":
         hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
-        return eroded_range(hits, inflated, measured), np.maximum(measured - inflated, 0.0)
+        limit = free_limit(scan, samples, reach, inflated)
+        return eroded_range(hits, inflated, limit), limit
     shrink = inflated if parameters.erosion == "radial" else 0.0
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = np.maximum(measured - shrink, 0.0)
+    limit = free_limit(scan, samples, reach, shrink)
     return np.clip(distance[beam] - shrink, 0.0, limit), limit

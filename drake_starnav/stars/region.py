@@ -179,14 +179,6 @@ class RegionStack:
         center, bearing_0, values, slopes, reach = (array[: n + 1] for array in storage.arrays)
         return RegionStack(center, bearing_0, values, slopes, reach, storage)
 
-    def near(self, point: np.ndarray, distance: float) -> "RegionStack":
-        """The regions whose centre lies within `distance` of a point in W."""
-        offset = self.center - point
-        chosen = np.flatnonzero(np.hypot(offset[:, 0], offset[:, 1]) <= distance)
-        return RegionStack(
-            self.center[chosen], self.bearing_0[chosen], self.values[chosen], self.slopes[chosen], self.reach[chosen]
-        )
-
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """What the compiled loops take: center, bearing_0, values, reach."""

@@ -9,8 +9,8 @@ from drake_starnav.stars.free_range import (
     CONNECTED_CHORD,
     bearing_count,
     eroded_range,
+    free_limit,
     half_gaps,
-    measured_range,
     point_hits,
 )
 from drake_starnav.stars.parameters import StarParameters
@@ -66,7 +66,7 @@ class ScanMemory:
         """The memory with one more scan, of which hits within `reach` (m) matter, and at most `count` scans."""
         distance = scan.distances
         gap = half_gaps(scan, distance)
-        near = scan.hits & (distance < reach)
+        near = distance < min(reach, scan.range_max)
         points = scan.points_at(distance, near, pose)
         kept = max(count - 1, 0)
         return ScanMemory(
@@ -99,9 +99,9 @@ def safety_star(
     bearing_0 = float(pose[2]) + scan.angle_min
     center = np.array(pose[:2], dtype=float)
     within = reach + radius + CONNECTED_CHORD  # what is farther bounds nothing
-    points, gaps = np.vstack(memory.points), np.concatenate(memory.half_gaps)
+    points, gaps = np.concatenate(memory.points), np.concatenate(memory.half_gaps)
     hits = point_hits(points, gaps, center, bearing_0, within, samples)
-    measured = measured_range(scan, samples, min(scan.range_max, reach + radius))
+    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
     near = distance < min(NEAR_HIT_RANGE, scan.range_max)
     near_hits = scan.points_at(distance, near, pose)
-    return SafetyStar(center, bearing_0, eroded_range(hits, radius, measured), near_hits)
+    return SafetyStar(center, bearing_0, eroded_range(hits, radius, limit), near_hits)

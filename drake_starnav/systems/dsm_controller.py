@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.control.braking import braking_path, limits_array
@@ -13,8 +13,8 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
 
-TWIST, VECTOR, CERTIFIED, ERRORS = slice(0, 2), slice(2, 4), 4, slice(5, 7)
-"""Layout of the discrete state."""
+TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
+"""Groups of the discrete state."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,10 @@ class DsmController(LeafSystem):
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        index = self.DeclareDiscreteState(7)
-        ticket = {self.discrete_state_ticket(index)}
-        self.DeclareVectorOutputPort("twist_command", 2, self._calc_twist, ticket)
-        self.DeclareVectorOutputPort("guiding_vector", 2, self._calc_vector, ticket)
+        self.DeclareStateOutputPort("twist_command", self.DeclareDiscreteState(2))
+        self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
+        self.DeclareDiscreteState(2)
+        self.DeclareDiscreteState(1)
         stopped = Certificate(False, np.zeros((1, 3)))
         self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
@@ -88,12 +88,13 @@ class DsmController(LeafSystem):
         guidance = self._guidance.Eval(context)
         star = self._safety_star.Eval(context)
         pose = self._state.Eval(context)[:3].copy()
-        before = context.get_discrete_state(0).value().copy()
+        held = context.get_discrete_state()
+        twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):
             command = control_step(
                 pose,
-                before[TWIST],
-                before[ERRORS],
+                twist,
+                errors,
                 guidance.path,
                 guidance.arrives,
                 guidance.regions,
@@ -101,18 +102,16 @@ class DsmController(LeafSystem):
                 self._controller,
                 self._robot,
             )
-        values.set_value(np.concatenate((command.twist, command.guiding_vector, [command.certified], command.errors)))
+        values.set_value(TWIST, command.twist)
+        values.set_value(VECTOR, command.guiding_vector)
+        values.set_value(ERRORS, command.errors)
+        values.set_value(CERTIFIED, np.array((float(command.certified),)))
         return EventStatus.Succeeded()
 
-    def _calc_twist(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(0).value()[TWIST])
-
-    def _calc_vector(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(0).value()[VECTOR])
-
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        held = context.get_discrete_state(0).value()
+        held = context.get_discrete_state()
+        twist, certified = held.value(TWIST), bool(held.value(CERTIFIED)[0])
         pose = self._state.Eval(context)[:3]
         period = 1.0 / self._controller.rate
-        path = braking_path(pose, held[TWIST], np.zeros(2), period, limits_array(self._robot))
-        output.set_value(Certificate(bool(held[CERTIFIED]), path))
+        path = braking_path(pose, twist, np.zeros(2), period, limits_array(self._robot))
+        output.set_value(Certificate(certified, path))

@@ -42,20 +42,21 @@ class PlanarLocalization(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, 0.0, self._hold)
 
     def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
-        values.set_value(_pose(self._multibody_state.Eval(context)))
+        values.set_value(np.array(_pose(self._multibody_state.Eval(context).tolist())))
         return EventStatus.Succeeded()
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(_pose(self._multibody_state.Eval(context)))
+        output.SetFromVector(np.array(_pose(self._multibody_state.Eval(context).tolist())))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
-        x = self._multibody_state.Eval(context)
+        x = self._multibody_state.Eval(context).tolist()
         px, py, yaw = _pose(x)
         omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
-        output.SetFromVector((px, py, yaw, v_x * math.cos(yaw) + v_y * math.sin(yaw), omega_z))
+        speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
+        output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
 
 
-def _pose(x: np.ndarray) -> tuple[float, float, float]:
+def _pose(x: list[float]) -> tuple[float, float, float]:
     # the plant lets the quaternion's length drift: only ratios of its elements count
-    qw, qx, qy, qz = x[:4]
-    return x[4], x[5], math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+    qw, qx, qy, qz, px, py = x[:6]
+    return px, py, math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

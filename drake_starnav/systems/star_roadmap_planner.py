@@ -1,22 +1,11 @@
 """The star roadmap as a Drake system."""
 
-from dataclasses import dataclass
-
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.roadmap import Guidance, Observation, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
-
-
-@dataclass(frozen=True)
-class _Plan:
-    state: PlannerState
-    guidance: Guidance
-
-    def __deepcopy__(self, memo: dict) -> "_Plan":
-        return self  # immutable: Drake's copies of abstract state cost nothing
 
 
 class StarRoadmapPlanner(LeafSystem):
@@ -40,8 +29,8 @@ class StarRoadmapPlanner(LeafSystem):
         roadmap: abstract, `PlannerState`: the roadmap and what the planner is about to do.
         status: abstract, `PlannerStatus`.
 
-    One periodic update; the roadmap is an immutable snapshot in abstract state, the short-term goal discrete state.
-    A moved goal is taken up at the next search of the roadmap.
+    One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
+    state, the short-term goal discrete state. A moved goal is taken up at the next search of the roadmap.
     """
 
     def __init__(
@@ -66,7 +55,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         initial = PlannerState.initial(planner, robot.radius)
-        self._plan = self.DeclareAbstractState(Value(_Plan(initial, Guidance.none())))
+        self._plan = self.DeclareAbstractState(Value(initial))
         goal_state = self.DeclareDiscreteState(2)
         depends = {self.abstract_state_ticket(self._plan)}
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance, depends)
@@ -87,7 +76,7 @@ class StarRoadmapPlanner(LeafSystem):
             return EventStatus.DidNothing()
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()
-        before = context.get_abstract_state(self._plan).get_value().state
+        before = context.get_abstract_state(self._plan).get_value()
         with self._stopwatch.measure("update"):
             after = plan_step(
                 seen=seen,
@@ -98,18 +87,19 @@ class StarRoadmapPlanner(LeafSystem):
                 parameters=self._planner,
                 robot_radius=self._robot.radius,
             )
-            guidance = after.guidance(position)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
-        state.get_mutable_abstract_state(self._plan).set_value(_Plan(after, guidance))
-        state.get_mutable_discrete_state(0).set_value(guidance.path[0] if len(guidance.path) else position)
+        if after is before and len(after.path):
+            return EventStatus.DidNothing()
+        state.get_mutable_abstract_state(self._plan).set_value(after)
+        state.get_mutable_discrete_state(0).set_value(after.path[0] if len(after.path) else position)
         return EventStatus.Succeeded()
 
     def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
         output.set_value(context.get_abstract_state(self._plan).get_value().guidance)
 
     def _calc_roadmap(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._plan).get_value().state)
+        output.set_value(context.get_abstract_state(self._plan).get_value())
 
     def _calc_status(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._plan).get_value().state.status)
+        output.set_value(context.get_abstract_state(self._plan).get_value().status)

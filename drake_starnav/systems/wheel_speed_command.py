@@ -1,9 +1,11 @@
 """Kinematics of a differential drive."""
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import MatrixGain
 
 
-class WheelSpeedCommand(LeafSystem):
+class WheelSpeedCommand(Diagram):
     """Turns a twist into the desired state of the two wheel actuators.
 
     ```
@@ -25,12 +27,10 @@ class WheelSpeedCommand(LeafSystem):
             track: distance between the wheels' contact points, m.
         """
         super().__init__()
-        self._wheel_radius, self._track = wheel_radius, track
-        self._twist_command = self.DeclareVectorInputPort("twist_command", 2)
-        # without the prerequisite it would be evaluated at every step of the plant
-        self.DeclareVectorOutputPort("desired_state", 4, self._calc, {self._twist_command.ticket()})
-
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        v, omega = self._twist_command.Eval(context)
-        turn = 0.5 * self._track * omega
-        output.SetFromVector((0.0, 0.0, (v - turn) / self._wheel_radius, (v + turn) / self._wheel_radius))
+        turn = 0.5 * track
+        speeds = np.array(((0.0, 0.0), (0.0, 0.0), (1.0, -turn), (1.0, turn))) / wheel_radius
+        builder = DiagramBuilder()
+        gain = builder.AddNamedSystem("gain", MatrixGain(speeds))
+        builder.ExportInput(gain.get_input_port(), "twist_command")
+        builder.ExportOutput(gain.get_output_port(), "desired_state")
+        builder.BuildInto(self)

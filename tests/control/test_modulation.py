@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.modulation import (
     CENTER,
+    FARTHEST,
     boundary_at,
     modulated_direction,
     near_wall_direction,
@@ -53,6 +54,18 @@ def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion
 def inside(rng: np.random.Generator, region: StarRegion) -> np.ndarray:
     angle = rng.uniform(-math.pi, math.pi)
     return region.center + rng.uniform(0.05, 0.98) * float(region.phi(angle)) * unit(angle)
+
+
+@given(seeds)
+def test_regions_seen_from_far_away_and_those_without_the_position_have_no_effect(seed):
+    rng = np.random.default_rng(seed)
+    near = smooth_region(rng, np.zeros(2))
+    point, direction = inside(rng, near), unit(rng.uniform(-math.pi, math.pi))
+    wide = smooth_region(rng, point + (FARTHEST + 0.01) * unit(rng.uniform(-math.pi, math.pi)), mean=10.0)
+    elsewhere = smooth_region(rng, point + 2.9 * unit(rng.uniform(-math.pi, math.pi)), mean=1.5)
+    assert wide.contains(point) and not elsewhere.contains(point)
+    alone = modulated(point, direction, [near])
+    np.testing.assert_array_equal(modulated(point, direction, [wide, near, elsewhere]), alone)
 
 
 @settings(max_examples=60)

@@ -12,9 +12,9 @@ from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import (
     bearing_count,
     eroded_range,
+    free_limit,
     free_range,
     half_gaps,
-    measured_range,
     point_hits,
     scan_hits,
     smoothed_distances,
@@ -113,7 +113,7 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
     points = length[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     center, bearing_0 = rng.uniform(-5.0, 5.0, 2), rng.uniform(-4.0, 4.0)
     hits = point_hits(points + center, np.zeros(200), center, bearing_0, 3.0, 720)
-    samples = eroded_range(hits, INFLATED, np.full(720, 2.0))
+    samples = eroded_range(hits, INFLATED, np.full(720, 2.0 - INFLATED))
     left = rng.integers(0, 720, 500)
     bearing = bearing_0 + 2.0 * math.pi / 720 * (left + rng.random(500))
     smaller = np.minimum(samples[left], samples[(left + 1) % 720])
@@ -149,9 +149,9 @@ def test_wider_discs_and_shorter_ranges_never_gain():
     scan = cast(scattered(np.random.default_rng(5)))
     gaps, count = half_gaps(scan, scan.distances), 720
     hits = scan_hits(scan, scan.distances, gaps, count)
-    wide, narrow = (eroded_range(hits, r, measured_range(scan, count, 5.0)) for r in (0.4, 0.2))
+    wide, narrow = (eroded_range(hits, r, free_limit(scan, count, 5.0, r)) for r in (0.4, 0.2))
     assert (wide <= narrow).all()
-    assert (eroded_range(hits, 0.2, np.full(count, 1.0)) == np.minimum(narrow, 0.8)).all()
+    assert (eroded_range(hits, 0.2, free_limit(scan, count, 1.0, 0.2)) == np.minimum(narrow, 0.8)).all()
 
 
 @pytest.mark.parametrize("erosion, shrink", [("radial", INFLATED), ("none", 0.0)])

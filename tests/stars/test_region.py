@@ -174,15 +174,6 @@ def test_an_appended_stack_shares_memory_while_there_is_room():
     assert np.shares_memory(longer.values, stack.values)
 
 
-def test_near_selects_by_the_distance_of_the_centres():
-    many = regions(20)
-    point = np.array((0.5, -0.5))
-    chosen = [r for r in many if np.hypot(*(r.center - point)) <= 3.0]
-    assert 0 < len(chosen) < 20
-    assert_stacks(RegionStack.of(many).near(point, 3.0), chosen)
-    assert len(RegionStack.of((), 720).near(point, 3.0)) == 0
-
-
 @settings(max_examples=30)
 @given(seeds)
 def test_a_covered_segment_has_all_its_samples_in_some_region(seed):

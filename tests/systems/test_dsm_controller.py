@@ -42,9 +42,7 @@ class Controlling:
         self.put("guidance", Value(guidance))
         self.put("safety_star", Value(star))
         self.put("state", [*pose, *twist])
-        held = self.context.get_discrete_state(0).value().copy()
-        held[TWIST] = twist
-        self.context.SetDiscreteState(held)
+        self.context.SetDiscreteState(TWIST, twist)
 
     def put(self, name: str, value) -> None:
         self.system.GetInputPort(name).FixValue(self.context, value)

@@ -128,6 +128,19 @@ def test_updates_come_at_the_rate_after_the_offset() -> None:
     assert planning.out("roadmap") is first
 
 
+def test_an_update_that_changes_nothing_leaves_the_state_alone() -> None:
+    planning = Planning(goal=IN_SIGHT)
+    planning.see(OPEN)
+    planning.update()
+    before = planning.simulator.get_num_unrestricted_updates()
+    for _ in range(3):
+        planning.update()
+    assert planning.simulator.get_num_unrestricted_updates() == before
+    planning.see(OPEN, POSE + (0.2, 0.0, 0.0))  # progress is noted
+    planning.update()
+    assert planning.simulator.get_num_unrestricted_updates() == before + 1
+
+
 def test_moved_goal_is_taken_up_at_the_next_search() -> None:
     planning = Planning(goal=IN_SIGHT)
     planning.see(OPEN)
