@@ -123,12 +123,7 @@ def parameter_rows(cls: type, place: str) -> list[Row]:
     rows: list[Row] = []
     for field in dataclasses.fields(cls):
         meta = field.metadata
-        if kinds[field.name] is str and not meta.get("choices"):
-            allowed = "a text"
-        elif typing.get_origin(kinds[field.name]) is list:
-            allowed = "a list"
-        else:
-            allowed = allowed_text(field)
+        allowed = "a list" if typing.get_origin(kinds[field.name]) is list else allowed_text(field)
         default = getattr(defaults, field.name)
         name = f"{place}.{field.name}"
         rows.append((f"`{name}`", meta.get("unit", ""), f"`{yaml_text(default)}`", allowed, meta.get("help", "")))
