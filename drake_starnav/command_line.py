@@ -151,6 +151,45 @@ def _benchmark(options: argparse.Namespace) -> int:
     return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
 
 
+def show_world(arguments: Sequence[str] | None = None) -> int:
+    """Draw the world of one scenario; see `--help`. Returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="show_world.py", description="Draw a scenario's world with start, goal and shortest path."
+    )
+    parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
+    parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
+    _add_overrides(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE", help="a .png or an .html (default: out/SCENARIO.png)")
+    options = parser.parse_args(arguments)
+    try:
+        return _show_world(options)
+    except StarnavError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+
+
+def _show_world(options: argparse.Namespace) -> int:
+    if options.seed < 0:
+        raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
+    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    file = Path("out", f"{scenario.name}.png") if options.out is None else options.out
+    if file.suffix not in (".png", ".html"):
+        raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
+    check_writable(file)
+    from drake_starnav.simulation import omniscient_path
+    from drake_starnav.systems.model_world import make_world_with_footprints
+    from drake_starnav.world_figure import write_html, write_png
+
+    world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.radius)
+    found = omniscient_path(world, scenario.robot.radius)
+    length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
+    title = f"{scenario.name} · seed {options.seed} · {length}"
+    write = write_png if file.suffix == ".png" else write_html
+    write(world, scenario.robot, None if found is None else found[1], title, file)
+    print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons\nwrote {file}")
+    return REACHED
+
+
 def check_writable(path: Path | None) -> None:
     """Raise `StarnavError` unless a file can be written at `path`; makes its folder."""
     if path is None:
@@ -193,7 +232,7 @@ def _table(record: dict) -> str:
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
 
 
-COMMANDS = {"simulate": simulate, "benchmark": benchmark}
+COMMANDS = {"simulate": simulate, "benchmark": benchmark, "show_world": show_world}
 """Commands of `python -m drake_starnav`; scripts/ has one file for each."""
 
 

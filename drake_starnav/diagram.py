@@ -9,9 +9,9 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
-from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
 
@@ -48,7 +48,7 @@ def add_navigation(
         stopwatch: where wall-clock times are noted, if anywhere.
     """
     if world is None:
-        world = make_world(scenario.world, seed, scenario.robot.radius)
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
     robot, planner_parameters, controller_parameters = scenario.robot, scenario.planner, scenario.controller
     station = builder.AddNamedSystem(

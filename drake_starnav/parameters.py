@@ -23,6 +23,7 @@ def parameter(
     high: float | None = None,
     above: float | None = None,
     choices: tuple[str, ...] | None = None,
+    path: bool = False,
 ) -> Any:
     """A dataclass field that carries its own documentation and limits.
 
@@ -33,8 +34,9 @@ def parameter(
         low, high: smallest and largest allowed value, inclusive.
         above: exclusive lower limit.
         choices: the allowed strings.
+        path: whether it names a file; one that a scenario file names is found relative to that.
     """
-    metadata = {"help": help, "unit": unit, "low": low, "high": high, "above": above, "choices": choices}
+    metadata = {"help": help, "unit": unit, "low": low, "high": high, "above": above, "choices": choices, "path": path}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -53,7 +55,7 @@ def allowed_text(field: dataclasses.Field) -> str:
         left = f"{meta['low']:g} <= "
     right = f" <= {meta['high']:g}" if meta.get("high") is not None else ""
     if field.type in (str, "str"):
-        return "a text"
+        return "a path" if meta.get("path") else "a text"
     kind = "whole number" if field.type in (int, "int") else "finite number"
     return f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
 

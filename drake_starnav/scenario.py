@@ -144,16 +144,34 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise StarnavError(f"scenario file {path} cannot be read: {error}; allowed: a UTF-8 YAML file") from None
-    return parse_scenario(text, name=path.stem, place=str(path), method=method, overrides=overrides)
+    return parse_scenario(
+        text, name=path.stem, place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
+    )
 
 
 def parse_scenario(
-    text: str, *, name: str, place: str = "scenario", method: str = "star", overrides: Sequence[str] = ()
+    text: str,
+    *,
+    name: str,
+    place: str = "scenario",
+    method: str = "star",
+    overrides: Sequence[str] = (),
+    folder: Path | None = None,
 ) -> Scenario:
-    """A scenario from YAML text; arguments as for `load_scenario`, `place` names the text in messages."""
+    """A scenario from YAML text.
+
+    Args:
+        text, name, method, overrides: as for `load_scenario`.
+        place: names the text in messages.
+        folder: that the world's paths in the text are relative to; those of the overrides, and all if it is None, are
+            relative to the working directory.
+    """
     sections = _read(text, place)
+    if folder is not None:
+        _make_paths_absolute(sections.get("world"), folder)
     for override in overrides:
         _override(sections, override)
+    _make_paths_absolute(sections.get("world"), Path.cwd())
     if method not in METHODS:
         raise unknown_name(f"method {method!r}", method, METHODS)
     for key in sections:
@@ -212,6 +230,15 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if not isinstance(sections.get(section), dict):
         sections[section] = {}
     sections[section][name] = parsed
+
+
+def _make_paths_absolute(world: Any, folder: Path) -> None:
+    """Let the paths of a world, as read from YAML, begin at a folder; absolute ones and package:// stay."""
+    kind = WORLD_KINDS.get(world.tag) if isinstance(world, _Tagged) else None
+    for field_ in dataclasses.fields(kind) if kind else ():
+        value = world.get(field_.name)
+        if field_.metadata.get("path") and isinstance(value, str) and value and "://" not in value:
+            world[field_.name] = str((folder / Path(value).expanduser()).resolve())
 
 
 def _world(mapping: Any, place: str) -> Any:

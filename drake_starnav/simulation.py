@@ -18,7 +18,7 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
-from drake_starnav.worlds import make_world
+from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
@@ -41,8 +41,8 @@ class Trial:
         outcome: reached, collision, timeout or unreachable.
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
-        shortest_path_m: by an omniscient robot of the same radius; None where there is no way.
-        min_clearance_m: least distance of the hull to an obstacle; negative in a collision.
+        shortest_path_m: by an omniscient robot of the same radius; None where there is no way, or obstacles move.
+        min_clearance_m: least distance of the hull to an obstacle that does not move; negative in a collision.
         mean_speed_mps: path length over time.
         nodes: in the roadmap at the end.
         wall_s: wall-clock time of the simulation.
@@ -88,7 +88,7 @@ def run_trial(
     Raises:
         StarnavError: the world cannot be made (e.g. the start is inside an obstacle), or the recording not written.
     """
-    world = make_world(scenario.world, seed, scenario.robot.radius)
+    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     timeout = scenario.simulation.timeout or world.timeout
     stopwatch = Stopwatch()
     builder = DiagramBuilder()
@@ -113,7 +113,7 @@ def run_trial(
     outcome = "collision" if least < 0.0 else message
     elapsed = context.get_time()
     length = float(np.hypot(*np.diff(states[4:6], axis=1)).sum())
-    shortest = shortest_path(world, scenario.robot.radius + SHORTEST_PATH_SLACK)
+    shortest = omniscient_path(world, scenario.robot.radius)
     roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
     trial = Trial(
         scenario=scenario.name,
@@ -139,7 +139,7 @@ def _add_monitors(builder: DiagramBuilder, navigation: Navigation, tolerance: fl
     station = navigation.station
     collision = builder.AddNamedSystem(
         "collision_monitor",
-        CollisionMonitor(robot=station.robot_geometries, ground=[station.ground], period=MONITOR_PERIOD),
+        CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=MONITOR_PERIOD),
     )
     builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
     arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
@@ -163,6 +163,21 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
             return message if message in ("reached", "unreachable") else "collision"
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
             raise StarnavError(f"simulation failed: {status.message()}")
+
+
+def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | None:
+    """The shortest path of a robot that knows the world, which a trial is compared with.
+
+    Args:
+        world: with its footprints, if it is of a model file.
+        radius: of the robot, m.
+
+    Returns:
+        As `shortest_path`; None also where obstacles move.
+    """
+    if world.model is not None and world.model.moving:
+        return None
+    return shortest_path(world, radius + SHORTEST_PATH_SLACK)
 
 
 def _least_clearance(world: World, states: np.ndarray, radius: float) -> float:

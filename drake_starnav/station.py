@@ -16,6 +16,7 @@ from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.lidar_sensor import LidarSensor
+from drake_starnav.systems.model_world import add_model, drop_half_spaces, floor_geometries
 from drake_starnav.systems.planar_localization import PlanarLocalization
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.world_geometry import add_ground, add_world
@@ -70,6 +71,7 @@ class NavigationStation(Diagram):
         plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, time_step)
         self.plant: MultibodyPlant = plant
         self.scene_graph: SceneGraph = scene_graph
+        self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
         inspector = scene_graph.model_inspector()
         bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self.robot_model)]
         frames = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
@@ -132,8 +134,13 @@ def add_plant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     model = _add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)
-    add_world(plant, world)
+    if world.model is None:
+        add_world(plant, world)
+    else:
+        add_model(plant, scene_graph, world.model)
     plant.Finalize()
+    if world.model is not None:
+        drop_half_spaces(plant, scene_graph)
     return plant, scene_graph, model, ground
 
 

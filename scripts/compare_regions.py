@@ -18,7 +18,8 @@ from drake_starnav.lidar import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars import StarParameters, StarRegion, scan_region
 from drake_starnav.stars.free_range import CONNECTED_CHORD, smoothed_distances
-from drake_starnav.worlds import Forest, Maze, PaperForest, Room, World, make_world
+from drake_starnav.world_figure import draw_world
+from drake_starnav.worlds import Forest, Maze, PaperForest, Room, make_world
 from drake_starnav.worlds.view import View, random_views
 
 KINDS = (Forest(), Maze(), Room(), PaperForest())
@@ -140,19 +141,6 @@ def table(comparisons: list[Comparison]) -> str:
     return "\n".join(lines)
 
 
-def draw_world(axis, world: World) -> None:
-    """Obstacles in grey, and the walls around."""
-    from matplotlib.patches import Circle, Polygon, Rectangle
-
-    for x, y, radius in world.discs:
-        axis.add_patch(Circle((x, y), radius, color="0.8", linewidth=0.0, zorder=1))
-    for polygon in world.polygons:
-        axis.add_patch(Polygon(polygon, color="0.8", linewidth=0.0, zorder=1))
-    if world.bounds is not None:
-        x0, y0, x1, y1 = world.bounds
-        axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor="0.6", linewidth=1.5, zorder=1))
-
-
 def filled(color: str, opacity: float) -> dict[str, object]:
     """An outline in a colour and a translucent face in the same."""
     from matplotlib.colors import to_rgba
@@ -171,7 +159,7 @@ def plot(comparisons: list[Comparison], path: Path) -> None:
     figure, axes = pyplot.subplots(1, len(comparisons), figsize=(13.0, 5.1), layout="constrained", squeeze=False)
     for axis, shown in zip(axes[0], comparisons, strict=True):
         pose = shown.view.pose
-        draw_world(axis, shown.view.world)
+        draw_world(axis, shown.view.world, "0.8")
         corners = VPolytope(shown.polytope).vertices().T
         around = np.argsort(np.arctan2(*(corners - corners.mean(axis=0)).T[::-1]))
         U, s, _ = np.linalg.svd(np.linalg.inv(shown.ellipse.A()))

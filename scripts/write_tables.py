@@ -1,4 +1,4 @@
-"""Write docs/ports.md and docs/parameters.md from the code: python scripts/write_tables.py [--check]"""
+"""Write docs/ports.md, docs/parameters.md and the tables of docs/worlds.md: python scripts/write_tables.py [--check]"""
 
 import argparse
 import dataclasses
@@ -35,6 +35,9 @@ from drake_starnav.worlds import WORLD_KINDS, World
 
 DOCS = Path(__file__).parents[1] / "docs"
 WRITTEN = "Written by `python scripts/write_tables.py`; change the code, not this file."
+WORLDS_PAGE = DOCS / "worlds.md"
+BEGIN = "<!-- tables: written by `python scripts/write_tables.py`; change the code, not these -->"
+END = "<!-- end of the tables -->"
 
 Row = tuple[str, ...]
 
@@ -123,12 +126,7 @@ def parameter_rows(cls: type, place: str) -> list[Row]:
     rows: list[Row] = []
     for field in dataclasses.fields(cls):
         meta = field.metadata
-        if kinds[field.name] is str and not meta.get("choices"):
-            allowed = "a text"
-        elif typing.get_origin(kinds[field.name]) is list:
-            allowed = "a list"
-        else:
-            allowed = allowed_text(field)
+        allowed = "a list" if typing.get_origin(kinds[field.name]) is list else allowed_text(field)
         default = getattr(defaults, field.name)
         name = f"{place}.{field.name}"
         rows.append((f"`{name}`", meta.get("unit", ""), f"`{yaml_text(default)}`", allowed, meta.get("help", "")))
@@ -195,19 +193,24 @@ An unknown key or a value that is not allowed ends the run with one sentence tha
     ]
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(head, parameter_rows(cls, section))}\n")
-    parts.append(
-        f"## world\n\nThe world's kind is chosen by a tag: {', '.join(f'`!{name}`' for name in WORLD_KINDS)}.\n"
-    )
-    for name, cls in WORLD_KINDS.items():
-        rows = parameter_rows(cls, "world")
-        parts.append(f"### world: !{name}\n\n{_summary(cls)}\n\n{table(head, rows)}\n")
+    parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
     methods = table(("parameter", *(f"`{name}`" for name in METHODS)), method_rows())
     said = "A method is a set of values for the parameters above; a scenario's own come after."
     parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
     return "\n".join(parts)
 
 
-PAGES = {"ports.md": ports_page, "parameters.md": parameters_page}
+def worlds_page() -> str:
+    """The text of docs/worlds.md: what is written there by hand, with its tables up to date."""
+    what = [(f"`!{name}`", _summary(cls)) for name, cls in WORLD_KINDS.items()]
+    rows = [(f"`!{name}`", *row) for name, cls in WORLD_KINDS.items() for row in parameter_rows(cls, "world")]
+    head = ("world", "parameter", "unit", "default", "allowed", "meaning")
+    before, rest = WORLDS_PAGE.read_text(encoding="utf-8").split(BEGIN)
+    tables = f"\n\n{table(('world', 'what it is'), what)}\n\n{table(head, rows)}\n\n"
+    return before + BEGIN + tables + END + rest.split(END)[1]
+
+
+PAGES = {"ports.md": ports_page, "parameters.md": parameters_page, "worlds.md": worlds_page}
 
 
 def main() -> int:

@@ -2,11 +2,12 @@
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
 
-from drake_starnav.command_line import main, simulate
+from drake_starnav.command_line import main, show_world, simulate
 
 FIELDS = {
     "scenario", "method", "seed", "outcome", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m",
@@ -65,6 +66,69 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, tmp_path: Pat
         assert word in printed.err
 
 
+@pytest.mark.parametrize(
+    ("scenario", "words"),
+    [
+        ("world: !RosMap {file: missing.yaml}", ["missing.yaml", "No such file"]),
+        ("world: !RosMap {file: broken.yaml}", ["broken.yaml", "line 3", "valid YAML"]),
+        ("world: !RosMap {file: no_image.yaml}", ["no.pgm", "no such file"]),
+        ("world: !RosMap {file: thresholds.yaml}", ["free_thresh is 0.9", "occupied_thresh"]),
+        ("world: !RosMap {file: empty.yaml}", ["empty.yaml has no occupied cell"]),
+        ("world: !RosMap {start: [-1.05, 0, 0]}", ["start is [-1.05, 0]", "occupied cell"]),
+        ("world: !RosMap {goal: [50, 0]}", ["goal is [50, 0]", "outside"]),
+        ("world: !Model {directives: missing.dmd.yaml, goal: [1, 0]}", ["missing.dmd.yaml", "no such file"]),
+        ("world: !Model {directives: mesh.urdf, goal: [1, 0]}", ["missing.obj"]),
+        ("world: !Model {goal: [1, 0]}", ["Model.directives is ''"]),
+    ],
+)
+def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, tmp_path: Path, capsys) -> None:
+    keys = "image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    (tmp_path / "broken.yaml").write_text("image: a.pgm\nresolution: [0.05\n")
+    (tmp_path / "no_image.yaml").write_text(keys)
+    (tmp_path / "thresholds.yaml").write_text(keys.replace("0.2", "0.9"))
+    (tmp_path / "empty.yaml").write_text(keys.replace("no.pgm", "empty.pgm"))
+    (tmp_path / "empty.pgm").write_bytes(b"P5 4 4 255\n" + b"\xfe" * 16)
+    mesh = '<collision><geometry><mesh filename="missing.obj"/></geometry></collision>'
+    (tmp_path / "mesh.urdf").write_text(f'<robot name="m"><link name="l">{mesh}</link></robot>')
+    file = tmp_path / "mine.yaml"
+    file.write_text(scenario)
+    for command, extra in ((simulate, []), (show_world, ["--out", str(tmp_path / "x.png")])):
+        assert command([str(file), *extra]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.count("\n") == 1
+        for word in words:
+            assert word in printed.err
+    assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize(("scenario", "ending"), [("map", "png"), ("kitchen", "png"), ("room", "png"), ("map", "html")])
+def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) -> None:
+    file = tmp_path / "new" / f"world.{ending}"
+    assert show_world([scenario, "--seed", "4", "--out", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"shortest path \d+\.\d\d m", printed)
+    assert f"wrote {file}" in printed
+    content = file.read_bytes()
+    assert content.startswith(b"\x89PNG") if ending == "png" else b"<title>map" in content
+    assert len(content) > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["map", "--out", "x.pdf"], ["--out is x.pdf", ".png or .html"]),
+        (["map", "--seed", "-1"], ["--seed is -1"]),
+        (["mapp"], ["did you mean map"]),
+        (["map", "--out", "/proc/forbidden/x.png"], ["cannot write"]),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(arguments, words, capsys) -> None:
+    assert show_world(arguments) == 2
+    printed = capsys.readouterr().err
+    assert all(word in printed for word in words)
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_write_protected_file_is_told_before_the_run(scenario_file: Path, tmp_path: Path, capsys) -> None:
     target = tmp_path / "kept.json"
@@ -77,6 +141,6 @@ def test_write_protected_file_is_told_before_the_run(scenario_file: Path, tmp_pa
 def test_listing_names_everything(capsys) -> None:
     assert main([]) == 0
     printed = capsys.readouterr().out
-    for word in ("simulate", "forest", "room", "star_paper"):
+    for word in ("simulate", "show_world", "forest", "room", "star_paper"):
         assert word in printed
     assert main(["nonsense"]) == 2

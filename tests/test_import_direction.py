@@ -33,7 +33,7 @@ SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch mod
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
-TOP = f"{LOOP} simulation"
+TOP = f"{LOOP} world_figure simulation"
 EVERYTHING = f"{TOP} benchmark report"
 ARRAYS = "numpy scipy numba"
 DRAKE = "numpy numba pydrake"
@@ -54,13 +54,14 @@ TABLE = {
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
     "baselines": Room(f"{BASE} robot", f"{ARRAYS} sklearn"),
-    "worlds": Room(f"{BASE} robot scan lidar raycast", f"{ARRAYS} yaml"),
+    "worlds": Room(f"{BASE} robot scan lidar raycast models", f"{ARRAYS} yaml PIL"),
     "drawing": Room(METHOD, ARRAYS),
     "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),
     "diagram": Room(f"{SETUP} systems station", DRAKE),
     "recording": Room(f"{SETUP} systems station diagram", DRAKE),
+    "world_figure": Room(LOOP, "numpy matplotlib pydrake"),
     "simulation": Room(LOOP, DRAKE),
     "benchmark": Room(TOP, "numpy scipy tqdm dask distributed"),
     "report": Room(f"{TOP} benchmark", "numpy scipy matplotlib"),

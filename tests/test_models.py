@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav import models
 from drake_starnav.errors import StarnavError
-from drake_starnav.models import model_path
+from drake_starnav.models import model_path, resolve_path
 
 
 def test_finds_the_shipped_files() -> None:
@@ -41,3 +41,10 @@ def test_models_left_behind(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     monkeypatch.setattr(models, "_FOLDERS", (tmp_path / "share", tmp_path / "models"))
     with pytest.raises(StarnavError, match="no package.xml in .*share or .*models; allowed: "):
         model_path()
+
+
+def test_paths_of_shipped_files_and_others() -> None:
+    assert resolve_path("package://drake_starnav/maps/studio.yaml") == model_path("maps", "studio.yaml")
+    assert resolve_path("maps/mine.yaml") == Path("maps/mine.yaml")
+    with pytest.raises(StarnavError, match="package://other/x.yaml: allowed: a path, or package://drake_starnav/"):
+        resolve_path("package://other/x.yaml")

@@ -1,6 +1,7 @@
 """Scenarios read from YAML: what is accepted, and how what is not is refused."""
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -101,3 +102,24 @@ def test_unknown_names_suggest_the_nearest() -> None:
         load_scenario("forest", method="str")
     with pytest.raises(StarnavError, match="cannot be read"):
         load_scenario("no/such/file.yaml")
+
+
+def test_paths_are_relative_to_the_file_that_names_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("scenarios", "maps", "here"):
+        (tmp_path / name).mkdir()
+    file = tmp_path / "scenarios" / "mine.yaml"
+    file.write_text("world: !RosMap {file: ../maps/mine.yaml}\n")
+    monkeypatch.chdir(tmp_path / "here")
+    assert load_scenario(str(file)).world.file == str(tmp_path / "maps" / "mine.yaml")
+    monkeypatch.chdir(tmp_path)
+    assert load_scenario("scenarios/mine.yaml").world.file == str(tmp_path / "maps" / "mine.yaml")
+    given = load_scenario("scenarios/mine.yaml", overrides=["world.file=maps/other.yaml"])
+    assert given.world.file == str(tmp_path / "maps" / "other.yaml")
+    assert parse_scenario(scenario_text(given), name="mine") == given  # a worker may run elsewhere
+    assert parse_scenario("world: !RosMap {file: a.yaml}", name="x").world.file == str(tmp_path / "a.yaml")
+
+
+def test_paths_of_shipped_files_stay_as_they_are(tmp_path: Path) -> None:
+    assert load_scenario("map").world.file == "package://drake_starnav/maps/studio.yaml"
+    assert load_scenario("map", overrides=[f"world.file={tmp_path}/m.yaml"]).world.file == f"{tmp_path}/m.yaml"
+    assert parse_scenario("world: !Model {}", name="x").world.directives == ""

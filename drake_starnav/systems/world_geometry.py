@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from pydrake.geometry import Box, Convex, Cylinder, GeometryId, Shape, Sphere
+from pydrake.common import MemoryFile
+from pydrake.geometry import Box, Convex, Cylinder, GeometryId, InMemoryMesh, Mesh, Shape, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
@@ -17,6 +18,8 @@ WALL_THICKNESS = 0.1
 GROUND_THICKNESS = 1.0
 GROUND_BORDER = 50.0
 """The ground reaches this far beyond the world, m."""
+MOST_LOOKS = 200
+"""More convex prisms than these are shown by one mesh: each object of a recording costs about a kilobyte."""
 OBSTACLE_COLOR = [0.55, 0.57, 0.60, 1.0]
 WALL_COLOR = [0.35, 0.37, 0.40, 1.0]
 
@@ -35,26 +38,33 @@ def add_ground(plant: MultibodyPlant, extent: tuple[float, float, float, float])
 def add_world(plant: MultibodyPlant, world: World) -> None:
     """Register the obstacles of a world, with collision and looks, on the world body of a plant not yet finalized.
 
-    They are anchored to the world body, which keeps a thousand of them cheap.
+    They are anchored to the world body, which keeps a thousand of them cheap to simulate. Registering them costs Drake
+    time by the square of their number, a second for 1,000, as it notes of each pair whether it may collide.
     """
     z = 0.5 * OBSTACLE_HEIGHT
     for k, (x, y, radius) in enumerate(world.cylinders):
         _add(plant, f"cylinder_{k}", Cylinder(radius, OBSTACLE_HEIGHT), RigidTransform([x, y, z]), OBSTACLE_COLOR)
     for k, (x, y, radius) in enumerate(world.spheres):
         _add(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
+    parts = {}
     for k, polygon in enumerate(world.polygons):
-        for i, part in enumerate(convex_parts(polygon)):
-            shape, X_WG = _prism(part, f"polygon_{k}_{i}")
-            _add(plant, f"polygon_{k}_{i}", shape, X_WG, OBSTACLE_COLOR)
+        parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(convex_parts(polygon))})
+    together = len(parts) > MOST_LOOKS
+    for name, part in parts.items():
+        _add(plant, name, *_prism(part, name), None if together else OBSTACLE_COLOR)
+    if together:
+        looks = _prisms_mesh(list(parts.values()))
+        plant.RegisterVisualGeometry(plant.world_body(), RigidTransform(), looks, "polygons_visual", OBSTACLE_COLOR)
     if world.bounds is not None:
         for side, (cx, cy, length, width) in _walls(world.bounds).items():
             _add(plant, f"wall_{side}", Box(length, width, OBSTACLE_HEIGHT), RigidTransform([cx, cy, z]), WALL_COLOR)
 
 
-def _add(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, color: list[float]) -> None:
+def _add(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, color: list[float] | None) -> None:
     body = plant.world_body()
     plant.RegisterCollisionGeometry(body, X_WG, shape, name, CoulombFriction(0.3, 0.3))
-    plant.RegisterVisualGeometry(body, X_WG, shape, f"{name}_visual", color)
+    if color is not None:
+        plant.RegisterVisualGeometry(body, X_WG, shape, f"{name}_visual", color)
 
 
 def _prism(corners: np.ndarray, label: str) -> tuple[Shape, RigidTransform]:
@@ -71,6 +81,21 @@ def _prism(corners: np.ndarray, label: str) -> tuple[Shape, RigidTransform]:
     flat = (corners - center).T
     points = np.hstack([np.vstack((flat, np.full(flat.shape[1], s * z))) for s in (-1.0, 1.0)])
     return Convex(points=points, label=label), RigidTransform([*center, z])
+
+
+def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:
+    """The sides and tops of the upright prisms over convex footprints, as one mesh."""
+    lines, count = [], 1  # vertices of an OBJ file are numbered from 1
+    for corners in parts:
+        n = len(corners)
+        for height in (0.0, OBSTACLE_HEIGHT):
+            lines += [f"v {x:.6g} {y:.6g} {height:g}" for x, y in corners]
+        for k in range(n):
+            a, b = count + k, count + (k + 1) % n
+            lines += [f"f {a} {b} {b + n}", f"f {a} {b + n} {a + n}"]
+        lines += [f"f {count + n} {count + n + k} {count + n + k + 1}" for k in range(1, n - 1)]
+        count += 2 * n
+    return Mesh(InMemoryMesh(mesh_file=MemoryFile("\n".join(lines) + "\n", ".obj", "obstacles.obj")))
 
 
 def _walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:

@@ -11,13 +11,17 @@ from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.corridor import Corridor
 from drake_starnav.worlds.forest import Forest
 from drake_starnav.worlds.maze import Maze
+from drake_starnav.worlds.model import Model
 from drake_starnav.worlds.obstacles import Obstacles
 from drake_starnav.worlds.paper_forest import PaperForest
 from drake_starnav.worlds.room import Room
+from drake_starnav.worlds.ros_map import RosMap
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
-WORLD_KINDS: dict[str, type] = {kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles)}
+WORLD_KINDS: dict[str, type] = {
+    kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model)
+}
 
 __all__ = ["WORLD_KINDS", "World", "clearance", "convex_parts", "make_world", "shortest_path", *WORLD_KINDS]
 

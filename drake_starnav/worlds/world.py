@@ -11,11 +11,29 @@ from drake_starnav.errors import StarnavError
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""
 
+OPEN_BORDER = 2.0
+"""How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""
+
 
 def _array(value: object, columns: int) -> np.ndarray:
     array = np.array(value, dtype=float).reshape(-1, columns)
     array.flags.writeable = False
     return array
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A file of Drake's model formats whose bodies stand in a world.
+
+    Attributes:
+        path: of the file.
+        weld: whether bodies that nothing holds are welded where they stand.
+        moving: whether it has collision geometry that moves; known once its footprints are.
+    """
+
+    path: str
+    weld: bool = True
+    moving: bool = False
 
 
 @dataclass(frozen=True)
@@ -31,6 +49,7 @@ class World:
         polygons: simple polygons, each of shape (k, 2), the footprints of prisms.
         bounds: (x_min, y_min, x_max, y_max) with walls along it, or None for an open plane.
         timeout: s, the time a trial in this world may take by default.
+        model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
     """
 
     name: str
@@ -41,6 +60,7 @@ class World:
     polygons: tuple[np.ndarray, ...] = ()
     bounds: tuple[float, float, float, float] | None = None
     timeout: float = 180.0
+    model: ModelFile | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cylinders", _array(self.cylinders, 3))
@@ -98,13 +118,13 @@ class World:
         """A box around everything that matters: (x_min, y_min, x_max, y_max)."""
         if self.bounds is not None:
             return self.bounds
-        low = [np.array([self.start[:2], self.goal]) - 2.0]
-        high = [np.array([self.start[:2], self.goal]) + 2.0]
+        low = [np.array([self.start[:2], self.goal]) - OPEN_BORDER]
+        high = [np.array([self.start[:2], self.goal]) + OPEN_BORDER]
         if len(self.discs):
-            low.append(self.discs[:, :2] - self.discs[:, 2:] - 2.0)
-            high.append(self.discs[:, :2] + self.discs[:, 2:] + 2.0)
+            low.append(self.discs[:, :2] - self.discs[:, 2:] - OPEN_BORDER)
+            high.append(self.discs[:, :2] + self.discs[:, 2:] + OPEN_BORDER)
         if self.polygons:
-            low.append(np.vstack(self.polygons) - 2.0)
-            high.append(np.vstack(self.polygons) + 2.0)
+            low.append(np.vstack(self.polygons) - OPEN_BORDER)
+            high.append(np.vstack(self.polygons) + OPEN_BORDER)
         (x0, y0), (x1, y1) = np.vstack(low).min(axis=0), np.vstack(high).max(axis=0)
         return float(x0), float(y0), float(x1), float(y1)

@@ -15,6 +15,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.station import NavigationStation
 from drake_starnav.systems.world_geometry import (
     GROUND_BORDER,
+    MOST_LOOKS,
     OBSTACLE_HEIGHT,
     WALL_THICKNESS,
     add_ground,
@@ -136,6 +137,20 @@ def test_what_is_hit_is_what_is_shown() -> None:
     for name, (shape, X_WG) in hit.items():
         assert type(shown[name][0]) is type(shape)
         assert shown[name][1].IsExactlyEqualTo(X_WG)
+
+
+def test_many_prisms_are_shown_as_one_mesh() -> None:
+    polygons = [np.array(TRIANGLE if k % 2 else SQUARE) + (4.0 * k, 0.0) for k in range(MOST_LOOKS + 1)]
+    hit = shapes(world_of(polygons=tuple(polygons)))
+    ((name, (mesh, X_WG)),) = shapes(world_of(polygons=tuple(polygons)), Role.kIllustration).items()
+    assert len(hit) == len(polygons)
+    assert name == "polygons"
+    assert X_WG.IsExactlyIdentity()
+    lines = mesh.source().in_memory().mesh_file.contents().decode().splitlines()
+    vertices = {tuple(float(x) for x in line.split()[1:]) for line in lines if line.startswith("v")}
+    assert vertices == {(x, y, z) for polygon in polygons for x, y in polygon for z in (0.0, OBSTACLE_HEIGHT)}
+    corners = sum(len(polygon) for polygon in polygons)
+    assert sum(line.startswith("f") for line in lines) == 3 * corners - 2 * len(polygons)  # sides and tops
 
 
 def test_an_empty_world_has_no_shapes() -> None:

@@ -1,0 +1,111 @@
+"""Pictures of a world before anyone drives in it: obstacles, start, goal, and the shortest path between them."""
+
+import html
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.drawing import LAYERS, five_pointed_star, ribbon
+from drake_starnav.robot import RobotParameters
+from drake_starnav.worlds.world import OPEN_BORDER, World
+
+OBSTACLES, WALLS = "0.62", "0.35"
+"""Greys of the obstacles and of the walls around a world."""
+START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
+"""Apart for colour-blind eyes (Okabe and Ito, 2008); the signs differ as well."""
+PATH_WIDTH = 0.06
+"""In a page, m."""
+
+
+def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
+    """Draw the obstacles into Matplotlib axes, and the walls around them.
+
+    Args:
+        axis: of equal scales.
+        world: whose discs, polygons and bounds are drawn.
+        obstacles: their colour.
+    """
+    from matplotlib.collections import PatchCollection, PolyCollection
+    from matplotlib.patches import Circle, Rectangle
+
+    discs = [Circle((x, y), radius) for x, y, radius in world.discs]
+    axis.add_collection(PatchCollection(discs, facecolor=obstacles, linewidth=0.0, zorder=1))
+    # a hair of an edge, or the seams between the parts of a wall shine through
+    axis.add_collection(
+        PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2, zorder=1)
+    )
+    if world.bounds is not None:
+        x0, y0, x1, y1 = world.bounds
+        axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
+
+
+def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
+    """Draw a world with its start, goal and shortest path; arguments as of `write_html`."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    from matplotlib.patches import Circle
+
+    x0, y0, x1, y1 = world.extent
+    spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
+    x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
+    width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
+    size = (width, min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)))
+    figure, axis = pyplot.subplots(figsize=size, layout="constrained")
+    draw_world(axis, world)
+    if path is not None:
+        axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
+    x, y, yaw = world.start
+    axis.add_patch(Circle((x, y), robot.radius, facecolor="none", edgecolor=START, linewidth=1.6, zorder=3))
+    nose = robot.radius * np.array((math.cos(yaw), math.sin(yaw)))
+    axis.plot((x, x + nose[0]), (y, y + nose[1]), color=START, linewidth=1.6, label="start: the robot", zorder=3)
+    axis.plot(*world.goal, "*", color=GOAL, markersize=13.0, label="goal", linestyle="none", zorder=3)
+    axis.set_xlim(x0 - 0.2, x1 + 0.2)
+    axis.set_ylim(y0 - 0.2, y1 + 0.2)
+    axis.set_aspect("equal")
+    axis.set_xlabel("x in m")
+    axis.set_ylabel("y in m")
+    axis.set_title(title)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    figure.savefig(file, dpi=150)
+    pyplot.close(figure)
+
+
+def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
+    """Show a world in a page that opens offline, the robot at its start.
+
+    Args:
+        world: with its footprints, if it is of a model file.
+        robot: at the start.
+        path: the shortest, shape (k, 2), W, m; None without one.
+        title: of the page.
+        file: to write.
+    """
+    from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+    from pydrake.systems.framework import DiagramBuilder
+
+    from drake_starnav.lidar import LidarParameters
+    from drake_starnav.recording import frame_camera, set_look
+    from drake_starnav.station import NavigationStation
+
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    builder = DiagramBuilder()
+    station = builder.AddSystem(NavigationStation(world, robot, LidarParameters()))
+    query = station.GetOutputPort("cheat.geometry_query")
+    MeshcatVisualizer.AddToBuilder(builder, query, meshcat, MeshcatVisualizerParams(role=Role.kIllustration))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    station.GetInputPort("drive.twist_command").FixValue(station.GetMyMutableContextFromRoot(context), [0.0, 0.0])
+    diagram.ForcedPublish(context)
+    meshes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
+    if path is not None:
+        meshes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
+    for name, mesh in meshes.items():
+        meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*LAYERS[name].color))
+    set_look(meshcat)
+    frame_camera(meshcat, world.extent)
+    text = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
+    file.write_text(text, encoding="utf-8")

@@ -1,0 +1,33 @@
+"""Checks of a start and a goal that someone gave."""
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds.clearance import nearest_obstacle
+from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.world import World
+
+
+def check_free_ends(world: World, robot_radius: float, place: str) -> None:
+    """Raise `StarnavError` if the robot touches an obstacle at the start or the goal.
+
+    Args:
+        world: with its obstacles.
+        robot_radius: m.
+        place: that the start and the goal are parameters of, for the message.
+    """
+    for name, point in (("start", world.start[:2]), ("goal", world.goal)):
+        obstacle, distance = nearest_obstacle(world, point)
+        if distance <= robot_radius:
+            raise StarnavError(
+                f"{place}.{name} is [{point[0]:g}, {point[1]:g}], {distance:g} m from {obstacle}; "
+                f"allowed: more than robot_radius {robot_radius:g} m from every obstacle"
+            )
+
+
+def check_reachable(world: World, robot_radius: float, place: str) -> None:
+    """Raise `StarnavError` if there is no way for the robot; arguments as of `check_free_ends`."""
+    if shortest_path(world, robot_radius) is None:
+        raise StarnavError(
+            f"{place}.goal [{world.goal[0]:g}, {world.goal[1]:g}] is out of reach from the start "
+            f"[{world.start[0]:g}, {world.start[1]:g}] for robot_radius {robot_radius:g} m; "
+            "allowed: a goal to which the robot has a way"
+        )

@@ -1,0 +1,58 @@
+"""What solids bar to a robot that drives on the floor: the shadow of their part between two heights."""
+
+import math
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+_AROUND = 96  # sides of the polyhedra that stand for round solids: they are up to 0.05 % too wide
+
+
+def convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarray | None:
+    """The shadow on the floor of a convex solid's part between two heights, exactly.
+
+    Args:
+        vertices: shape (n, 3), m; the solid is their convex hull.
+        low, high: m.
+
+    Returns:
+        A convex polygon, counter-clockwise, of shape (k, 2); None if nothing is between the heights, or no area.
+    """
+    z = vertices[:, 2]
+    points = [vertices[(z >= low) & (z <= high), :2]]
+    for height in (low, high):
+        above, below = vertices[z > height], vertices[z < height]
+        # Crossings of diagonals lie inside the section, those of edges are its corners: no need to know the edges.
+        share = (above[:, None, 2] - height) / (above[:, None, 2] - below[None, :, 2])
+        crossing = above[:, None, :2] + share[..., None] * (below[None, :, :2] - above[:, None, :2])
+        points.append(crossing.reshape(-1, 2))
+    shadow = np.vstack(points)
+    try:
+        return shadow[ConvexHull(shadow).vertices] if len(shadow) > 2 else None
+    except QhullError:
+        return None
+
+
+def sphere_footprint(center: np.ndarray, radius: float, low: float, high: float) -> tuple[float, float, float] | None:
+    """The same of a sphere about a centre (3,), m: x, y and radius of a disc."""
+    away = max(low - center[2], center[2] - high, 0.0)
+    return (center[0], center[1], math.sqrt(radius**2 - away**2)) if away < radius else None
+
+
+def ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
+    """Corners of a polyhedron around an ellipsoid with semi-axes (3,) along x, y and z, m; shape (n, 3)."""
+    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
+    elevation = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _AROUND // 2 + 1)[:, None]
+    unit = np.stack(
+        (np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation) + 0.0 * bearing),
+        axis=-1,
+    )
+    around = 1.0 / math.cos(np.pi / _AROUND) ** 2  # a facet spans the same angle both ways
+    return around * np.asarray(semi_axes) * unit.reshape(-1, 3)
+
+
+def cylinder_vertices(radius: float, length: float) -> np.ndarray:
+    """Corners of a prism around a cylinder along z about the origin, m; shape (n, 3)."""
+    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
+    ring = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    return np.vstack([np.column_stack((ring, np.full(_AROUND, side * length))) for side in (-0.5, 0.5)])

@@ -1,0 +1,32 @@
+"""Parameters that are lists of numbers: how they are declared and checked."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from drake_starnav.errors import StarnavError
+
+
+def listing(default: list, help: str) -> Any:
+    """A dataclass field that holds a list; `help` says of what."""
+    return dataclasses.field(default_factory=lambda: list(default), metadata={"help": help})
+
+
+def check_list(value: Any, name: str) -> Sequence:
+    """The value, or a `StarnavError` that names it if it is no list."""
+    if not isinstance(value, (list, tuple)):
+        raise StarnavError(f"{name} is {value!r}; allowed: a list")
+    return value
+
+
+def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: bool = False) -> Sequence:
+    """The value, or a `StarnavError` if it is no list of as many finite numbers as there are `entries`."""
+    numbers = check_list(value, name)
+    if or_empty and not numbers:
+        return numbers
+    good = all(isinstance(x, (int, float)) and not isinstance(x, bool) and math.isfinite(x) for x in numbers)
+    if len(numbers) != len(entries) or not good:
+        empty = ", or an empty list" if or_empty else ""
+        raise StarnavError(f"{name} is {list(numbers)}; allowed: finite [{', '.join(entries)}]{empty}")
+    return numbers

@@ -1,0 +1,8 @@
+"""Draw the world of a scenario with start, goal and shortest path: python scripts/show_world.py SCENARIO [--help]"""
+
+import sys
+
+from drake_starnav.command_line import show_world
+
+if __name__ == "__main__":
+    sys.exit(show_world())

@@ -1,0 +1,82 @@
+"""Footprints of solids between two heights, against points sampled in the solids."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cylinder_vertices, sphere_footprint
+
+LOW, HIGH = 0.0, 0.13
+CUBE = 0.5 * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+
+
+def outside_of(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """How far points lie outside a convex counter-clockwise polygon, at least; shape (n,), m."""
+    edges = np.roll(polygon, -1, axis=0) - polygon
+    normals = np.column_stack((edges[:, 1], -edges[:, 0])) / np.hypot(*edges.T)[:, None]
+    return (points @ normals.T - (polygon * normals).sum(axis=1)).max(axis=1)
+
+
+@given(st.integers(0, 10_000), st.integers(5, 40), st.floats(-0.6, 0.8))
+def test_the_footprint_is_the_shadow_of_the_slab(seed: int, count: int, height: float) -> None:
+    rng = np.random.default_rng(seed)
+    vertices = rng.normal(0.0, 0.4, (count, 3)) + (1.0, -2.0, height)
+    polygon = convex_footprint(vertices, LOW, HIGH)
+    inside = rng.dirichlet(np.full(count, 0.2), 5000) @ vertices
+    slab = inside[(inside[:, 2] >= LOW) & (inside[:, 2] <= HIGH), :2]
+    if polygon is None:
+        assert len(slab) == 0
+        return
+    if len(slab):
+        assert outside_of(polygon, slab).max() < 1e-9
+    hull = ConvexHull(vertices).equations
+    for corner in polygon:  # each corner has a point of the slab above it: the footprint is no larger than that
+        rate, level = hull[:, 2], hull[:, :2] @ corner + hull[:, 3]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z = -level / rate
+        top = min([HIGH, *z[rate > 1e-12]])
+        bottom = max([LOW, *z[rate < -1e-12]])
+        assert bottom <= top + 1e-6
+
+
+def test_a_box_on_its_edge_is_cut_at_both_heights() -> None:
+    tipped = CUBE @ Rotation.from_euler("x", 45, degrees=True).as_matrix().T
+    polygon = convex_footprint(tipped, -0.2, 0.1)
+    half = math.sqrt(0.5)
+    assert np.ptp(polygon, axis=0) == pytest.approx([1.0, 2.0 * half])
+    polygon = convex_footprint(tipped + (0.0, 0.0, half), 0.0, 0.1)
+    assert np.ptp(polygon, axis=0) == pytest.approx([1.0, 0.2])
+
+
+@pytest.mark.parametrize("height", [0.64, -0.51])
+def test_nothing_is_left_of_what_is_above_or_below(height: float) -> None:
+    assert convex_footprint(CUBE + (0.0, 0.0, height), LOW, HIGH) is None
+    assert sphere_footprint(np.array([0.0, 0.0, height]), 0.5, LOW, HIGH) is None
+
+
+def test_spheres_are_widest_at_their_middle() -> None:
+    assert sphere_footprint(np.array([1.0, 2.0, 0.1]), 0.5, LOW, HIGH) == (1.0, 2.0, 0.5)
+    x, y, radius = sphere_footprint(np.array([1.0, 2.0, 0.43]), 0.5, LOW, HIGH)
+    assert (x, y, radius) == pytest.approx((1.0, 2.0, 0.4))
+
+
+@given(st.integers(0, 10_000))
+def test_round_solids_are_a_little_too_wide_and_never_too_narrow(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    direction = rng.normal(size=(200, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    semi_axes = rng.uniform(0.1, 1.0, 3)
+    reach = np.linalg.norm(direction * semi_axes, axis=1)
+    support = (direction @ ball_vertices(semi_axes).T).max(axis=1)
+    assert (support >= reach - 1e-12).all()
+    assert (support <= 1.002 * reach).all()
+    radius, length = semi_axes[:2]
+    reach = radius * np.hypot(*direction[:, :2].T) + 0.5 * length * abs(direction[:, 2])
+    support = (direction @ cylinder_vertices(radius, length).T).max(axis=1)
+    assert (support >= reach - 1e-12).all()
+    assert (support <= 1.001 * reach).all()

@@ -1,0 +1,63 @@
+"""Few rectangles bound the passable cells exactly as all the solid cells do."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from drake_starnav.worlds.rectangles import solid_rectangles
+
+
+def covered(rectangles: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    found = np.zeros(shape, bool)
+    for i0, j0, i1, j1 in rectangles:
+        assert 0 <= i0 < i1 <= shape[0]
+        assert 0 <= j0 < j1 <= shape[1]
+        found[i0:i1, j0:j1] = True
+    return found
+
+
+def at_passable(solid: np.ndarray) -> np.ndarray:
+    """Solid cells with an edge in common with a passable one."""
+    return solid & ndimage.binary_dilation(~solid, ndimage.generate_binary_structure(2, 1))
+
+
+@given(st.integers(0, 10_000), st.integers(1, 30), st.integers(1, 30), st.floats(0.05, 0.95), st.integers(1, 3))
+def test_the_outline_is_exact(seed: int, rows: int, columns: int, share: float, blur: int) -> None:
+    noise = ndimage.uniform_filter(np.random.default_rng(seed).random((rows, columns)), blur)
+    solid = noise < np.quantile(noise, share)
+    found = covered(solid_rectangles(solid), solid.shape)
+    assert not (found & ~solid).any()
+    assert (found | ~at_passable(solid)).all()
+
+
+@given(st.integers(0, 10_000), st.integers(1, 40))
+def test_only_pockets_are_filled(seed: int, smallest: int) -> None:
+    solid = np.random.default_rng(seed).random((25, 25)) < 0.45
+    found = covered(solid_rectangles(solid, smallest), solid.shape)
+    labels, _ = ndimage.label(~solid)
+    size = np.bincount(labels.ravel())[labels]
+    large = ~solid & (size >= smallest)
+    assert not (found & large).any()
+    beside = ndimage.binary_dilation(large, ndimage.generate_binary_structure(2, 1)) & ~large
+    assert found[beside].all()
+
+
+def test_walls_are_one_rectangle_each() -> None:
+    solid = np.ones((40, 60), bool)
+    solid[5:-5, 5:-5] = False
+    solid[20:24, 10:50] = True
+    assert len(solid_rectangles(solid)) == 5
+
+
+@pytest.mark.parametrize("thickness", [1, 4, 60])
+def test_an_outside_that_nobody_sees_is_left_out(thickness: int) -> None:
+    solid = np.pad(np.zeros((10, 10), bool), thickness, constant_values=True)
+    rectangles = solid_rectangles(solid)
+    assert len(rectangles) == 4
+    assert np.minimum(rectangles[:, 2] - rectangles[:, 0], rectangles[:, 3] - rectangles[:, 1]).max() <= 3
+
+
+def test_none_for_an_empty_grid() -> None:
+    assert solid_rectangles(np.zeros((5, 5), bool)).shape == (0, 4)
