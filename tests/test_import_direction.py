@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters"
-SENSING = f"{BASE} robot scan lidar raycast slicing stopwatch models"
+SENSING = f"{BASE} robot scan lidar raycast slicing stopwatch models polyline"
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -48,11 +48,12 @@ TABLE = {
     "slicing": Room(f"{BASE} raycast", ARRAYS),
     "stopwatch": Room(BASE, ARRAYS),
     "models": Room("errors"),
+    "polyline": Room("", ARRAYS),
     "stars": Room(f"{BASE} robot scan", ARRAYS),
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
     "baselines": Room(f"{BASE} robot", f"{ARRAYS} sklearn"),
-    "worlds": Room(f"{BASE} robot scan lidar raycast", f"{ARRAYS} yaml"),
+    "worlds": Room(f"{BASE} robot scan lidar raycast polyline", f"{ARRAYS} yaml"),
     "drawing": Room(METHOD, ARRAYS),
     "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
     "systems": Room(SETUP, DRAKE),
