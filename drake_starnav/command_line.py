@@ -5,14 +5,18 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import METHODS, load_scenario, scenario_names
+
+if TYPE_CHECKING:
+    from drake_starnav.benchmark import Pool
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
@@ -105,6 +109,9 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--trials", type=int, default=30, help="of each scenario and method (default: 30)")
     parser.add_argument("--seed", type=int, default=0, help="that all trials' seeds are derived from (default: 0)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one for each core)")
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="run on a Dask cluster: its scheduler's address, or local for --jobs workers"
+    )
     parser.add_argument("--resume", action="store_true", help="continue a file: run only the trials it lacks")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
 
@@ -116,29 +123,32 @@ def check_batch_options(options: argparse.Namespace) -> None:
             raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
 
 
+@contextmanager
+def chosen_pool(options: argparse.Namespace) -> Iterator["Pool"]:
+    """Where the trials run: the processes or the cluster that the options of `add_batch_options` ask for."""
+    from drake_starnav.benchmark import dask_pool, local_pool
+
+    with dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs)) as pool:
+        yield pool
+
+
 def _benchmark(options: argparse.Namespace) -> int:
     check_batch_options(options)
     if options.resume and options.json is None:
         raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
     check_writable(options.markdown)
-    from drake_starnav.benchmark import (
-        TrialFile,
-        local_processes,
-        make_cases,
-        make_header,
-        run_batch,
-        summarise,
-        summary_tables,
-    )
+    from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch, summarise, summary_tables
 
     cases = make_cases(options.scenario, options.method, options.overrides)
     header = make_header(cases, options.seed, options.overrides)
-    with TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file:
+    with (
+        chosen_pool(options) as pool,
+        TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
+    ):
         if file and file.repaired:
             print(file.repaired, file=sys.stderr)
         records = run_batch(
-            cases, trials=options.trials, seed=options.seed, make_executor=lambda: local_processes(options.jobs),
-            in_flight=2 * options.jobs, file=file, quiet=options.quiet,
+            cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet
         )  # fmt: skip
     tables = summary_tables(summarise(records))
     if options.markdown is not None:

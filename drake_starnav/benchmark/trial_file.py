@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import platform
+import re
 from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -24,16 +25,21 @@ def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = ())
     """What a file's trials have in common: the versions that ran them, and everything that defines them."""
     return {
         "format": FORMAT,
-        "versions": {
-            "drake_starnav": _version("drake-starnav"),
-            "source": source_hash(),
-            "drake": _version("drake"),
-            "python": platform.python_version(),
-        },
-        "machine": {"system": platform.platform(), "cores": os.cpu_count()},
+        "versions": versions(),
+        "machine": {"system": platform.platform(), "processor": _processor(), "cores": os.cpu_count()},
         "seed": seed,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
+    }
+
+
+def versions() -> dict[str, str]:
+    """What a trial's result may depend on, beside its parameters: trials of other versions are not mixed."""
+    return {
+        "drake_starnav": _version("drake-starnav"),
+        "source": source_hash(),
+        "python": platform.python_version(),
+        **{name: _version(name) for name in ("drake", "numpy", "scipy", "numba", "scikit-learn")},
     }
 
 
@@ -45,6 +51,16 @@ def source_hash() -> str:
     for path in sorted(folder.rglob("*.py")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:12]
+
+
+def _processor() -> str:
+    """The processor's name, as Linux tells it; elsewhere what Python knows."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        text = ""
+    name = re.search(r"^model name\s*: (.*)$", text, re.MULTILINE)
+    return name[1] if name else platform.processor() or platform.machine()
 
 
 def _version(distribution: str) -> str:
