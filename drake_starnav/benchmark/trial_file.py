@@ -3,6 +3,7 @@
 import fcntl
 import hashlib
 import json
+import lzma
 import os
 import platform
 import re
@@ -169,14 +170,20 @@ class TrialFile:
 def read_trials(path: Path) -> tuple[Header, list[Record]]:
     """Header and records of a file, e.g. for a report; a last line that is cut off is left out.
 
+    A file whose name ends in .xz is read compressed.
+
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise StarnavError(f"cannot read {path}: {error.strerror}; allowed: a file written by benchmark.py") from None
-    return parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+        data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
+    except (OSError, lzma.LZMAError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StarnavError(f"cannot read {path}: {reason}; allowed: a file written by benchmark.py") from None
+    header, records = parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+    if header["format"] != FORMAT:
+        raise StarnavError(f"{path} has format {header['format']}; allowed: {FORMAT}, as this version writes it")
+    return header, records
 
 
 def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
