@@ -27,7 +27,7 @@ def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = ())
     return {
         "format": FORMAT,
         "versions": versions(),
-        "machine": {"system": platform.platform(), "processor": _processor(), "cores": os.cpu_count()},
+        "machine": {"system": platform.platform(), "processor": processor_name(), "cores": os.cpu_count()},
         "seed": seed,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
@@ -54,7 +54,7 @@ def source_hash() -> str:
     return digest.hexdigest()[:12]
 
 
-def _processor() -> str:
+def processor_name() -> str:
     """The processor's name, as Linux tells it; elsewhere what Python knows."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")

@@ -191,5 +191,6 @@ _STYLE = (
     "th{border-bottom:1px solid #888}.number{text-align:right}tbody tr:hover{background:#f4f7fb}"
     "pre,code{background:#f4f4f4;font:12.5px/1.45 ui-monospace,Menlo,Consolas,monospace}"
     "pre{padding:8px 10px;overflow-x:auto;white-space:pre-wrap;overflow-wrap:anywhere}"
-    "code{overflow-wrap:anywhere}details{margin:6px 0}summary{cursor:pointer}"
+    "code{overflow-wrap:anywhere}#trials td:not(:last-child){white-space:nowrap}"
+    "details{margin:6px 0}summary{cursor:pointer}"
 )

@@ -1,5 +1,6 @@
 """Which trials are worth a look, and their recordings: the trials run again, beside the report."""
 
+import logging
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
@@ -9,7 +10,7 @@ from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.workers import local_processes
 from drake_starnav.errors import StarnavError
 from drake_starnav.report.results import Results
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario import Scenario
 
 NEVER_RAN = ("error", "unsupported")
 """Outcomes of trials of which there is nothing to see."""
@@ -89,8 +90,7 @@ def record_chosen(
         futures = {}
         for k, name in wanted.items():
             record = chosen[k].record
-            text = results.texts[record["scenario"], record["method"]]
-            futures[executor.submit(_record, text, record, folder / name)] = k
+            futures[executor.submit(_record, results.scenario(record), record, folder / name)] = k
         for done, future in enumerate(as_completed(futures), start=1):
             k = futures[future]
             remark = future.result()
@@ -101,13 +101,13 @@ def record_chosen(
     return recordings
 
 
-def _record(text: str, record: Record, path: Path) -> str:
+def _record(scenario: Scenario, record: Record, path: Path) -> str:
     """Run one trial again with a recording; returns a remark if it is not the same, or cannot be recorded."""
     from drake_starnav.simulation import run_trial  # late: only workers need Drake
 
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would name its port for each
     path.unlink(missing_ok=True)
     try:
-        scenario = parse_scenario(text, name=record["scenario"], method=record["method"])
         trial = run_trial(scenario, method=record["method"], seed=record["seed"], html=path)
     except StarnavError as error:
         return str(error)

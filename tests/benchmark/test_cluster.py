@@ -72,7 +72,7 @@ def test_a_killed_worker_costs_no_trial_and_resuming_works_the_same(two_workers,
 
     lines = path.read_bytes().splitlines(keepends=True)
     cut.write_bytes(b"".join(lines[:8]) + lines[8][:40])
-    assert benchmark(arguments(tiny, cut, two_workers.scheduler_address, "--resume")) == 0
+    assert benchmark(arguments(tiny, cut, "local", "--jobs", "1", "--resume")) == 0
     assert results(cut) == results(path)
     assert cut.read_bytes().startswith(b"".join(lines[:8]))
 
