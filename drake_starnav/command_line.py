@@ -5,8 +5,8 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,13 +124,11 @@ def check_batch_options(options: argparse.Namespace) -> None:
             raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
 
 
-@contextmanager
-def chosen_pool(options: argparse.Namespace) -> Iterator["Pool"]:
+def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
     """Where the trials run: the processes or the cluster that the options of `add_batch_options` ask for."""
     from drake_starnav.benchmark import dask_pool, local_pool
 
-    with dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs)) as pool:
-        yield pool
+    return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
 
 
 def _benchmark(options: argparse.Namespace) -> int:
@@ -148,9 +146,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     ):
         if file and file.repaired:
             print(file.repaired, file=sys.stderr)
-        records = run_batch(
-            cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet
-        )  # fmt: skip
+        records = run_batch(cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet)
     from drake_starnav.report.results import make_results
 
     _report(make_results([header], records), options)

@@ -93,7 +93,7 @@ def record_chosen(
             futures[executor.submit(_record, results.scenario(record), record, folder / name)] = k
         for done, future in enumerate(as_completed(futures), start=1):
             k = futures[future]
-            remark = future.result()
+            remark = future.result() if future.exception() is None else "not recorded: a worker process died"
             file = f"{folder.name}/{wanted[k]}" if (folder / wanted[k]).is_file() else ""
             recordings[k] = replace(chosen[k], file=file, remark=remark)
             if progress is not None:
