@@ -84,6 +84,7 @@ def success_figure(results: Results) -> "Figure":
             f"{100.0 * s.reached / s.trials:.1f} %",
         )
         for s in summarise(results.records)
+        if s.trials
     }
     return _panels(results, results.methods, points, "reached the goal, % (95 % interval)", limits=(-4.0, 104.0))
 

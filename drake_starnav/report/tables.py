@@ -4,6 +4,7 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,11 @@ TABLED = (
     "wall_s", "score", "straight_line_m", "tightest_gap_m",
 )  # fmt: skip
 """Numbers of a record that other tables show, or that say nothing when averaged."""
-UNITS = {"mps": "m/s", "radps": "rad/s", "mps3": "m/s³", "mps2": "m/s²", "m": "m", "s": "s", "J": "J", "rad": "rad"}
+UNITS = {
+    "m": "m", "s": "s", "rad": "rad", "mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m2ps": "m²/s", "radps": "rad/s",
+    "radps2": "rad/s²",
+}  # fmt: skip
+"""Endings of a record's fields and what they stand for."""
 
 
 def further_figures(records: Sequence[Record]) -> list[str]:
@@ -59,11 +64,12 @@ def summary_csv(results: Results) -> str:
     rows = []
     further = further_figures(results.records)
     for summary in summarise(results.records):
-        row = asdict(summary)
+        row: dict[str, Any] = {}
+        for name, value in asdict(summary).items():
+            row |= value if isinstance(value, dict) else {name: value}
         row["success_low"], row["success_high"] = row.pop("interval")
-        row |= row.pop("failures")
         case = results.of(summary.scenario, summary.method)
-        rows.append(row | {name: mean_of(case, name) for name in further})
+        rows.append(row | {name: mean_of(case, name) for name in further if name not in row})
     text = io.StringIO()
     writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), lineterminator="\n")
     writer.writeheader()
