@@ -11,8 +11,8 @@ ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(language: str, text: str = README) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 
 def test_python_blocks_run(capsys: pytest.CaptureFixture) -> None:
@@ -30,16 +30,24 @@ def test_yaml_blocks_are_scenarios() -> None:
         assert parse_scenario(text, name="readme").world
 
 
-def test_commands_name_real_scripts_and_targets() -> None:
+@pytest.mark.parametrize("page", ["README.md", "docs/benchmark.md"])
+def test_commands_name_real_scripts_targets_and_options(page: str) -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    commands = [line for block in blocks("sh") for line in block.splitlines() if line]
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    options = (ROOT / "drake_starnav" / "command_line.py").read_text(encoding="utf-8")
+    text = (ROOT / page).read_text(encoding="utf-8")
+    commands = [line.partition("#")[0] for block in blocks("sh", text) for line in block.splitlines() if line]
     assert commands
     for command in commands:
-        program, target = command.split()[:2]
+        program, target, *rest = command.split()
         if program == "make":
             assert f"\n{target}:" in makefile
+        elif program == "pip":
+            (extra,) = re.findall(r"\[(\w+)\]", rest[0])
+            assert f"\n{extra} = [" in project
         else:
             assert program == "python" and (ROOT / target).is_file()
+            assert all(f'"{option}"' in options for option in rest if option.startswith("--"))
 
 
 def test_local_links_exist() -> None:
