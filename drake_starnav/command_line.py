@@ -6,13 +6,18 @@ import os
 import sys
 import tempfile
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import METHODS, load_scenario, scenario_names
+
+if TYPE_CHECKING:
+    from drake_starnav.benchmark import Pool
+    from drake_starnav.report import Results
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
@@ -86,7 +91,7 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--method", nargs="+", default=["star"], help=f"of {', '.join(METHODS)} (default: star)")
     _add_overrides(parser)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
-    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
+    _add_report_options(parser)
     add_batch_options(parser)
     options = parser.parse_args(arguments)
     try:
@@ -105,6 +110,9 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--trials", type=int, default=30, help="of each scenario and method (default: 30)")
     parser.add_argument("--seed", type=int, default=0, help="that all trials' seeds are derived from (default: 0)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one for each core)")
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="run on a Dask cluster: its scheduler's address, or local for --jobs workers"
+    )
     parser.add_argument("--resume", action="store_true", help="continue a file: run only the trials it lacks")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
 
@@ -116,39 +124,123 @@ def check_batch_options(options: argparse.Namespace) -> None:
             raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
 
 
+def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
+    """Where the trials run: the processes or the cluster that the options of `add_batch_options` ask for."""
+    from drake_starnav.benchmark import dask_pool, local_pool
+
+    return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
+
+
 def _benchmark(options: argparse.Namespace) -> int:
     check_batch_options(options)
     if options.resume and options.json is None:
         raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
-    check_writable(options.markdown)
-    from drake_starnav.benchmark import (
-        TrialFile,
-        local_processes,
-        make_cases,
-        make_header,
-        run_batch,
-        summarise,
-        summary_tables,
-    )
+    _check_report_options(options)
+    from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
 
     cases = make_cases(options.scenario, options.method, options.overrides)
     header = make_header(cases, options.seed, options.overrides)
-    with TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file:
+    with (
+        chosen_pool(options) as pool,
+        TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
+    ):
         if file and file.repaired:
             print(file.repaired, file=sys.stderr)
-        records = run_batch(
-            cases, trials=options.trials, seed=options.seed, make_executor=lambda: local_processes(options.jobs),
-            in_flight=2 * options.jobs, file=file, quiet=options.quiet,
-        )  # fmt: skip
-    tables = summary_tables(summarise(records))
-    if options.markdown is not None:
-        write_text(options.markdown, tables + "\n")
+        records = run_batch(cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet)
+    from drake_starnav.report.results import make_results
+
+    _report(make_results([header], records), options)
+    if not options.quiet and options.json is not None:
+        print(f"wrote {options.json}")
+    return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
+
+
+def report(arguments: Sequence[str] | None = None) -> int:
+    """Report on trials that have run; see `--help`. Returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="report.py",
+        description="Make tables, plots and recordings of trials that benchmark.py has run.",
+    )
+    parser.add_argument(
+        "file", nargs="+", type=Path, help="files that benchmark.py --json wrote, as they are or as .xz"
+    )
+    _add_report_options(parser)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
+    options = parser.parse_args(arguments)
+    try:
+        if options.jobs < 1:
+            raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number >= 1")
+        _check_report_options(options)
+        from drake_starnav.report.results import read_results
+
+        _report(read_results(options.file), options)
+    except StarnavError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"{parser.prog}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    return REACHED
+
+
+def _add_report_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
+    parser.add_argument(
+        "--csv", type=Path, metavar="FILE", help="write the figures, a line for each scenario and method"
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a report that opens offline")
+    parser.add_argument(
+        "--recordings", type=int, default=3, metavar="N",
+        help="for the HTML report, record at most N failures of each scenario and method, and two successes "
+        "(default: 3; -1: record nothing)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--panels", type=int, default=12, metavar="N", help="worlds of each scenario that it draws (default: 12)"
+    )
+
+
+def _check_report_options(options: argparse.Namespace) -> None:
+    for name, low in (("recordings", -1), ("panels", 1)):
+        if getattr(options, name) < low:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
+    for path in (options.markdown, options.csv, options.html):
+        check_writable(path)
+    if options.html is not None:
+        from drake_starnav.report.figures import new_figure
+
+        new_figure(1.0)  # tells whether there is a matplotlib before anything runs
+
+
+def _report(results: "Results", options: argparse.Namespace) -> None:
+    """Print the tables and write what the options of `_add_report_options` ask for."""
+    from drake_starnav.report import Report, chosen_trials, record_chosen, summary_csv, tables_markdown, write_page
+
+    tables = tables_markdown(results)
     if not options.quiet:
         print(tables)
-        for path in (options.json, options.markdown):
+    if options.markdown is not None:
+        write_text(options.markdown, tables + "\n")
+    if options.csv is not None:
+        write_text(options.csv, summary_csv(results))
+    if options.html is not None:
+        folder = options.html.with_name(f"{options.html.stem}_recordings")
+        recordings = chosen_trials(results)
+        if options.recordings >= 0:
+            with tqdm(desc="recordings", unit="trial", disable=options.quiet or None, leave=False) as bar:
+
+                def progress(done: int, total: int) -> None:
+                    bar.total = total
+                    bar.update(done - bar.n)
+
+                recordings = record_chosen(
+                    results, recordings, folder, failures=options.recordings, jobs=options.jobs, progress=progress
+                )
+        write_text(options.html, write_page(Report(results, recordings, options.panels)))
+    if not options.quiet:
+        for path in (options.markdown, options.csv, options.html):
             if path is not None:
                 print(f"wrote {path}")
-    return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
 
 
 def show_world(arguments: Sequence[str] | None = None) -> int:
@@ -232,7 +324,7 @@ def _table(record: dict) -> str:
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
 
 
-COMMANDS = {"simulate": simulate, "benchmark": benchmark, "show_world": show_world}
+COMMANDS = {"simulate": simulate, "benchmark": benchmark, "report": report, "show_world": show_world}
 """Commands of `python -m drake_starnav`; scripts/ has one file for each."""
 
 

@@ -1,6 +1,7 @@
 """One scenario and one seed -> one trial: its outcome, its figures and, if asked for, its recording."""
 
 import hashlib
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,12 +15,14 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.errors import StarnavError
+from drake_starnav.polyline import simplified
 from drake_starnav.scenario import Scenario
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.difficulty import tightest_gap
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
@@ -29,6 +32,8 @@ PROGRESS_PERIOD = 0.5
 """Simulated time between two reports of progress, s."""
 SHORTEST_PATH_SLACK = 0.005
 """The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
+PATH_TOLERANCE = 0.02
+"""The path in a trial's record is this near to the one that was driven, m."""
 STEPS = ("command", "scan", "fit", "plan")
 """What is timed, in the order of a trial's fields."""
 
@@ -42,12 +47,15 @@ class Trial:
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
         shortest_path_m: by an omniscient robot of the same radius; None where there is no way, or obstacles move.
+        straight_line_m: from the start to the goal.
+        tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         min_clearance_m: least distance of the hull to an obstacle that does not move; negative in a collision.
         mean_speed_mps: path length over time.
         nodes: in the roadmap at the end.
         wall_s: wall-clock time of the simulation.
         state_hash: SHA-256 of the logged plant state.
         command, scan, fit, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
+        path: corners (x, y) of the path that the robot's centre drove, simplified by up to `PATH_TOLERANCE`, m, W.
     """
 
     scenario: str
@@ -57,6 +65,8 @@ class Trial:
     time_s: float
     path_length_m: float
     shortest_path_m: float | None
+    straight_line_m: float
+    tightest_gap_m: float | None
     min_clearance_m: float
     mean_speed_mps: float
     nodes: int
@@ -66,6 +76,7 @@ class Trial:
     scan: dict[str, float]
     fit: dict[str, float]
     plan: dict[str, float]
+    path: list[list[float]]
 
 
 def run_trial(
@@ -123,12 +134,15 @@ def run_trial(
         time_s=round(elapsed, 6),
         path_length_m=length,
         shortest_path_m=None if shortest is None else float(shortest[0]),
+        straight_line_m=math.dist(world.start[:2], world.goal),
+        tightest_gap_m=None if shortest is None else _finite(tightest_gap(world, shortest[1])),
         min_clearance_m=least,
         mean_speed_mps=length / elapsed if elapsed > 0.0 else 0.0,
         nodes=len(roadmap.roadmap),
         wall_s=wall,
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
         **{name: stopwatch.summary(name) for name in STEPS},
+        path=simplified(states[4:6].T, PATH_TOLERANCE).round(3).tolist(),
     )
     if recorder is not None and html is not None:
         recorder.finish(html, f"{trial.scenario} · {trial.method} · seed {trial.seed} · {trial.outcome}")
@@ -187,7 +201,9 @@ def _least_clearance(world: World, states: np.ndarray, radius: float) -> float:
 
 def trial_record(trial: Trial) -> dict[str, Any]:
     """The trial as a JSON-compatible mapping; an infinite clearance (nothing to hit) is null."""
-    record = dict(vars(trial))
-    if not np.isfinite(trial.min_clearance_m):
-        record["min_clearance_m"] = None
-    return record
+    return {**vars(trial), "min_clearance_m": _finite(trial.min_clearance_m)}
+
+
+def _finite(value: float) -> float | None:
+    """The value, or None for an infinite one, which JSON has no word for."""
+    return value if math.isfinite(value) else None

@@ -8,7 +8,6 @@ from pathlib import Path
 from drake_starnav.benchmark import (
     TrialFile,
     compare,
-    local_processes,
     make_cases,
     make_header,
     run_batch,
@@ -23,6 +22,7 @@ from drake_starnav.command_line import (
     add_batch_options,
     check_batch_options,
     check_writable,
+    chosen_pool,
     write_text,
 )
 from drake_starnav.errors import StarnavError
@@ -67,16 +67,17 @@ def ablate(options: argparse.Namespace) -> int:
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
     cases = {row: make_cases(options.scenario, [row.method], row.overrides) for row in rows}
     results: Results = []
-    for row in rows:
-        header = make_header(cases[row], options.seed, row.overrides)
-        with TrialFile(options.out / f"{row.name}.jsonl", header, resume=options.resume) as file:
-            if file.repaired:
-                print(file.repaired, file=sys.stderr)
-            records = run_batch(
-                cases[row], trials=options.trials, seed=options.seed, in_flight=2 * options.jobs, file=file,
-                make_executor=lambda: local_processes(options.jobs), quiet=options.quiet, title=row.name,
-            )  # fmt: skip
-        results.append((row, records))
+    with chosen_pool(options) as pool:
+        for row in rows:
+            header = make_header(cases[row], options.seed, row.overrides)
+            with TrialFile(options.out / f"{row.name}.jsonl", header, resume=options.resume) as file:
+                if file.repaired:
+                    print(file.repaired, file=sys.stderr)
+                records = run_batch(
+                    cases[row], trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet,
+                    title=row.name,
+                )  # fmt: skip
+            results.append((row, records))
     scenarios = [case.scenario for case in cases[REFERENCE]]
     text = ablation_table(results, scenarios)
     write_text(table, text + "\n")

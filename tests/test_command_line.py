@@ -10,8 +10,9 @@ import pytest
 from drake_starnav.command_line import main, show_world, simulate
 
 FIELDS = {
-    "scenario", "method", "seed", "outcome", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m",
-    "mean_speed_mps", "nodes", "wall_s", "state_hash", "command", "scan", "fit", "plan",
+    "scenario", "method", "seed", "outcome", "time_s", "path_length_m", "shortest_path_m", "straight_line_m",
+    "tightest_gap_m", "min_clearance_m", "mean_speed_mps", "nodes", "wall_s", "state_hash", "command", "scan", "fit",
+    "plan", "path",
 }  # fmt: skip
 
 

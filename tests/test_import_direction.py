@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters"
-SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models"
+SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline"
 METHOD = f"{SENSING} stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -50,11 +50,12 @@ TABLE = {
     "gltf": Room(BASE, ARRAYS),
     "stopwatch": Room(BASE, ARRAYS),
     "models": Room("errors"),
+    "polyline": Room("", ARRAYS),
     "stars": Room(f"{BASE} robot scan", ARRAYS),
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
     "baselines": Room(f"{BASE} robot", f"{ARRAYS} sklearn"),
-    "worlds": Room(f"{BASE} robot scan lidar raycast models", f"{ARRAYS} yaml PIL"),
+    "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
     "drawing": Room(METHOD, ARRAYS),
     "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
     "systems": Room(SETUP, DRAKE),

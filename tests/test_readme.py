@@ -30,16 +30,27 @@ def test_yaml_blocks_are_scenarios() -> None:
         assert parse_scenario(text, name="readme").world
 
 
-def test_commands_name_real_scripts_and_targets() -> None:
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks("sh", page)], ids=lambda page: page.name)
+def test_commands_name_real_scripts_targets_and_options(page: Path) -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    commands = [line for block in blocks("sh") for line in block.splitlines() if line]
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    sources = [p for folder in ("drake_starnav", "scripts", "benchmarks") for p in (ROOT / folder).rglob("*.py")]
+    options = "".join(source.read_text(encoding="utf-8") for source in sources)
+    lines = [line.partition("#")[0].strip() for block in blocks("sh", page) for line in block.splitlines()]
+    commands = [line for line in lines if line]
     assert commands
     for command in commands:
-        program, target = command.split()[:2]
+        program, target, *rest = command.split()
         if program == "make":
             assert f"\n{target}:" in makefile
+        elif program == "pip":
+            (extra,) = re.findall(r"\[(\w+)\]", rest[0])
+            assert f"\n{extra} = [" in project
+        elif target == "-m":
+            assert program == "python" and (ROOT / f"{rest[0].replace('.', '/')}.py").is_file() or rest[0] in options
         else:
             assert program == "python" and (ROOT / target).is_file()
+            assert all(f'"{option}"' in options for option in rest if option.startswith("--"))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -1,6 +1,7 @@
 """Many trials: run through an executor, kept in a file, summarised."""
 
 from drake_starnav.benchmark.batch import run_batch
+from drake_starnav.benchmark.cluster import dask_pool
 from drake_starnav.benchmark.jobs import Case, Job, make_cases, make_jobs, run_job, trial_seed
 from drake_starnav.benchmark.summary import (
     Comparison,
@@ -11,16 +12,18 @@ from drake_starnav.benchmark.summary import (
     wilson_interval,
 )
 from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
-from drake_starnav.benchmark.workers import local_processes, run_jobs
+from drake_starnav.benchmark.workers import Pool, local_pool, run_jobs
 
 __all__ = [
     "Case",
     "Comparison",
     "Job",
+    "Pool",
     "Summary",
     "TrialFile",
     "compare",
-    "local_processes",
+    "dask_pool",
+    "local_pool",
     "make_cases",
     "make_header",
     "make_jobs",

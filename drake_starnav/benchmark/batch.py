@@ -1,15 +1,14 @@
 """Cases and a number of trials -> their records, in a file that survives interruption."""
 
 import sys
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager, closing
+from collections.abc import Sequence
+from contextlib import closing
 
 from tqdm import tqdm
 
 from drake_starnav.benchmark.jobs import Case, Record, make_jobs
 from drake_starnav.benchmark.trial_file import TrialFile, record_key
-from drake_starnav.benchmark.workers import run_jobs
+from drake_starnav.benchmark.workers import Pool, run_jobs
 
 
 def run_batch(
@@ -17,8 +16,7 @@ def run_batch(
     *,
     trials: int,
     seed: int,
-    make_executor: Callable[[], AbstractContextManager[Executor]],
-    in_flight: int,
+    pool: Pool,
     file: TrialFile | None = None,
     quiet: bool = False,
     title: str = "",
@@ -29,20 +27,20 @@ def run_batch(
         cases: see `make_cases`.
         trials: of each case; a file that holds more of them keeps them.
         seed: of the batch; see `trial_seed`.
-        make_executor, in_flight: see `run_jobs`.
+        pool: where they run.
         file: where to keep the records, and which trials are done; None to keep none.
         quiet: neither show progress nor name the trials that fail.
         title: of the progress bar and of what is said about failed trials.
 
     Raises:
-        StarnavError: the file cannot be written any more, or the workers not be started.
+        StarnavError: the file cannot be written any more, or the workers not be started or reached.
     """
     records = list(file.records) if file else []
     done = {record_key(record) for record in records}
     jobs = make_jobs(cases, trials, seed, done)
     total = trials * len(cases)
     bar = tqdm(total=total, initial=total - len(jobs), desc=title, unit="trial", disable=quiet or None, leave=False)
-    with bar, closing(run_jobs(jobs, make_executor, in_flight=in_flight)) as results:
+    with bar, closing(run_jobs(jobs, pool)) as results:
         for record in results:
             if file:
                 file.append(record)

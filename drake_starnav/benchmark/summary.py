@@ -150,17 +150,31 @@ def _total_ratio(
     return sum(record[numerator] for record in numerators) / total if total > 0.0 else None
 
 
+Table = tuple[Sequence[str], Sequence[Sequence[str]]]
+"""Head and rows."""
+
+
 def summary_tables(summaries: Sequence[Summary]) -> str:
     """Two Markdown tables, readable as plain text: how the trials ended, and at what cost."""
+    return f"{markdown_table(*outcome_table(summaries))}\n\n{markdown_table(*cost_table(summaries))}"
+
+
+def outcome_table(summaries: Sequence[Summary]) -> Table:
+    """How the trials ended."""
     others = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))
-    outcomes = [
+    rows = [
         (
             s.scenario, s.method, str(s.trials), str(s.reached), rate_text(s.reached, s.trials),
             *(str(s.failures.get(name, 0)) for name in (*OUTCOMES, *others)),
         )
         for s in summaries
     ]  # fmt: skip
-    costs = [
+    return ("scenario", "method", "trials", "reached", "success (95 % interval)", *OUTCOMES, *others), rows
+
+
+def cost_table(summaries: Sequence[Summary]) -> Table:
+    """At what cost the goal was reached, and what the computer had to do."""
+    rows = [
         (
             s.scenario, s.method, number(s.path_mean, 3), number(s.path_median, 3), number(s.path_p95, 2),
             number(s.time_s, 1), number(s.speed_mps, 3), number(s.clearance_m, 1, 1e3),
@@ -169,12 +183,11 @@ def summary_tables(summaries: Sequence[Summary]) -> str:
         )
         for s in summaries
     ]  # fmt: skip
-    ends = ("scenario", "method", "trials", "reached", "success (95 % interval)", *OUTCOMES, *others)
-    figures = (
+    head = (
         "scenario", "method", "path/shortest", "median", "p95", "time s", "speed m/s", "clearance mm",
         "command us p50 / p99", "scan us", "plan us", "wall/simulated",
     )  # fmt: skip
-    return f"{markdown_table(ends, outcomes)}\n\n{markdown_table(figures, costs)}"
+    return head, rows
 
 
 def rate_text(successes: int, trials: int) -> str:

@@ -3,8 +3,10 @@
 import fcntl
 import hashlib
 import json
+import lzma
 import os
 import platform
+import re
 from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -24,16 +26,21 @@ def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = ())
     """What a file's trials have in common: the versions that ran them, and everything that defines them."""
     return {
         "format": FORMAT,
-        "versions": {
-            "drake_starnav": _version("drake-starnav"),
-            "source": source_hash(),
-            "drake": _version("drake"),
-            "python": platform.python_version(),
-        },
-        "machine": {"system": platform.platform(), "cores": os.cpu_count()},
+        "versions": versions(),
+        "machine": {"system": platform.platform(), "processor": processor_name(), "cores": os.cpu_count()},
         "seed": seed,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
+    }
+
+
+def versions() -> dict[str, str]:
+    """What a trial's result may depend on, beside its parameters: trials of other versions are not mixed."""
+    return {
+        "drake_starnav": _version("drake-starnav"),
+        "source": source_hash(),
+        "python": platform.python_version(),
+        **{name: _version(name) for name in ("drake", "numpy", "scipy", "numba", "scikit-learn")},
     }
 
 
@@ -45,6 +52,16 @@ def source_hash() -> str:
     for path in sorted(folder.rglob("*.py")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:12]
+
+
+def processor_name() -> str:
+    """The processor's name, as Linux tells it; elsewhere what Python knows."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        text = ""
+    name = re.search(r"^model name\s*: (.*)$", text, re.MULTILINE)
+    return name[1] if name else platform.processor() or platform.machine()
 
 
 def _version(distribution: str) -> str:
@@ -153,14 +170,20 @@ class TrialFile:
 def read_trials(path: Path) -> tuple[Header, list[Record]]:
     """Header and records of a file, e.g. for a report; a last line that is cut off is left out.
 
+    A file whose name ends in .xz is read compressed.
+
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise StarnavError(f"cannot read {path}: {error.strerror}; allowed: a file written by benchmark.py") from None
-    return parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+        data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
+    except (OSError, lzma.LZMAError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StarnavError(f"cannot read {path}: {reason}; allowed: a file written by benchmark.py") from None
+    header, records = parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+    if header["format"] != FORMAT:
+        raise StarnavError(f"{path} has format {header['format']}; allowed: {FORMAT}, as this version writes it")
+    return header, records
 
 
 def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:

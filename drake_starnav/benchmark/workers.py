@@ -6,9 +6,11 @@ import signal
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from queue import SimpleQueue
 
 from drake_starnav.benchmark.jobs import Job, Record, error_record, run_job
 from drake_starnav.errors import StarnavError
@@ -19,28 +21,39 @@ LONE_CRASHES = 2
 """A trial that ends its worker this often while nothing else runs is given up."""
 
 
-def run_jobs(
-    jobs: Iterable[Job], make_executor: Callable[[], AbstractContextManager[Executor]], *, in_flight: int
-) -> Generator[Record, None, None]:
-    """Run trials and yield each one's record as it ends; a broken executor costs a retry of what was under way.
+@dataclass(frozen=True)
+class Pool:
+    """Where trials run.
 
-    After a crash the trials that were under way run one at a time, so that the one to blame is known. If it crashes
-    again, it becomes a record with the outcome `error`.
-
-    Args:
-        jobs: the trials.
-        make_executor: makes an executor as a context manager: once, and again after a crash.
+    Attributes:
+        make_executor: makes an executor as a context manager: once, and again after it broke.
         in_flight: how many trials are handed to the executor at a time; at least the number of its workers.
+    """
+
+    make_executor: Callable[[], AbstractContextManager[Executor]]
+    in_flight: int
+
+
+def local_pool(count: int) -> Pool:
+    """`count` processes of this machine."""
+    return Pool(lambda: local_processes(count), 2 * count)
+
+
+def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
+    """Run trials and yield each one's record as it ends; a lost worker costs a retry of what was under way there.
+
+    Trials that were under way when a worker was lost run again one at a time, so that the one to blame is known. If
+    it is lost again, it becomes a record with the outcome `error`.
 
     Raises:
-        StarnavError: the workers cannot be started at all.
+        StarnavError: the workers cannot be started, or not be reached any more.
     """
     waiting = deque(jobs)
     suspects: deque[Job] = deque()
     crashes: Counter[Job] = Counter()
     while waiting or suspects:
-        queue, limit = (suspects, 1) if suspects else (waiting, in_flight)
-        with make_executor() as executor:
+        queue, limit = (suspects, 1) if suspects else (waiting, pool.in_flight)
+        with pool.make_executor() as executor:
             _check(executor)
             lost = yield from _run(queue, executor, limit)
         if queue is waiting:
@@ -55,32 +68,40 @@ def run_jobs(
 
 
 def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record, None, list[Job]]:
-    """Take jobs from the queue until it is empty or the executor breaks; returns those that were under way then."""
+    """Take jobs from the queue until it is empty or the executor breaks; returns those whose worker was lost."""
     running: dict[Future[Record], Job] = {}
-    while queue or running:
-        broken = False
+    ended: SimpleQueue[Future[Record]] = SimpleQueue()
+    lost: list[Job] = []
+    broken = False
+    while running or (queue and not broken):
         while queue and len(running) < limit and not broken:
             try:
-                running[executor.submit(run_job, queue[0])] = queue[0]
-                queue.popleft()
+                future = executor.submit(run_job, queue[0])
             except BrokenExecutor:
                 broken = True
-        for future in wait(running, return_when=FIRST_COMPLETED).done:
-            if isinstance(future.exception(), BrokenExecutor):
-                broken = True
             else:
-                del running[future]
-                yield future.result()
-        if broken:
-            return list(running.values())
-    return []
+                running[future] = queue.popleft()
+                future.add_done_callback(ended.put)
+        if not running:
+            break
+        future = ended.get()
+        job = running.pop(future)
+        if future.cancelled():
+            raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can, for the rest")
+        error = future.exception()  # never the trial's own: run_job makes a record of that
+        if error is None:
+            yield future.result()
+        else:
+            lost.append(job)
+            broken = broken or isinstance(error, BrokenExecutor)
+    return lost
 
 
 def _check(executor: Executor) -> None:
     """Raise `StarnavError` unless a worker can be started, and Drake be imported there."""
     try:
         executor.submit(_load).result()
-    except (BrokenExecutor, ImportError) as error:
+    except Exception as error:
         raise StarnavError(f"a worker process cannot run trials: {error}; allowed: a working installation") from None
 
 

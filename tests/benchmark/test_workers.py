@@ -12,7 +12,7 @@ import pytest
 
 from drake_starnav.benchmark import workers
 from drake_starnav.benchmark.jobs import Case, Job
-from drake_starnav.benchmark.workers import THREAD_VARIABLES, local_processes, run_jobs
+from drake_starnav.benchmark.workers import THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
 from drake_starnav.errors import StarnavError
 
 JOBS = [Job(Case("tiny", "star", ""), k, k) for k in range(8)]
@@ -38,6 +38,23 @@ class Fragile(Executor):
         return future
 
 
+class Forgiving(Executor):
+    """Runs calls at once, and loses only the deadly ones, as a cluster does which has other workers."""
+
+    def __init__(self, deadly: dict[int, int]) -> None:
+        """Takes how often each trial is deadly."""
+        self.deadly = deadly
+
+    def submit(self, function, /, *args, **kwargs) -> Future:
+        future: Future = Future()
+        if args and self.deadly.get(args[0].trial, 0) > 0:
+            self.deadly[args[0].trial] -= 1
+            future.set_exception(RuntimeError("several workers died of it"))
+        else:
+            future.set_result(function(*args, **kwargs))
+        return future
+
+
 @pytest.fixture
 def _no_simulation(monkeypatch) -> None:
     monkeypatch.setattr(workers, "run_job", lambda job: {"trial": job.trial, "outcome": "reached"})
@@ -49,9 +66,10 @@ def _no_simulation(monkeypatch) -> None:
     ("deadly", "errors"),
     [({}, set()), ({2: 1}, set()), ({2: 2, 3: 1}, set()), ({0: 99}, {0}), ({3: 99, 4: 99, 7: 1}, {3, 4})],
 )
-def test_a_crash_costs_only_a_retry(deadly: dict[int, int], errors: set[int], in_flight: int) -> None:
+@pytest.mark.parametrize("kind", [Fragile, Forgiving])
+def test_a_crash_costs_only_a_retry(kind: type, deadly: dict[int, int], errors: set[int], in_flight: int) -> None:
     left = dict(deadly)
-    records = list(run_jobs(JOBS, lambda: nullcontext(Fragile(left)), in_flight=in_flight))
+    records = list(run_jobs(JOBS, Pool(lambda: nullcontext(kind(left)), in_flight)))
     assert sorted(record["trial"] for record in records) == list(range(8))
     assert {record["trial"] for record in records if record["outcome"] == "error"} == errors
 
@@ -64,7 +82,24 @@ def test_workers_that_cannot_start_are_told() -> None:
         yield executor
 
     with pytest.raises(StarnavError, match="cannot run trials"):
-        list(run_jobs(JOBS, broken, in_flight=2))
+        list(run_jobs(JOBS, Pool(broken, 2)))
+
+
+@pytest.mark.usefixtures("_no_simulation")
+def test_workers_out_of_reach_are_told_after_what_they_had_done() -> None:
+    class Leaving(Forgiving):
+        def submit(self, function, /, *args, **kwargs) -> Future:
+            future = super().submit(function, *args, **kwargs)
+            if args and args[0].trial == 3:
+                future = Future()
+                future.cancel()
+            return future
+
+    records = []
+    with pytest.raises(StarnavError, match="cannot be reached any more; allowed: --resume"):
+        for record in run_jobs(JOBS, Pool(lambda: nullcontext(Leaving({})), 8)):
+            records.append(record)
+    assert [record["trial"] for record in records] == [0, 1, 2]
 
 
 def test_no_more_jobs_are_in_flight_than_asked(monkeypatch) -> None:
@@ -80,7 +115,7 @@ def test_no_more_jobs_are_in_flight_than_asked(monkeypatch) -> None:
         return {"trial": job.trial}
 
     monkeypatch.setattr(workers, "run_job", run)
-    records = list(run_jobs(JOBS, lambda: ThreadPoolExecutor(8), in_flight=2))
+    records = list(run_jobs(JOBS, Pool(lambda: ThreadPoolExecutor(8), 2)))
     assert len(records) == 8
     assert most <= 2
 
@@ -107,7 +142,7 @@ def test_a_killed_worker_costs_only_a_retry() -> None:
     text = "world: !Obstacles {goal: [1.0, 0.0]}\n"
     jobs = [Job(Case("empty", "star", text), k, k) for k in range(4)]
     records = []
-    for record in run_jobs(jobs, lambda: local_processes(1), in_flight=2):
+    for record in run_jobs(jobs, local_pool(1)):
         if not records:
             multiprocessing.active_children()[0].kill()
         records.append(record)

@@ -1,0 +1,117 @@
+"""Trials of one or several files, and what they were trials of."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark.trial_file import Header, read_trials, record_key
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import Scenario, parse_scenario, scenario_names
+
+RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
+
+
+@dataclass(frozen=True)
+class Results:
+    """Headers of files, and the records of all of them.
+
+    Attributes:
+        headers: at least one; all with the same seed.
+        records: each trial once, in the order of scenarios, methods and numbers.
+    """
+
+    headers: tuple[Header, ...]
+    records: tuple[Record, ...]
+
+    @cached_property
+    def scenarios(self) -> list[str]:
+        """Names, in the order of the headers."""
+        return list(dict.fromkeys(case["scenario"] for header in self.headers for case in header["cases"]))
+
+    @cached_property
+    def methods(self) -> list[str]:
+        """Names, in the order of the headers; the first is the one that others are compared with."""
+        return list(dict.fromkeys(case["method"] for header in self.headers for case in header["cases"]))
+
+    @cached_property
+    def texts(self) -> dict[tuple[str, str], str]:
+        """The YAML text of each scenario and method."""
+        return {(c["scenario"], c["method"]): c["text"] for header in self.headers for c in header["cases"]}
+
+    def of(self, scenario: str, method: str) -> list[Record]:
+        """The records of one case."""
+        return [r for r in self.records if (r["scenario"], r["method"]) == (scenario, method)]
+
+    def scenario(self, record: Record) -> Scenario:
+        """The scenario that a record is of."""
+        name, method = record["scenario"], record["method"]
+        return parse_scenario(self.texts[name, method], name=name, method=method)
+
+    def commands(self) -> list[str]:
+        """What runs the same trials, one line for each file."""
+        return [_command(header, self.records) for header in self.headers]
+
+    def trial_command(self, record: Record) -> str:
+        """What runs one trial again and records it."""
+        header = next(h for h in self.headers if _has(h, record))
+        name, method = record["scenario"], record["method"]
+        parts = [_place(name), "--method", method, "--seed", str(record["seed"])]
+        parts += [part for override in header["overrides"] for part in ("--set", override)]
+        return f"{SIMULATE} {shlex.join(parts)} --html out/{name}_{method}_{record['trial']}.html"
+
+
+def make_results(headers: Sequence[Header], records: Sequence[Record]) -> Results:
+    """Headers and records of files, sorted."""
+    results = Results(tuple(headers), ())
+    order = {key: k for k, key in enumerate((s, m) for s in results.scenarios for m in results.methods)}
+    ranked = sorted(records, key=lambda r: (order[r["scenario"], r["method"]], r["trial"]))
+    return Results(results.headers, tuple(ranked))
+
+
+def read_results(paths: Sequence[Path]) -> Results:
+    """The trials of files, which may be compressed.
+
+    Raises:
+        StarnavError: a file is none of trials, has another seed than the first, or repeats a trial of another.
+    """
+    headers: list[Header] = []
+    records: list[Record] = []
+    origin: dict[tuple[str, str], Path] = {}
+    for path in paths:
+        header, found = read_trials(path)
+        if headers and header["seed"] != headers[0]["seed"]:
+            raise StarnavError(
+                f"{path} has seed {header['seed']}, {paths[0]} has {headers[0]['seed']}; allowed: the same, as only "
+                "then the same numbers are the same trials"
+            )
+        for case in header["cases"]:
+            name = case["scenario"], case["method"]
+            if name in origin:
+                raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
+            origin[name] = path
+        headers.append(header)
+        records += found
+    if not records:
+        raise StarnavError(f"{', '.join(map(str, paths))}: no trial has ended yet; allowed: at least one")
+    return make_results(headers, records)
+
+
+def _has(header: Header, record: Record) -> bool:
+    return any(record_key(record)[:2] == (case["scenario"], case["method"]) for case in header["cases"])
+
+
+def _place(scenario: str) -> str:
+    """What to call a scenario by on the command line."""
+    return scenario if scenario in scenario_names() else f"{scenario}.yaml"
+
+
+def _command(header: Header, records: Sequence[Record]) -> str:
+    scenarios = dict.fromkeys(_place(case["scenario"]) for case in header["cases"])
+    methods = dict.fromkeys(case["method"] for case in header["cases"])
+    trials = 1 + max((record["trial"] for record in records if _has(header, record)), default=0)
+    parts = [*scenarios, "--method", *methods, "--trials", str(trials), "--seed", str(header["seed"])]
+    parts += [part for override in header["overrides"] for part in ("--set", override)]
+    return f"{RUN} {shlex.join(parts)} --json out/trials.jsonl"

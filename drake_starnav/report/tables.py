@@ -1,0 +1,112 @@
+"""The report's tables: as Markdown, as CSV, or as cells for a page."""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark.summary import (
+    Table,
+    compare,
+    cost_table,
+    markdown_table,
+    number,
+    outcome_table,
+    summarise,
+)
+from drake_starnav.report.results import Results
+
+TABLED = (
+    "trial", "seed", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m", "mean_speed_mps", "nodes",
+    "wall_s", "score", "straight_line_m", "tightest_gap_m",
+)  # fmt: skip
+"""Numbers of a record that other tables show, or that say nothing when averaged."""
+UNITS = {
+    "m": "m", "s": "s", "rad": "rad", "mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m2ps": "m²/s", "radps": "rad/s",
+    "radps2": "rad/s²",
+}  # fmt: skip
+"""Endings of a record's fields and what they stand for."""
+
+
+def further_figures(records: Sequence[Record]) -> list[str]:
+    """Names of the other numbers that some record has, in their order there."""
+    names = (name for record in records for name, value in record.items() if type(value) in (int, float))
+    return [name for name in dict.fromkeys(names) if name not in TABLED]
+
+
+def result_tables(results: Results) -> list[tuple[str, Table]]:
+    """Title and cells of each table."""
+    summaries = summarise(results.records)
+    tables = [
+        ("How the trials ended", outcome_table(summaries)),
+        ("Paths, times and clearances", cost_table(summaries)),
+    ]
+    further = further_figures(results.records)
+    if further:
+        tables.append(("Further figures, means over the trials that reached the goal", _further(results, further)))
+    if len(results.methods) > 1:
+        title = f"Compared with {results.methods[0]}, on the trials that both reached"
+        tables.append((title, _comparison(results)))
+    return tables
+
+
+def tables_markdown(results: Results) -> str:
+    """The tables with their titles."""
+    return "\n\n".join(f"**{title}**\n\n{markdown_table(*table)}" for title, table in result_tables(results))
+
+
+def summary_csv(results: Results) -> str:
+    """One line for each scenario and method, with every figure at full precision."""
+    rows = []
+    further = further_figures(results.records)
+    for summary in summarise(results.records):
+        row: dict[str, Any] = {}
+        for name, value in asdict(summary).items():
+            row |= value if isinstance(value, dict) else {name: value}
+        row["success_low"], row["success_high"] = row.pop("interval")
+        case = results.of(summary.scenario, summary.method)
+        rows.append(row | {name: mean_of(case, name) for name in further if name not in row})
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def mean_of(records: Sequence[Record], name: str) -> float | None:
+    """The mean of a figure over the trials that reached the goal and have it."""
+    values = [r[name] for r in records if r["outcome"] == "reached" and r.get(name) is not None]
+    return float(np.mean(values)) if values else None
+
+
+def label_of(name: str) -> str:
+    """A record's field in words: `min_clearance_m` -> "min clearance, m"."""
+    words, _, unit = name.rpartition("_")
+    return f"{words.replace('_', ' ')}, {UNITS[unit]}" if words and unit in UNITS else name.replace("_", " ")
+
+
+def _further(results: Results, names: Sequence[str]) -> Table:
+    rows = []
+    for scenario in results.scenarios:
+        for method in results.methods:
+            case = results.of(scenario, method)
+            if case:
+                rows.append((scenario, method, *(number(mean_of(case, name), 3) for name in names)))
+    return ("scenario", "method", *map(label_of, names)), rows
+
+
+def _comparison(results: Results) -> Table:
+    rows = []
+    for scenario in results.scenarios:
+        reference = results.of(scenario, results.methods[0])
+        for method in results.methods[1:]:
+            case = results.of(scenario, method)
+            if case:
+                result = compare(case, reference)
+                ratios = number(result.time_ratio, 1, 100.0), number(result.path_ratio, 1, 100.0)
+                rows.append((scenario, method, str(result.trials), *ratios))
+    return ("scenario", "method", "both reached", "time, %", "path length, %"), rows

@@ -1,0 +1,39 @@
+"""How difficult a world is, measured on its shortest path."""
+
+import math
+
+import numpy as np
+
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.polyline import resampled
+from drake_starnav.worlds.view import scan_from, visible_shapes
+from drake_starnav.worlds.world import World
+
+STEP = 0.1
+"""The width is measured this often along the path, m."""
+BEAMS = 180
+"""Half of them give the directions in which it is measured: one for each 2 degrees."""
+FARTHEST = 20.0
+"""What is farther away does not narrow anything, m."""
+
+
+def tightest_gap(world: World, path: np.ndarray) -> float:
+    """The least width of the free space along a path: of all straight lines through its points, the shortest between
+    two obstacles.
+
+    Args:
+        world: the obstacles.
+        path: shape (n, 2), m, frame W, outside of all obstacles.
+
+    Returns:
+        m; infinite where nothing stands on both sides.
+
+    Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
+    """
+    shapes = visible_shapes(world)
+    lidar = LidarParameters(beams=BEAMS, range_min=0.0, range_max=FARTHEST, noise=0.0)
+    least = math.inf
+    for x, y in resampled(path, STEP):
+        ranges = scan_from(shapes, np.array([x, y, 0.0]), lidar).ranges
+        least = min(least, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
+    return least

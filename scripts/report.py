@@ -1,0 +1,8 @@
+"""Report on trials that have run: python scripts/report.py out/trials.jsonl --html out/report.html"""
+
+import sys
+
+from drake_starnav.command_line import report
+
+if __name__ == "__main__":
+    sys.exit(report())

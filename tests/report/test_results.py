@@ -1,0 +1,81 @@
+"""Results from several files: what belongs together, and what would be compared wrongly."""
+
+import json
+import lzma
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.benchmark import TrialFile, make_cases, make_header
+from drake_starnav.errors import StarnavError
+from drake_starnav.report.results import read_results
+from tests.report.trials import record
+
+
+def written(path: Path, method: str = "star", *, seed: int = 5, trials: int = 2, scenario: str = "forest") -> Path:
+    header = make_header(make_cases([scenario], [method], ["robot.radius=0.3"]), seed, ["robot.radius=0.3"])
+    with TrialFile(path, header) as file:
+        for trial in reversed(range(trials)):
+            file.append(record(scenario, method, trial))
+    return path
+
+
+def test_files_of_methods_are_put_together_in_order(tmp_path: Path) -> None:
+    results = read_results([written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper")])
+    assert results.methods == ["star", "star_paper"]
+    assert [(r["method"], r["trial"]) for r in results.records] == [
+        ("star", 0), ("star", 1), ("star_paper", 0), ("star_paper", 1),
+    ]  # fmt: skip
+    assert len(results.commands()) == 2
+
+
+def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
+    plain = written(tmp_path / "a.jsonl")
+    packed = tmp_path / "a.jsonl.xz"
+    packed.write_bytes(lzma.compress(plain.read_bytes()))
+    assert read_results([packed]) == read_results([plain])
+    packed.write_bytes(plain.read_bytes())
+    with pytest.raises(StarnavError, match="cannot read .*a.jsonl.xz"):
+        read_results([packed])
+
+
+def test_the_commands_say_all_that_the_trials_depend_on(tmp_path: Path) -> None:
+    results = read_results([written(tmp_path / "a.jsonl", trials=3)])
+    assert results.commands() == [
+        "python scripts/benchmark.py forest --method star --trials 3 --seed 5 --set robot.radius=0.3 "
+        "--json out/trials.jsonl"
+    ]
+    command = results.trial_command(results.records[2])
+    seed = results.records[2]["seed"]
+    assert command.startswith(
+        f"python scripts/simulate.py forest --method star --seed {seed} --set robot.radius=0.3 --html "
+    )
+
+
+def test_the_scenario_of_a_record_is_the_one_it_was_run_with(tmp_path: Path) -> None:
+    results = read_results([written(tmp_path / "a.jsonl")])
+    assert results.scenario(results.records[0]).robot.radius == 0.3
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [({"seed": 6}, "has seed 6"), ({"method": "star"}, "forest star, and so has"), ({"trials": 0}, None)],
+)
+def test_what_does_not_belong_together_is_refused(tmp_path: Path, other: dict, words: str | None) -> None:
+    first = written(tmp_path / "a.jsonl")
+    second = written(tmp_path / "b.jsonl", **{"method": "star_paper", **other})
+    if words is None:
+        assert read_results([first, second]).methods == ["star", "star_paper"]
+        with pytest.raises(StarnavError, match="no trial has ended yet"):
+            read_results([second])
+    else:
+        with pytest.raises(StarnavError, match=words):
+            read_results([first, second])
+
+
+def test_a_file_of_another_format_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.jsonl")
+    header, *lines = path.read_text().splitlines()
+    path.write_text("\n".join([json.dumps({**json.loads(header), "format": 0}), *lines]) + "\n")
+    with pytest.raises(StarnavError, match="has format 0; allowed: 1"):
+        read_results([path])

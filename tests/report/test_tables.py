@@ -1,0 +1,62 @@
+"""The tables of reports agree with the records, in every form."""
+
+import csv
+import io
+
+import pytest
+
+from drake_starnav.report.results import make_results
+from drake_starnav.report.tables import further_figures, label_of, result_tables, summary_csv, tables_markdown
+from tests.report.trials import made_up, record
+
+
+def test_csv_has_a_line_for_each_case_with_all_figures() -> None:
+    results = made_up(trials=6, mean_clearance_m=0.5)
+    rows = list(csv.DictReader(io.StringIO(summary_csv(results))))
+    assert [(row["scenario"], row["method"]) for row in rows] == [
+        ("forest", "star"), ("forest", "star_paper"), ("room", "star"), ("room", "star_paper"),
+    ]  # fmt: skip
+    for row in rows:
+        case = results.of(row["scenario"], row["method"])
+        assert int(row["trials"]) == len(case) == 6
+        assert int(row["reached"]) == sum(r["outcome"] == "reached" for r in case)
+        assert int(row["collision"]) == sum(r["outcome"] == "collision" for r in case)
+        assert float(row["success_low"]) <= int(row["reached"]) / 6 <= float(row["success_high"])
+        assert float(row["mean_clearance_m"]) == pytest.approx(0.5)
+
+
+def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
+    header = made_up().headers[0]
+    records = [
+        record(trial=0, stops=2, jerk_mps3=1.0),
+        record(trial=1, stops=4),
+        record("forest", "star", 2, "collision", stops=90),
+        record("room", "star", 0, "unsupported"),
+    ]
+    results = make_results([header], records)
+    assert further_figures(records) == ["stops", "jerk_mps3"]
+    (head, rows) = dict(result_tables(results))["Further figures, means over the trials that reached the goal"]
+    assert head == ("scenario", "method", "stops", "jerk, m/s³")
+    assert list(rows) == [("forest", "star", "3.000", "1.000"), ("room", "star", "-", "-")]
+    assert "unsupported" in tables_markdown(results)
+
+
+def test_methods_are_compared_with_the_first_on_trials_that_both_reached() -> None:
+    header = made_up().headers[0]
+    records = [record(trial=0), record(trial=1, outcome="timeout")]
+    records += [record(method="star_paper", trial=k, time_s=30.0, path_length_m=21.0) for k in (0, 1)]
+    (_, (head, rows)) = result_tables(make_results([header], records))[-1]
+    assert rows == [("forest", "star_paper", "1", "150.0", "150.0")]
+    assert head[2] == "both reached"
+
+
+def test_one_method_is_compared_with_none() -> None:
+    assert len(result_tables(made_up(methods=("star",)))) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [("min_clearance_m", "min clearance, m"), ("stops", "stops"), ("mean_jerk_mps3", "mean jerk, m/s³"), ("s", "s")],
+)
+def test_labels(name: str, label: str) -> None:
+    assert label_of(name) == label
