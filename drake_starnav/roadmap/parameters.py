@@ -57,7 +57,7 @@ class PlannerParameters(StarParameters):
     gates: bool = parameter(True, "where the optimistic path leaves the regions far from any frontier, try there: grid")
     grid_resolution: float = parameter(0.05, "cell of the hit memory", unit="m", low=0.01, high=0.5)
     near_wall_cost: float = parameter(
-        1.0, "how much dearer a metre right at an obstacle is in the cost-to-go", low=0.0, high=20.0
+        0.4, "how much dearer a metre right at an obstacle is in the cost-to-go", low=0.0, high=20.0
     )
     hysteresis: float = parameter(0.5, "bonus of the current target, against indecision", unit="m", low=0.0, high=20.0)
     string_pulling: bool = parameter(

@@ -19,7 +19,7 @@ UNREACHABLE_PENALTY = 20.0
 """Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
 LINE_STEP = 0.05
 """Sampling of lines of sight inside the union of regions, m."""
-GATE_ADVANTAGE = 0.5
+GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
@@ -70,9 +70,21 @@ def find_route(
     if goal_node >= 0:
         path = _node_path(roadmap, previous, goal_node, goal)
         return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    target, direct = _best_frontier(roadmap, distance, position, goal, parameters, robot_radius, current)
-    if not len(target):
+    frontiers, field = roadmap.frontiers, None
+    if parameters.cost_to_go == "straight":
+        ahead = np.hypot(*(frontiers.probe - goal).T)
+    else:
+        spent = _graph_lengths(roadmap, frontiers, distance)
+        field = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
+        ahead = estimates(field, frontiers, goal)
+    best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
+    if field is not None and parameters.gates and field.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+        gate, path = optimistic_gate(roadmap, field.path(position))
+        if len(gate):
+            return Route(_pulled(roadmap, position, path, parameters), gate)
+    if best < 0:
         return None
+    target = frontiers.where(np.arange(len(frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     return Route(_pulled(roadmap, position, path, parameters), target)
 
@@ -99,34 +111,6 @@ def _entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) ->
     cost = distance[inside] + np.hypot(*(roadmap.stack.center[inside] - goal).T)
     best = int(np.argmin(cost))
     return int(inside[best]) if np.isfinite(cost[best]) else -1
-
-
-def _best_frontier(
-    roadmap: StarRoadmap,
-    distance: np.ndarray,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-    current: np.ndarray | None,
-) -> tuple[Frontiers, bool]:
-    """The cheapest frontier or gate, one row (none if none can be reached), and whether the way there is straight."""
-    frontiers = roadmap.frontiers
-    if parameters.cost_to_go == "straight":
-        ahead = np.hypot(*(frontiers.probe - goal).T)
-        best, _, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
-        return frontiers.where(np.arange(len(frontiers)) == best), direct
-    spent = _graph_lengths(roadmap, frontiers, distance)
-    field = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
-    ahead = estimates(field, frontiers, goal)
-    best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
-    if parameters.gates and field.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
-        gate = optimistic_gate(roadmap, field.path(position))
-        ahead = estimates(field, gate, goal)
-        _, cost_by_gate, straight = _cheapest(roadmap, gate, distance, position, ahead, parameters, current)
-        if cost_by_gate < cost - GATE_ADVANTAGE:
-            return gate, straight
-    return frontiers.where(np.arange(len(frontiers)) == best), direct
 
 
 def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndarray) -> np.ndarray:
@@ -193,11 +177,12 @@ def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.nd
     return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
 
 
-def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> Frontiers:
-    """Where the optimistic path leaves the union of regions, as a frontier of one row; none if it was retired.
+def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
+    """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
 
     Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
-    none, though the hits leave it open.
+    none, though the hits leave it open. And the way to a frontier over the nodes may be far longer than it need be.
+    There is no gate where the path leaves at a retired place.
 
     Args:
         roadmap: its regions and retired places.
@@ -216,8 +201,9 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> Frontiers:
                 if (away <= roadmap.retired[:, 2]).any():
                     break
                 owner = first_cover(*regions, *stand)
-                return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
-    return Frontiers.none()
+                gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
+                return gate, path[: last + 1]
+    return Frontiers.none(), path[:0]
 
 
 def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:

@@ -151,13 +151,14 @@ def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
     world, roadmap = wandered(seed, nodes=3)
     start, angle = roadmap.stack.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
-    gate = optimistic_gate(roadmap, path)
+    gate, way = optimistic_gate(roadmap, path)
     assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
     after = np.flatnonzero((path == gate.stand[0]).all(axis=1))[0] + 1
     beyond = path[after : after + int(np.hypot(*(gate.probe[0] - gate.stand[0])) / 0.1 + 0.5)]
     assert not any(region.contains(point) for region in roadmap.regions for point in beyond)
     assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1
-    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path))
+    np.testing.assert_array_equal(way[-1], gate.stand[0])
+    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
 
 
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
