@@ -170,7 +170,7 @@ def run_trial(
 
 def caption_lines(trial: Trial) -> tuple[str, ...]:
     """What to tell of a trial beside its picture."""
-    said = {"reached": f"reached the goal in {trial.time_s:.1f} s", "unreachable": "found that there is no way"}
+    said = {"reached": f"reached in {trial.time_s:.1f} s", "unreachable": "found no way"}
     outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f} s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 

@@ -9,7 +9,10 @@ from drake_starnav.recording.timeline import Timeline
 from drake_starnav.worlds.world import World
 
 SHELL_COLOR: Color = (0.13, 0.32, 0.58)
-"""Of the shipped robot."""
+"""Of the shipped robot's hull; the others of what stands on it."""
+DECK_COLOR: Color = (0.90, 0.92, 0.95)
+HEADING_COLOR: Color = (0.98, 0.60, 0.10)
+LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
 
 
 @dataclass(frozen=True)
@@ -20,11 +23,13 @@ class Actor:
         motion: its poses.
         radius: of its hull, m.
         color: of its hull, red, green, blue, 0 to 1.
+        deck: radius of the light disc on it, as a share of the hull's.
     """
 
     motion: Motion
     radius: float
     color: Color = SHELL_COLOR
+    deck: float = 0.86
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from PIL import Image
 from drake_starnav.drawing import SPEED_COLORS, Layer
 from drake_starnav.errors import StarnavError
 from drake_starnav.recording.camera import PAGE, PANEL_WIDTH, around_robot, check_view, floor_to_page
-from drake_starnav.recording.film import Actor, Film
+from drake_starnav.recording.film import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Actor, Film
 from drake_starnav.recording.page import Caption
 from drake_starnav.recording.timeline import Shape
 from drake_starnav.systems.star_roadmap_visualizer import FRAME_SLACK
@@ -26,7 +26,6 @@ DPI = 72.0
 """One point is one pixel of the page."""
 OBSTACLE_ORDER, ROBOT_ORDER, ON_TOP, PANEL_ORDER = 100.0, 200.0, 300.0, 1000.0
 """What is drawn over what: flat layers have their heights in cm."""
-DECK_COLOR, HEADING_COLOR = (0.90, 0.92, 0.95), (0.98, 0.60, 0.10)
 
 
 class PlotCamera:
@@ -70,7 +69,7 @@ class PlotCamera:
         _draw_world(axes, self._film.world, to_page, scale)
         for shape in self._film.timeline.visible(time + FRAME_SLACK):
             _draw_shape(axes, shape, time, to_page)
-        for actor in self._film.actors:
+        for actor in reversed(self._film.actors):  # the first on top
             _draw_robot(axes, actor, time, to_page, scale)
         _draw_panel(axes, self._film.caption, time)
         canvas.draw()
@@ -122,14 +121,14 @@ def _draw_robot(axes: Axes, actor: Actor, time: float, to_page: ToPage, scale: f
     """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
     x, y, yaw = actor.motion.at(time)
     place = to_page(np.array([x, y]))
-    for share, color in ((1.0, actor.color), (0.86, DECK_COLOR)):
+    for share, color in ((1.0, actor.color), (actor.deck, DECK_COLOR)):
         axes.add_artist(Circle(place, share * scale * actor.radius, facecolor=color, zorder=ROBOT_ORDER))
     tip = np.array([x, y]) + 0.8 * actor.radius * np.array([math.cos(yaw), math.sin(yaw)])
     ends = np.array([place, to_page(tip)])
     axes.plot(
         *ends.T, color=HEADING_COLOR, linewidth=0.2 * scale * actor.radius, solid_capstyle="butt", zorder=ROBOT_ORDER
     )
-    axes.add_artist(Circle(place, 0.24 * scale * actor.radius, facecolor="#1f1f24", zorder=ROBOT_ORDER))
+    axes.add_artist(Circle(place, 0.24 * scale * actor.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
 
 
 def _draw_panel(axes: Axes, caption: Caption, time: float) -> None:
