@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 import sys
+import webbrowser
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -15,7 +16,7 @@ from drake_starnav.console import BAD_INPUT, INTERRUPTED, NOT_REACHED, REACHED, 
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable, write_text
 from drake_starnav.record_command import record
-from drake_starnav.scenario import METHODS, load_scenario, scenario_names, scenario_text
+from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names, scenario_text
 
 if TYPE_CHECKING:
     from drake_starnav.benchmark import Pool
@@ -32,6 +33,13 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
+    parser.add_argument(
+        "--meshcat", action="store_true", help="drive in a live page with buttons, the goal moved by sliders"
+    )
+    parser.add_argument(
+        "--real-time-rate", type=float, metavar="X",
+        help="with --meshcat: simulated time over real time at most; 0 for as fast as it goes (default: 1)",
+    )  # fmt: skip
     options = parser.parse_args(arguments)
     try:
         return _simulate(options)
@@ -45,7 +53,10 @@ def _simulate(options: argparse.Namespace) -> int:
         raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
     for path in (options.html, options.json):
         check_writable(path)
+    _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
+    if options.meshcat:
+        return _simulate_live(scenario, options)
     from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
 
     with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
@@ -67,6 +78,29 @@ def _simulate(options: argparse.Namespace) -> int:
         if options.html is not None:
             print(f"open file://{options.html.resolve()} in a browser, no network needed")
     return REACHED if trial.outcome == "reached" else NOT_REACHED
+
+
+def _check_live_options(options: argparse.Namespace) -> None:
+    rate = options.real_time_rate
+    if rate is not None and not (options.meshcat and 0.0 <= rate <= 100.0):
+        raise StarnavError(f"--real-time-rate is {rate:g}; allowed: 0 <= x <= 100, with --meshcat")
+    if options.meshcat and options.json is not None:
+        raise StarnavError("--json with --meshcat, where the goal moves and no figure can be repeated; allowed: --html")
+
+
+def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
+    from drake_starnav.live import LiveRun  # late: bad input is told before Drake is loaded
+
+    rate = 1.0 if options.real_time_rate is None else options.real_time_rate
+    say = (lambda text: None) if options.quiet else print
+    run = LiveRun(scenario, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
+    address = run.meshcat.web_url()
+    print(f"open {address} and press start (s); pause (space), stop (escape), the goal: arrow keys", flush=True)
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
+        webbrowser.open(address)
+    run.run()
+    run.finish(options.method, options.seed)
+    return NOT_REACHED if run.collided else REACHED
 
 
 def benchmark(arguments: Sequence[str] | None = None) -> int:

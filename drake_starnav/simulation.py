@@ -121,7 +121,8 @@ def run_trial(
     stopwatch = Stopwatch()
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
-    _add_monitors(builder, navigation, scenario.simulation.goal_tolerance)
+    add_collision_monitor(builder, navigation)
+    _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
     log = LogVectorOutput(navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step)
     observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
@@ -170,8 +171,8 @@ def run_trial(
 
 def caption_lines(trial: Trial) -> tuple[str, ...]:
     """What to tell of a trial beside its picture."""
-    said = {"reached": f"reached in {trial.time_s:.1f} s", "unreachable": "found no way"}
-    outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f} s")
+    said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
+    outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
@@ -180,13 +181,18 @@ def _motion(times: np.ndarray, states: np.ndarray) -> Motion:
     return Motion(times, np.array([planar_pose(state) for state in states.T]))
 
 
-def _add_monitors(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
+def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
+    """End the simulation at the robot's first contact with anything but the ground."""
     station = navigation.station
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=MONITOR_PERIOD),
     )
     builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+
+
+def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
+    station = navigation.station
     arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))

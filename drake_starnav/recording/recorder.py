@@ -98,6 +98,7 @@ def add_visualizers(
     scenario: "Scenario",
     meshcat: Meshcat,
     timeline: Timeline | None = None,
+    keep: bool = True,
 ) -> None:
     """Add what draws the scene and what the robot sees and decides; arguments as of `Recorder.add_to`.
 
@@ -105,6 +106,7 @@ def add_visualizers(
         builder, navigation, scenario: as there.
         meshcat: to draw into.
         timeline: where to remember what is drawn as well, if anywhere.
+        keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
     """
     station, controller = navigation.station, navigation.controller
     period = 1.0 / scenario.recording.frames_per_second
@@ -116,7 +118,7 @@ def add_visualizers(
     )
     canvas = meshcat if timeline is None else Tee(meshcat, timeline)
     visualizer = builder.AddNamedSystem(
-        "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot)
+        "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
     )
     for port, name in (
         (station.GetOutputPort("localization.pose"), "pose"),
