@@ -23,7 +23,7 @@ from drake_starnav.recording.recorder import (
 from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import add_collision_monitor
-from drake_starnav.systems.slider_goal import SliderGoal
+from drake_starnav.systems.slider_goal import SliderGoal, add_goal_sliders
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
@@ -51,7 +51,7 @@ class Controls:
         for name in (*KEYS, *VIEWS):
             meshcat.AddButton(name, KEYS.get(name, ""))
         self._clicks = self._count()
-        frame_camera(meshcat, world.extent)
+        frame_camera(meshcat, world.extent, panel="right")
 
     def poll(self, pose: np.ndarray) -> None:
         """Do what has been clicked since the last call.
@@ -68,7 +68,8 @@ class Controls:
         for view in pressed & set(VIEWS):
             self.view = view
         if pressed & set(VIEWS) or self.view == "follow":
-            frame_camera(self._meshcat, around_robot(pose) if self.view == "follow" else self._world.extent, self.view)
+            extent = around_robot(pose) if self.view == "follow" else self._world.extent
+            frame_camera(self._meshcat, extent, self.view, panel="right")
 
     def _count(self) -> dict[str, int]:
         return {name: self._meshcat.GetButtonClicks(name) for name in (*KEYS, *VIEWS)}
@@ -110,7 +111,7 @@ class LiveRun:
         set_look(self.meshcat)
         self.controls = Controls(self.meshcat, world)
         builder = DiagramBuilder()
-        goal = SliderGoal(self.meshcat, world)
+        goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
         self._navigation = add_navigation(builder, scenario, seed=seed, world=world, goal=goal)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)

@@ -72,7 +72,8 @@ def record(arguments: Sequence[str] | None = None) -> int:
         parser.add_argument(f"--{kind}", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
     parser.add_argument("--view", default="top", help="camera: top, follow or oblique (default: top)")
     parser.add_argument("--width", type=int, default=1100, help="of stills and clips, pixels (default: 1100)")
-    parser.add_argument("--speed", type=float, default=2.0, help="of clips, times real time (default: 2)")
+    parser.add_argument("--trim", action="store_true", help="cut off what is empty below the scene")
+    parser.add_argument("--speed", type=float, default=2.0, help="of clips: times real time (default: 2)")
     parser.add_argument("--rate", type=int, default=10, help="pictures a second of clips (default: 10)")
     parser.add_argument(
         "--renderer", choices=RENDERERS, default="auto",
@@ -249,14 +250,15 @@ def _develop(
     options: argparse.Namespace,
 ) -> list[Path]:
     """Write stills and clips; each picture is taken once."""
-    from drake_starnav.recording.clips import picture_times, write_gif, write_mp4, write_png
+    from drake_starnav.recording.clips import picture_times, trimmed, write_gif, write_mp4, write_png
 
-    for time, path in stills.items():
-        write_png(path, camera.picture(time))
+    trim = trimmed if options.trim else list
+    for path, still in zip(stills.values(), trim([camera.picture(time) for time in stills]), strict=True):
+        write_png(path, still)
     if clips:
         times = picture_times(film.duration, options.rate, options.speed)
         shown = tqdm(times, disable=options.quiet or None, leave=False, desc="pictures")
-        pictures = [camera.picture(float(time)) for time in shown]
+        pictures = trim([camera.picture(float(time)) for time in shown])
         for kind, path in clips.items():
             {"gif": write_gif, "mp4": write_mp4}[kind](path, pictures, options.rate)
     return [*stills.values(), *clips.values()]

@@ -13,6 +13,8 @@ PAGE = (1100.0, 800.0)
 """Width and height of the page that the camera presets are made for, pixels."""
 PANEL_WIDTH = 225.0
 """Of the caption and legend on the left, which the camera presets leave free, pixels."""
+CONTROLS_WIDTH = 265.0
+"""Of Meshcat's own panel, on the right, with a margin, pixels."""
 TILTS = {"top": 0.05, "follow": 35.0, "oblique": 50.0}
 """Of each preset's line of sight from straight down, deg; straight down itself would leave "up" undefined."""
 VIEWS = tuple(TILTS)
@@ -28,12 +30,13 @@ def around_robot(position: np.ndarray) -> Extent:
     return float(x - 0.5 * width), float(y - 0.5 * depth), float(x + 0.5 * width), float(y + 0.5 * depth)
 
 
-def camera_pose(extent: Extent, view: str = "top") -> tuple[np.ndarray, np.ndarray]:
+def camera_pose(extent: Extent, view: str = "top", panel: str = "left") -> tuple[np.ndarray, np.ndarray]:
     """Where the camera stands and what it looks at so that a box of the floor fills the page beside the panel.
 
     Args:
         extent: the box, (x_min, y_min, x_max, y_max), W, m; its longer side lies across.
         view: `top`, straight down, `oblique` or `follow`, from the side.
+        panel: `left`, a recording's, or `right`, Meshcat's own.
 
     Returns:
         position and target, each of shape (3,), W, m.
@@ -47,12 +50,13 @@ def camera_pose(extent: Extent, view: str = "top") -> tuple[np.ndarray, np.ndarr
     across, up = np.array([1.0, 0.0]), np.array([0.0, 1.0])
     if size[1] > size[0]:
         across, up, size = up, -across, size[::-1]
-    share = 1.0 - PANEL_WIDTH / PAGE[0]
+    side, panel_width = {"left": (-0.5, PANEL_WIDTH), "right": (0.5, CONTROLS_WIDTH)}[panel]
+    share = 1.0 - panel_width / PAGE[0]
     tilt = math.radians(TILTS[view])
     half_angle = math.tan(math.radians(0.5 * FIELD_OF_VIEW))
     # The page shows `high` metres from its lower to its upper rim at the target; more, as the near rim looks wider.
     high = 1.04 * max(size[1], size[0] / share * PAGE[1] / PAGE[0]) + half_angle * math.sin(tilt) * size[1]
-    middle = middle - 0.5 * (1.0 - share) * high * PAGE[0] / PAGE[1] * across
+    middle = middle + side * (1.0 - share) * high * PAGE[0] / PAGE[1] * across
     distance = 0.5 * high / half_angle
     position = np.append(middle - distance * math.sin(tilt) * up, distance * math.cos(tilt))
     return position, np.append(middle, 0.0)

@@ -3,11 +3,11 @@
 import contextlib
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageChops
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import replacing
@@ -16,8 +16,6 @@ GIF_COLORS = 64
 """Of the palette that all pictures of a GIF share: few make a small file and no picture shimmers."""
 FINAL_PAUSE = 1.5
 """The last picture stays this long, s."""
-
-Clip = Callable[[Path, Iterable[Image.Image], int], None]
 
 
 def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
@@ -30,6 +28,16 @@ def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
     """
     times = np.arange(0.0, duration, speed / rate)
     return np.append(times, duration)
+
+
+def trimmed(pictures: list[Image.Image]) -> list[Image.Image]:
+    """The pictures without the rows at their lower rim that are white in all of them, but for a margin."""
+    if not pictures:
+        return []
+    filled = [ImageChops.invert(picture).getbbox() for picture in pictures]
+    low = max((box[3] for box in filled if box), default=0)
+    height = min(low + round(0.015 * pictures[0].width), pictures[0].height)
+    return [picture.crop((0, 0, picture.width, height)) for picture in pictures]
 
 
 def write_png(path: Path, picture: Image.Image) -> None:

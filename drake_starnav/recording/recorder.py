@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.drawing import LAYERS, RecordingParameters
 from drake_starnav.files import write_text
 from drake_starnav.motion import Motion
-from drake_starnav.recording.camera import FIELD_OF_VIEW, PAGE, camera_pose, camera_presets, check_view
+from drake_starnav.recording.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
 from drake_starnav.recording.film import Actor, Film
 from drake_starnav.recording.page import Cameras, Caption, with_panel
 from drake_starnav.recording.timeline import Tee, Timeline
@@ -170,9 +170,9 @@ def set_look(meshcat: Meshcat) -> None:
         meshcat.SetProperty(helper, "visible", False)
 
 
-def frame_camera(meshcat: Meshcat, extent: tuple[float, float, float, float], view: str = "top") -> None:
+def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top", panel: str = "left") -> None:
     """Take a camera preset; arguments after the first as for `camera_pose`."""
-    position, target = camera_pose(extent, view)
+    position, target = camera_pose(extent, view, panel)
     distance = float(np.linalg.norm(position - target))
     # A near plane that is not too near keeps flat layers a centimetre apart from flickering.
     camera = Meshcat.PerspectiveCamera(

@@ -5,7 +5,7 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.systems.slider_goal import SLIDERS, STEP, SliderGoal
+from drake_starnav.systems.slider_goal import SLIDERS, STEP, SliderGoal, add_goal_sliders
 from drake_starnav.worlds.world import World
 
 WORLD = World("open", (0, 0, 0), (1.2345, -0.5678), bounds=(-1.0, -2.0, 6.0, 2.0))
@@ -17,7 +17,7 @@ def meshcat() -> Meshcat:
 
 
 def test_the_goal_is_the_worlds_until_a_slider_moves(meshcat) -> None:
-    system = SliderGoal(meshcat, WORLD, period=0.1)
+    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.1)
     simulator = Simulator(system)
     port = system.GetOutputPort("goal")
     simulator.AdvanceTo(1.0)
@@ -28,7 +28,7 @@ def test_the_goal_is_the_worlds_until_a_slider_moves(meshcat) -> None:
 
 
 def test_between_updates_the_goal_is_held(meshcat) -> None:
-    system = SliderGoal(meshcat, WORLD, period=0.5)
+    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.5)
     simulator = Simulator(system)
     simulator.AdvanceTo(0.1)
     meshcat.SetSliderValue("goal y", 1.0)
@@ -37,7 +37,7 @@ def test_between_updates_the_goal_is_held(meshcat) -> None:
 
 
 def test_the_sliders_reach_over_the_world_and_no_further(meshcat) -> None:
-    SliderGoal(meshcat, WORLD)
+    add_goal_sliders(meshcat, WORLD)
     for label, low, high in zip(SLIDERS, WORLD.extent[:2], WORLD.extent[2:], strict=True):
         assert meshcat.SetSliderValue(label, -100.0) == pytest.approx(low)
         assert meshcat.SetSliderValue(label, 100.0) == pytest.approx(high)
