@@ -80,7 +80,7 @@ def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
 
 def camera_presets(world: World) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """View -> `camera_pose` at the start of a run in a world."""
-    boxes = {view: around_robot(world.start) if view == "follow" else world.extent for view in VIEWS}
+    boxes = {view: around_robot(np.array(world.start)) if view == "follow" else world.extent for view in VIEWS}
     return {view: camera_pose(box, view) for view, box in boxes.items()}
 
 

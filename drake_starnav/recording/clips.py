@@ -12,8 +12,9 @@ from PIL import Image, ImageChops
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import replacing
 
-GIF_COLORS = 64
-"""Of the palette that all pictures of a GIF share: few make a small file and no picture shimmers."""
+GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
+"""Of the palette that all pictures of a GIF share, so that none shimmers: its size, the pictures it is made from, and
+Pillow's threshold for refining it."""
 FINAL_PAUSE = 1.5
 """The last picture stays this long, s."""
 
@@ -49,10 +50,10 @@ def write_png(path: Path, picture: Image.Image) -> None:
 def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
     """Write pictures of equal size, `rate` a second (a GIF counts hundredths of seconds), as a GIF that repeats."""
     kept = list(pictures)
-    sample = Image.new("RGB", (kept[0].width, 3 * kept[0].height))
-    for k, picture in enumerate((kept[0], kept[len(kept) // 2], kept[-1])):
-        sample.paste(picture, (0, k * picture.height))
-    palette = sample.quantize(GIF_COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    chosen = [kept[round(at)] for at in np.linspace(0, len(kept) - 1, PALETTE_PICTURES)]
+    sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
+    # The widest coverage keeps the colours of small things; k-means then makes those of large areas exact.
+    palette = sample.quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE, kmeans=KMEANS, dither=Image.Dither.NONE)
     first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in kept]
     durations = [round(100.0 / rate) * 10] * len(others) + [round(1000.0 * FINAL_PAUSE)]
     with replacing(path) as temporary:
