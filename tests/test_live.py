@@ -1,6 +1,5 @@
 """A live run as its page drives it: through clicked buttons and moved sliders."""
 
-import msgpack
 import numpy as np
 import pytest
 
@@ -14,7 +13,8 @@ SCENARIO = parse_scenario(TEXT, name="post")
 
 
 def click(run: LiveRun, button: str) -> None:
-    message = msgpack.packb({"type": "button", "name": button})
+    name = button.encode()
+    message = b"\x82\xa4type\xa6button\xa4name" + bytes([0xA0 + len(name)]) + name  # MessagePack of a small mapping
     run.meshcat._InjectWebsocketMessage(message=message)
 
 
@@ -85,6 +85,21 @@ def test_what_has_left_the_stage_leaves_the_page(run) -> None:
     advance(run, 2.0)
     scans = [k for k in range(1, 400) if run.meshcat.HasPath(f"/starnav/scan/{k:04d}")]
     assert len(scans) == 1
+
+
+def test_the_camera_takes_views_and_follows(run) -> None:
+    def camera() -> bytes:
+        return run.meshcat._GetPackedProperty("/Cameras/default/rotated/<object>", "position")
+
+    seen = [camera()]
+    for view in ("oblique", "top", "follow"):
+        click(run, view)
+        run.step()
+        seen.append(camera())
+    assert seen[2] == seen[0] and len(set(seen)) == 3
+    click(run, "start")
+    advance(run, 1.0)
+    assert camera() != seen[3]
 
 
 def test_a_recording_of_it_may_be_kept(tmp_path) -> None:

@@ -55,7 +55,10 @@ def camera_pose(extent: Extent, view: str = "top", panel: str = "left") -> tuple
     tilt = math.radians(TILTS[view])
     half_angle = math.tan(math.radians(0.5 * FIELD_OF_VIEW))
     # The page shows `high` metres from its lower to its upper rim at the target; more, as the near rim looks wider.
-    high = 1.04 * max(size[1], size[0] / share * PAGE[1] / PAGE[0]) + half_angle * math.sin(tilt) * size[1]
+    high = (
+        1.04 * max(math.cos(tilt) * size[1], size[0] / share * PAGE[1] / PAGE[0])
+        + half_angle * math.sin(tilt) * size[1]
+    )
     middle = middle + side * (1.0 - share) * high * PAGE[0] / PAGE[1] * across
     distance = 0.5 * high / half_angle
     position = np.append(middle - distance * math.sin(tilt) * up, distance * math.cos(tilt))
