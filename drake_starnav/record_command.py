@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from drake_starnav.benchmark.trial_file import parse_trials
-from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides
+from drake_starnav.console import BAD_INPUT, INTERRUPTED, NOT_REACHED, REACHED, add_overrides
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scenario, scenario_names
@@ -52,7 +52,7 @@ def record(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="record.py",
         description="Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
-        epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input",
+        epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input, 130 interrupted",
     )
     parser.add_argument(
         "run",
@@ -87,6 +87,9 @@ def record(arguments: Sequence[str] | None = None) -> int:
     except StarnavError as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"{parser.prog}: interrupted", file=sys.stderr)
+        return INTERRUPTED
 
 
 def _record(options: argparse.Namespace) -> int:

@@ -114,6 +114,20 @@ def test_without_a_browser_matplotlib_draws_or_an_error_says_why(scenario, monke
     assert "--view oblique needs Chromium" in capsys.readouterr().err
 
 
+def test_a_browser_that_does_not_start_is_told(scenario, monkeypatch, tmp_path, capsys) -> None:
+    pytest.importorskip("playwright.sync_api")
+    from drake_starnav.recording import browser
+
+    broken = tmp_path / "chromium"
+    broken.write_text("#!/bin/sh\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr(browser, "find_chromium", lambda: str(broken))
+    assert record([scenario, "--png", "0.5", "--html", "x.html", "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert "chromium cannot show x.html" in error and "Traceback" not in error
+    assert names(".") == {"mine.yaml", "chromium", "x.html"}
+
+
 def test_both_renderers_show_the_same_picture(scenario) -> None:
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")

@@ -63,15 +63,22 @@ class BrowserCamera:
         self._html, self._view, self._width = html, view, width
 
     def __enter__(self) -> "BrowserCamera":
-        from playwright.sync_api import sync_playwright  # an extra
+        from playwright.sync_api import Error, sync_playwright  # an extra
 
         self._playwright = sync_playwright().start()
-        self._browser = self._playwright.chromium.launch(
-            executable_path=find_chromium(), headless=True, args=list(FLAGS)
-        )
-        self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
-        self.page.goto(self._html.resolve().as_uri())
-        self.page.wait_for_function("viewer.animator.duration > 0", timeout=1e3 * PATIENCE)
+        try:
+            self._browser = self._playwright.chromium.launch(
+                executable_path=find_chromium(), headless=True, args=list(FLAGS)
+            )
+            self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
+            self.page.goto(self._html.resolve().as_uri())
+            self.page.wait_for_function("viewer.animator.duration > 0", timeout=1e3 * PATIENCE)
+        except Error as error:
+            self._playwright.stop()  # and with it the browser
+            raise StarnavError(
+                f"{find_chromium()} cannot show {self._html}: {error.message.splitlines()[0]}; "
+                "allowed: a Chromium that works, or pictures by matplotlib"
+            ) from None
         self.page.evaluate(f"starnav.look('{self._view}')")
         # Meshcat's own panel and the camera buttons are for a live page.
         self.page.add_style_tag(content=".lil-gui, .dg, #starnav-views {display: none !important}")
