@@ -29,9 +29,9 @@ from drake_starnav.recording.timeline import Tee, Timeline
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.systems.meshcat_stage import MeshcatStage
+from drake_starnav.systems.model_world import add_model, make_world_with_footprints
 from drake_starnav.systems.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.systems.world_geometry import add_world
-from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
 COLORS: tuple[Color, ...] = (
@@ -108,7 +108,7 @@ def record_comparison(
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
         entries.append(Entry(method, witness.outcome, witness.motion, COLORS[k % len(COLORS)]))
     scenario = next(iter(scenarios.values()))
-    world = make_world(scenario.world, seed, scenario.robot.radius)
+    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), comparison_layers(entries))
     return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
 
@@ -183,7 +183,10 @@ def _publish_world(meshcat: Meshcat, world: World) -> None:
     """Show the obstacles."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    add_world(plant, world)
+    if world.model is None:
+        add_world(plant, world)
+    else:
+        add_model(plant, scene_graph, world.model)
     plant.Finalize()
     looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, looks)

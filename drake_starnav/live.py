@@ -23,8 +23,8 @@ from drake_starnav.recording.recorder import (
 from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.slider_goal import SliderGoal, add_goal_sliders
-from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
 START, PAUSE, STOP = "start", "pause", "stop"
@@ -106,7 +106,7 @@ class LiveRun:
         Raises:
             StarnavError: the world cannot be made.
         """
-        world = make_world(scenario.world, seed, scenario.robot.radius)
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
         self.meshcat = Meshcat(MeshcatParams(host="localhost"))
         set_look(self.meshcat)
         self.controls = Controls(self.meshcat, world)

@@ -64,7 +64,7 @@ TABLE = {
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),
     "diagram": Room(f"{SETUP} systems station", DRAKE),
-    "recording": Room(f"{SETUP} systems station diagram", DRAKE),
+    "recording": Room(f"{SETUP} systems station diagram", f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "world_figure": Room(LOOP, "numpy matplotlib pydrake"),
     "simulation": Room(LOOP, DRAKE),
     "comparison": Room(f"{LOOP} simulation", DRAKE),
