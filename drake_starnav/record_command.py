@@ -67,9 +67,9 @@ def record(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--compare", nargs="+", metavar="METHOD", help="methods whose robots drive in one scene")
     parser.add_argument("--html", type=Path, metavar="FILE", help="(default: out/SCENARIO-METHOD-SEED.html)")
     parser.add_argument("--png", type=float, nargs="+", default=[], metavar="T", help="stills at these times, s")
-    for kind in ("gif", "mp4"):
-        text = f"write a clip (default: the HTML file's name with .{kind})"
-        parser.add_argument(f"--{kind}", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
+    for option in ("--gif", "--mp4"):
+        text = f"write a clip (default: the HTML file's name with .{option[2:]})"
+        parser.add_argument(option, type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
     parser.add_argument("--view", default="top", help="camera: top, follow or oblique (default: top)")
     parser.add_argument("--width", type=int, default=1100, help="of stills and clips, pixels (default: 1100)")
     parser.add_argument("--trim", action="store_true", help="cut off what is empty below the scene")
