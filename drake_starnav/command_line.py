@@ -4,7 +4,7 @@ import argparse
 import json
 import os
 import sys
-import tempfile
+import webbrowser
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
+from drake_starnav.console import BAD_INPUT, INTERRUPTED, NOT_REACHED, REACHED, add_overrides
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import METHODS, load_scenario, scenario_names
+from drake_starnav.files import check_writable, write_text
+from drake_starnav.record_command import record
+from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names, scenario_text
 
 if TYPE_CHECKING:
     from drake_starnav.benchmark import Pool
     from drake_starnav.report import Results
-
-REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-"""Exit codes."""
 
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
@@ -29,10 +29,17 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
     parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
-    _add_overrides(parser)
+    add_overrides(parser)
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
+    parser.add_argument(
+        "--meshcat", action="store_true", help="drive in a live page with buttons, the goal moved by sliders"
+    )
+    parser.add_argument(
+        "--real-time-rate", type=float, metavar="X",
+        help="with --meshcat: simulated time over real time at most; 0 for as fast as it goes (default: 1)",
+    )  # fmt: skip
     options = parser.parse_args(arguments)
     try:
         return _simulate(options)
@@ -46,7 +53,10 @@ def _simulate(options: argparse.Namespace) -> int:
         raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
     for path in (options.html, options.json):
         check_writable(path)
+    _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
+    if options.meshcat:
+        return _simulate_live(scenario, options)
     from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
 
     with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
@@ -58,7 +68,8 @@ def _simulate(options: argparse.Namespace) -> int:
 
         trial = run_trial(scenario, method=options.method, seed=options.seed, html=options.html, progress=progress)
     if options.json is not None:
-        write_text(options.json, json.dumps(trial_record(trial), indent=2) + "\n")
+        fields = {**trial_record(trial), "text": scenario_text(scenario)}
+        write_text(options.json, json.dumps(fields, indent=2) + "\n")
     if not options.quiet:
         print(_table(trial_record(trial)))
         for path in (options.html, options.json):
@@ -69,15 +80,27 @@ def _simulate(options: argparse.Namespace) -> int:
     return REACHED if trial.outcome == "reached" else NOT_REACHED
 
 
-def _add_overrides(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="override a parameter of the scenario (of every one, if several), e.g. robot.radius=0.3; may be repeated",
-    )
+def _check_live_options(options: argparse.Namespace) -> None:
+    rate = options.real_time_rate
+    if rate is not None and not (options.meshcat and 0.0 <= rate <= 100.0):
+        raise StarnavError(f"--real-time-rate is {rate:g}; allowed: 0 <= x <= 100, with --meshcat")
+    if options.meshcat and options.json is not None:
+        raise StarnavError("--json with --meshcat, where the goal moves and no figure can be repeated; allowed: --html")
+
+
+def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
+    from drake_starnav.live import LiveRun  # late: bad input is told before Drake is loaded
+
+    rate = 1.0 if options.real_time_rate is None else options.real_time_rate
+    say = (lambda text: None) if options.quiet else print
+    run = LiveRun(scenario, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
+    address = run.meshcat.web_url()
+    print(f"open {address} and press start (s); pause (space), stop (escape), the goal: arrow keys", flush=True)
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
+        webbrowser.open(address)
+    run.run()
+    run.finish(options.method, options.seed)
+    return NOT_REACHED if run.collided else REACHED
 
 
 def benchmark(arguments: Sequence[str] | None = None) -> int:
@@ -89,7 +112,7 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("scenario", nargs="+", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
     parser.add_argument("--method", nargs="+", default=["star"], help=f"of {', '.join(METHODS)} (default: star)")
-    _add_overrides(parser)
+    add_overrides(parser)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
     add_batch_options(parser)
@@ -250,7 +273,7 @@ def show_world(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
-    _add_overrides(parser)
+    add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="a .png or an .html (default: out/SCENARIO.png)")
     options = parser.parse_args(arguments)
     try:
@@ -282,31 +305,6 @@ def _show_world(options: argparse.Namespace) -> int:
     return REACHED
 
 
-def check_writable(path: Path | None) -> None:
-    """Raise `StarnavError` unless a file can be written at `path`; makes its folder."""
-    if path is None:
-        return
-    try:
-        if path.is_dir():
-            raise IsADirectoryError("it is a folder")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError("it is write-protected")
-    except OSError as error:
-        reason = error.strerror or error
-        raise StarnavError(f"cannot write {path}: {reason}; allowed: a file in a folder you may write to") from None
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file whole or not at all: under a temporary name first, then renamed."""
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=path.name, delete=False, encoding="utf-8") as file:
-        file.write(text)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
-
-
 def _table(record: dict) -> str:
     shortest = record["shortest_path_m"]
     ratio = f" ({record['path_length_m'] / shortest:.3f} x shortest)" if shortest else ""
@@ -324,7 +322,9 @@ def _table(record: dict) -> str:
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
 
 
-COMMANDS = {"simulate": simulate, "benchmark": benchmark, "report": report, "show_world": show_world}
+COMMANDS = {
+    "simulate": simulate, "record": record, "benchmark": benchmark, "report": report, "show_world": show_world,
+}  # fmt: skip
 """Commands of `python -m drake_starnav`; scripts/ has one file for each."""
 
 

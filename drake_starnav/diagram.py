@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.scenario import Scenario
@@ -21,7 +21,7 @@ class Navigation:
 
     world: World
     station: NavigationStation
-    goal: ConstantVectorSource
+    goal: LeafSystem
     perception: StarPerception
     planner: StarRoadmapPlanner
     controller: DsmController
@@ -34,6 +34,7 @@ def add_navigation(
     seed: int = 0,
     world: World | None = None,
     stopwatch: Stopwatch | None = None,
+    goal: LeafSystem | None = None,
 ) -> Navigation:
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
 
@@ -46,6 +47,7 @@ def add_navigation(
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
         stopwatch: where wall-clock times are noted, if anywhere.
+        goal: whose only output is the goal, (x, y) in W, m, instead of the world's.
     """
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
@@ -54,7 +56,7 @@ def add_navigation(
     station = builder.AddNamedSystem(
         "station", NavigationStation(world, robot, scenario.lidar, time_step=step, seed=seed)
     )
-    goal = builder.AddNamedSystem("goal", ConstantVectorSource(world.goal))
+    goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception = builder.AddNamedSystem(
         "perception",
         StarPerception(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -15,12 +15,14 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.errors import StarnavError
+from drake_starnav.motion import Motion
 from drake_starnav.polyline import simplified
 from drake_starnav.scenario import Scenario
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.model_world import make_world_with_footprints
+from drake_starnav.systems.planar_localization import planar_pose
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
 from drake_starnav.worlds.shortest_path import shortest_path
@@ -79,12 +81,26 @@ class Trial:
     path: list[list[float]]
 
 
+class Observer(Protocol):
+    """Follows a trial from its diagram's making to its end."""
+
+    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
+        """Add systems to the diagram."""
+
+    def start(self) -> None:
+        """The simulator is about to be initialized."""
+
+    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+        """The run has ended; `lines` tell how, and `motion` is the robot's."""
+
+
 def run_trial(
     scenario: Scenario,
     *,
     method: str = "star",
     seed: int = 0,
     html: Path | None = None,
+    observer: Observer | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Trial:
     """Simulate one trial.
@@ -94,6 +110,7 @@ def run_trial(
         method: its name, for the record.
         seed: of the world and of the sensor's noise.
         html: where to leave a recording, if anywhere.
+        observer: what else follows the run, if anything; it must not change it.
         progress: called now and then with the simulated time and the time limit, s.
 
     Raises:
@@ -104,18 +121,21 @@ def run_trial(
     stopwatch = Stopwatch()
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
-    _add_monitors(builder, navigation, scenario.simulation.goal_tolerance)
+    add_collision_monitor(builder, navigation)
+    _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
     log = LogVectorOutput(navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step)
-    recorder = None
+    observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
-        from drake_starnav.recording import Recorder  # Meshcat is only started when it is wanted
+        from drake_starnav.recording.recorder import Recorder  # Meshcat is only started when it is wanted
 
-        recorder = Recorder(builder, navigation, scenario)
+        observers.append(Recorder(html))
+    for each in observers:
+        each.add_to(builder, navigation, scenario)
     diagram = builder.Build()
     simulator = Simulator(diagram)
     start = time.perf_counter()
-    if recorder is not None:
-        recorder.start()
+    for each in observers:
+        each.start()
     message = _advance(simulator, timeout, progress)
     wall = time.perf_counter() - start
     context = simulator.get_context()
@@ -144,18 +164,35 @@ def run_trial(
         **{name: stopwatch.summary(name) for name in STEPS},
         path=simplified(states[4:6].T, PATH_TOLERANCE).round(3).tolist(),
     )
-    if recorder is not None and html is not None:
-        recorder.finish(html, f"{trial.scenario} · {trial.method} · seed {trial.seed} · {trial.outcome}")
+    for each in observers:
+        each.finish(caption_lines(trial), _motion(log.FindLog(context).sample_times(), states))
     return trial
 
 
-def _add_monitors(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
+def caption_lines(trial: Trial) -> tuple[str, ...]:
+    """What to tell of a trial beside its picture."""
+    said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
+    outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f}\u00a0s")
+    return f"method {trial.method}, seed {trial.seed}", outcome
+
+
+def _motion(times: np.ndarray, states: np.ndarray) -> Motion:
+    """The poses in logged multibody states of shape (13 or more, n)."""
+    return Motion(times, np.array([planar_pose(state) for state in states.T]))
+
+
+def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
+    """End the simulation at the robot's first contact with anything but the ground."""
     station = navigation.station
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=MONITOR_PERIOD),
     )
     builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+
+
+def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
+    station = navigation.station
     arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))

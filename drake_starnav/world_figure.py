@@ -88,7 +88,7 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     from pydrake.systems.framework import DiagramBuilder
 
     from drake_starnav.lidar import LidarParameters
-    from drake_starnav.recording import frame_camera, set_look
+    from drake_starnav.recording.recorder import frame_camera, set_look
     from drake_starnav.station import NavigationStation
 
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))

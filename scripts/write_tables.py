@@ -27,6 +27,7 @@ from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.slider_goal import SliderGoal
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer
@@ -56,6 +57,7 @@ def all_systems() -> list[System]:
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         CollisionMonitor(robot=(), ground=(), period=0.02),
         ArrivalMonitor(tolerance=0.3, period=0.02),
+        SliderGoal((1.0, 0.0), lambda: None),
         StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here
     ]
 

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.command_line import main, show_world, simulate
+from drake_starnav.scenario import load_scenario, parse_scenario
 
 FIELDS = {
     "scenario", "method", "seed", "outcome", "time_s", "path_length_m", "shortest_path_m", "straight_line_m",
     "tightest_gap_m", "min_clearance_m", "mean_speed_mps", "nodes", "wall_s", "state_hash", "command", "scan", "fit",
-    "plan", "path",
+    "plan", "path", "text",
 }  # fmt: skip
 
 
@@ -29,6 +30,7 @@ def test_a_run_writes_its_record_and_exits_with_0(scenario_file: Path, tmp_path:
     fields = json.loads(record.read_text())
     assert set(fields) == FIELDS
     assert (fields["scenario"], fields["method"], fields["seed"], fields["outcome"]) == ("mine", "star", 2, "reached")
+    assert parse_scenario(fields["text"], name="mine") == load_scenario(str(scenario_file))
     assert set(fields["plan"]) == {"count", "mean_s", "p50_s", "p99_s"}
     assert list(record.parent.iterdir()) == [record]  # no temporary file is left
     assert "reached" in capsys.readouterr().out

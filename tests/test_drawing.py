@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -137,3 +138,9 @@ class TestVanishedFrontiers:
     def test_no_frontiers_before(self):
         covered, stuck = drawing.vanished_frontiers(Frontiers.none(), self.roadmap([True] * 3))
         assert covered.shape == stuck.shape == (0, 2)
+
+
+def test_every_layer_is_explained_to_users() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "recordings.md").read_text(encoding="utf-8")
+    for layer in LAYERS:
+        assert f"`{layer}`" in text or f"`{layer.rpartition('/')[2]}`" in text, layer

@@ -28,12 +28,12 @@ class Room:
     packages: str = ""
 
 
-BASE = "errors parameters"
+BASE = "errors parameters files console"
 SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline"
-METHOD = f"{SENSING} stars roadmap control baselines worlds"
+METHOD = f"{SENSING} motion stars roadmap control baselines worlds"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
-TOP = f"{LOOP} world_figure simulation"
+TOP = f"{LOOP} world_figure simulation comparison live"
 EVERYTHING = f"{TOP} benchmark report"
 ARRAYS = "numpy scipy numba"
 DRAKE = "numpy numba pydrake"
@@ -41,6 +41,8 @@ DRAKE = "numpy numba pydrake"
 TABLE = {
     "errors": Room(),
     "parameters": Room("errors"),
+    "files": Room("errors"),
+    "console": Room("errors"),
     "robot": Room(BASE, ARRAYS),
     "scan": Room(BASE, ARRAYS),
     "lidar": Room(BASE, ARRAYS),
@@ -49,6 +51,7 @@ TABLE = {
     "slicing": Room(f"{BASE} intersect raycast", ARRAYS),
     "gltf": Room(BASE, ARRAYS),
     "stopwatch": Room(BASE, ARRAYS),
+    "motion": Room(BASE, ARRAYS),
     "models": Room("errors"),
     "polyline": Room("", ARRAYS),
     "stars": Room(f"{BASE} robot scan", ARRAYS),
@@ -61,12 +64,15 @@ TABLE = {
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),
     "diagram": Room(f"{SETUP} systems station", DRAKE),
-    "recording": Room(f"{SETUP} systems station diagram", DRAKE),
+    "recording": Room(f"{SETUP} systems station diagram", f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "world_figure": Room(LOOP, "numpy matplotlib pydrake"),
     "simulation": Room(LOOP, DRAKE),
+    "comparison": Room(f"{LOOP} simulation", DRAKE),
+    "live": Room(f"{LOOP} simulation", DRAKE),
     "benchmark": Room(TOP, "numpy scipy tqdm dask distributed"),
     "report": Room(f"{TOP} benchmark", "numpy scipy matplotlib"),
-    "command_line": Room(EVERYTHING, "tqdm"),
+    "record_command": Room(EVERYTHING, "tqdm"),
+    "command_line": Room(f"{EVERYTHING} record_command", "tqdm"),
     "__init__": Room(f"{EVERYTHING} command_line"),
     "__main__": Room(f"{EVERYTHING} command_line"),
 }

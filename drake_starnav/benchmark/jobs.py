@@ -10,7 +10,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario, parse_scenario, scenario_text
 
 Record = dict[str, Any]
-"""A finished trial as it stands in a file: the fields of `simulate.py --json` and the number of the trial."""
+"""A finished trial as it stands in a file: the fields of a `Trial` and its number."""
 Key = tuple[str, str, int]
 """What tells one trial of a file from another: scenario, method, number."""
 

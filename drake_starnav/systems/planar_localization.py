@@ -1,6 +1,7 @@
 """Where a floating robot is in the plane."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
@@ -42,21 +43,22 @@ class PlanarLocalization(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, 0.0, self._hold)
 
     def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
-        values.set_value(np.array(_pose(self._multibody_state.Eval(context).tolist())))
+        values.set_value(np.array(planar_pose(self._multibody_state.Eval(context).tolist())))
         return EventStatus.Succeeded()
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array(_pose(self._multibody_state.Eval(context).tolist())))
+        output.SetFromVector(np.array(planar_pose(self._multibody_state.Eval(context).tolist())))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         x = self._multibody_state.Eval(context).tolist()
-        px, py, yaw = _pose(x)
+        px, py, yaw = planar_pose(x)
         omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
         speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
         output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
 
 
-def _pose(x: list[float]) -> tuple[float, float, float]:
+def planar_pose(x: Sequence[float]) -> tuple[float, float, float]:
+    """(x, y, yaw) in W, m and rad, from a state that begins with quaternion and position of a floating base."""
     # the plant lets the quaternion's length drift: only ratios of its elements count
     qw, qx, qy, qz, px, py = x[:6]
     return px, py, math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

@@ -1,9 +1,12 @@
 """The star roadmap as a Drake system."""
 
+import dataclasses
+
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
-from drake_starnav.roadmap import Guidance, Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.roadmap import Guidance, Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
 
@@ -30,7 +33,8 @@ class StarRoadmapPlanner(LeafSystem):
         status: abstract, `PlannerStatus`.
 
     One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
-    state, the short-term goal discrete state. A moved goal is taken up at the next search of the roadmap.
+    state, the short-term goal and the goal of the last update are discrete state. When the goal has moved the next
+    update searches the roadmap anew, even after having given up.
     """
 
     def __init__(
@@ -57,6 +61,7 @@ class StarRoadmapPlanner(LeafSystem):
         initial = PlannerState.initial(planner, robot.radius)
         self._plan = self.DeclareAbstractState(Value(initial))
         goal_state = self.DeclareDiscreteState(2)
+        self._goal_before = self.DeclareDiscreteState(np.full(2, np.nan))
         depends = {self.abstract_state_ticket(self._plan)}
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance, depends)
         self.DeclareStateOutputPort("short_term_goal", goal_state)
@@ -77,6 +82,9 @@ class StarRoadmapPlanner(LeafSystem):
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()
         before = context.get_abstract_state(self._plan).get_value()
+        moved = not np.array_equal(goal, context.get_discrete_state(self._goal_before).value())
+        if moved:
+            before = dataclasses.replace(before, status=PlannerStatus.WAITING, path=np.zeros((0, 2)), target=None)
         with self._stopwatch.measure("update"):
             after = plan_step(
                 seen=seen,
@@ -92,6 +100,7 @@ class StarRoadmapPlanner(LeafSystem):
         if after is before and len(after.path):
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._plan).set_value(after)
+        state.get_mutable_discrete_state(self._goal_before).set_value(goal)
         state.get_mutable_discrete_state(0).set_value(after.path[0] if len(after.path) else position)
         return EventStatus.Succeeded()
 

@@ -62,7 +62,12 @@ class StarRoadmapVisualizer(LeafSystem):
     """
 
     def __init__(
-        self, meshcat: Meshcat, parameters: RecordingParameters, robot: RobotParameters, name: str = "starnav"
+        self,
+        meshcat: Meshcat,
+        parameters: RecordingParameters,
+        robot: RobotParameters,
+        name: str = "starnav",
+        keep: bool = True,
     ) -> None:
         """
         Args:
@@ -70,11 +75,12 @@ class StarRoadmapVisualizer(LeafSystem):
             parameters: of the drawing.
             robot: whose radius and speed are drawn.
             name: of the folder in Meshcat's panel.
+            keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
         """
         super().__init__()
         self._parameters = parameters
         self._robot = robot
-        self._stage = MeshcatStage(meshcat, f"/{name}", 1.0 / parameters.frames_per_second)
+        self._stage = MeshcatStage(meshcat, f"/{name}", 1.0 / parameters.frames_per_second, keep=keep)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         self._nothing = state.roadmap
         self._drawn = _Drawn(self._nothing)
@@ -134,7 +140,7 @@ class StarRoadmapVisualizer(LeafSystem):
         known, edges = len(last), len(last.edges)
         if len(roadmap) < known or any(a is not b for a, b in zip(last.regions, roadmap.regions, strict=False)):
             for path in drawn.growing:  # another margin: other regions from the same scans
-                self._stage.hide(path, time)
+                self._stage.remove(path, time)
             drawn.growing.clear()
             drawn.bright.clear()
             known = edges = 0

@@ -3,7 +3,6 @@
 import io
 import math
 import os
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,8 +15,6 @@ from pydrake.geometry import (
     GeometryFrame,
     GeometryInstance,
     MakePhongIllustrationProperties,
-    Meshcat,
-    MeshcatParams,
     MeshcatVisualizer,
     MeshcatVisualizerParams,
     Role,
@@ -29,14 +26,15 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav.drawing import LAYERS, RecordingParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.recording import (
-    FIELD_OF_VIEW,
-    PAGE,
-    PANEL_WIDTH,
-    VIEWS,
-    camera_pose,
+from drake_starnav.recording.browser import BrowserCamera, browser_missing
+from drake_starnav.recording.camera import FIELD_OF_VIEW, PAGE, PANEL_WIDTH, VIEWS, around_robot, camera_pose
+from drake_starnav.recording.page import Cameras, Caption
+from drake_starnav.recording.recorder import (
+    WORLD_PREFIX,
     finish_recording,
     frame_camera,
+    quiet_meshcat,
+    set_look,
     start_recording,
     write_html,
 )
@@ -46,14 +44,14 @@ from drake_starnav.scan import LaserScan
 from drake_starnav.stars import scan_region
 from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer
 
-CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 ROBOT, PLANNER = RobotParameters(), PlannerParameters()
 POSTS = np.array([(1.5, 1.0, 0.3), (2.5, -1.0, 0.4), (4.0, 1.3, 0.3), (5.0, -1.2, 0.4)])
 EXTENT = (-1.0, -2.5, 7.0, 2.5)
 DURATION, SPEED, PERIOD = 4.0, 0.8, 0.05
 MAGENTA = (1.0, 0.0, 1.0)  # the robot's, like nothing else in the picture
-CAPTION = "posts <four> · star · seed 3 · timeout"
+CAPTION = Caption("posts <four>", ("method star, seed 3", "timeout </script> after 4.0 s"))
+POSES = {view: camera_pose(around_robot([0.0, 0.0]) if view == "follow" else EXTENT, view) for view in VIEWS}
+CAMERAS = Cameras(POSES, "top", f"{WORLD_PREFIX}/robot", (0.0, 0.0))
 
 
 def scan_at(pose, time, range_max=4.0, beams=180):
@@ -101,7 +99,7 @@ class Drive(LeafSystem):
         output.set_value(poses)
 
 
-def record(path, view="top"):
+def record(path):
     builder = DiagramBuilder()
     graph = builder.AddSystem(SceneGraph())
     source = graph.RegisterSource("test")
@@ -119,23 +117,27 @@ def record(path, view="top"):
         graph.RegisterAnchoredGeometry(source, post)
     drive = builder.AddSystem(Drive(frame))
     builder.Connect(drive.GetOutputPort("geometry_pose"), graph.get_source_pose_port(source))
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    meshcat = quiet_meshcat()
     parameters = RecordingParameters()
     MeshcatVisualizer.AddToBuilder(
         builder,
         graph,
         meshcat,
-        MeshcatVisualizerParams(publish_period=1.0 / parameters.frames_per_second, role=Role.kIllustration),
+        MeshcatVisualizerParams(
+            publish_period=1.0 / parameters.frames_per_second, role=Role.kIllustration, prefix=WORLD_PREFIX
+        ),
     )
     visualizer = builder.AddSystem(StarRoadmapVisualizer(meshcat, parameters, ROBOT))
     for k in range(visualizer.num_input_ports()):
         port = visualizer.get_input_port(k)
         builder.Connect(drive.GetOutputPort(port.get_name()), port)
-    start_recording(meshcat, parameters, EXTENT, view)
+    set_look(meshcat)
+    frame_camera(meshcat, EXTENT)
+    start_recording(meshcat, parameters)
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     simulator.AdvanceTo(DURATION)
-    finish_recording(meshcat, path, CAPTION)
+    finish_recording(meshcat, path, CAPTION, CAMERAS)
 
 
 @pytest.fixture(scope="module")
@@ -147,26 +149,43 @@ def recording(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(recording):
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if not os.access(CHROMIUM, os.X_OK):
-        pytest.skip(f"no browser at {CHROMIUM}: apt-get install chromium")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), headless=True, args=FLAGS)
-        page = browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
+    missing = browser_missing()
+    if missing is not None:
+        pytest.skip(f"there is no {missing}")
+    with BrowserCamera(recording) as camera:
+        page = camera.page
         page.requests, page.complaints = [], []
         page.on("request", lambda request: page.requests.append(request.url))
         page.on("console", lambda message: message.type == "error" and page.complaints.append(message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
-        page.goto(recording.as_uri())
-        page.wait_for_function("typeof viewer !== 'undefined' && viewer.animator.duration > 0", timeout=60000)
+        page.reload()  # what is heard now is heard from the start
+        page.wait_for_function("viewer.animator.duration > 0", timeout=60000)
         yield page
-        browser.close()
 
 
 def picture(page, time):
     """The page's pixels at a time of the recording, shape (height, width, 3), 0 to 1."""
-    page.evaluate(f"viewer.animator.pause(); viewer.animator.seek({time}); viewer.render()")
+    page.evaluate(f"starnav.show({time})")
     return imread(io.BytesIO(page.screenshot()))[..., :3]
+
+
+def magenta(image):
+    """Column and row of the middle of the robot in a picture."""
+    rows, columns = np.nonzero((image[..., 0] > 0.6) & (image[..., 2] > 0.6) & (image[..., 1] < 0.3))
+    assert len(rows) > 200
+    return np.array([columns.mean(), rows.mean()])
+
+
+def projected(point, position, target):
+    """Column and row where a camera that stands at `position` and looks at `target` shows a point."""
+    ahead = (target - position) / np.linalg.norm(target - position)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    scale = 0.5 * PAGE[1] / math.tan(math.radians(0.5 * FIELD_OF_VIEW))
+    column, row = (
+        scale * ((point - position) @ axis) / ((point - position) @ ahead) for axis in (right, np.cross(right, ahead))
+    )
+    return np.array([0.5 * PAGE[0] + column, 0.5 * PAGE[1] - row])
 
 
 def pixel(x, y):
@@ -187,10 +206,7 @@ def test_the_animation_lasts_as_long_as_the_run(page):
 
 @pytest.mark.parametrize("time", [0.0, 1.5, 4.0])
 def test_the_robot_is_where_it_was(page, time):
-    image = picture(page, time)
-    rows, columns = np.nonzero((image[..., 0] > 0.6) & (image[..., 2] > 0.6) & (image[..., 1] < 0.3))
-    assert len(rows) > 200
-    assert np.hypot(*(np.array([columns.mean(), rows.mean()]) - pixel(SPEED * time, 0.0))) < 5.0
+    assert np.hypot(*(magenta(picture(page, time)) - pixel(SPEED * time, 0.0))) < 5.0
 
 
 def test_each_layer_shows_and_hides(page):
@@ -221,9 +237,32 @@ def test_hidden_scans_stay_hidden_while_the_recording_moves_on(page):
 def test_caption_clock_and_legend_are_read(page):
     picture(page, 2.0)
     text = page.inner_text("#starnav-panel")
-    for part in ("posts <four>", "star", "seed 3", "timeout", "t = 2.0 s"):
+    for part in (CAPTION.heading, *CAPTION.lines, "t = 2.0 s"):
         assert part in text
     assert all(layer.label in text for layer in LAYERS.values())
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_each_view_shows_the_robot_where_its_camera_looks(page, view):
+    page.get_by_role("button", name=view).click()
+    for time in (0.0, 3.0):
+        image = picture(page, time)
+        place = np.array([SPEED * time, 0.0, 0.0])
+        lid = place + [0.0, 0.0, 0.2]
+        position, target = POSES[view]
+        if view == "follow":
+            position, target = position + place, target + place
+        assert np.hypot(*(magenta(image) - projected(lid, position, target))) < 12.0
+    page.get_by_role("button", name="top").click()
+
+
+def test_the_following_camera_may_be_turned_by_hand_and_follows_on(page):
+    page.evaluate("starnav.look('follow'); starnav.show(1.0)")
+    page.evaluate("viewer.camera.position.y += 2.0; viewer.controls.update(); starnav.show(1.0)")
+    before = magenta(picture(page, 1.0))
+    after = magenta(picture(page, 3.0))
+    page.evaluate("starnav.look('top')")
+    assert np.hypot(*(after - before)) < 3.0
 
 
 def test_the_file_is_small_and_alone_in_its_folder(recording):
@@ -232,18 +271,18 @@ def test_the_file_is_small_and_alone_in_its_folder(recording):
 
 
 def test_a_folder_that_does_not_exist_is_named(tmp_path):
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    with pytest.raises(StarnavError, match=r"recording .*nowhere.run\.html cannot be written"):
-        write_html(meshcat, tmp_path / "nowhere" / "run.html", CAPTION)
+    meshcat = quiet_meshcat()
+    with pytest.raises(StarnavError, match=r"cannot write .*nowhere.run\.html"):
+        write_html(meshcat, tmp_path / "nowhere" / "run.html", CAPTION, CAMERAS)
     (tmp_path / "taken").mkdir()
-    with pytest.raises(StarnavError, match="cannot be written"):
-        write_html(meshcat, tmp_path / "taken", CAPTION)
+    with pytest.raises(StarnavError, match="cannot write"):
+        write_html(meshcat, tmp_path / "taken", CAPTION, CAMERAS)
     assert os.listdir(tmp_path) == ["taken"]
 
 
 def test_an_unknown_view_is_named():
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    with pytest.raises(StarnavError, match="camera view is 'side'; allowed: one of top, oblique"):
+    meshcat = quiet_meshcat()
+    with pytest.raises(StarnavError, match="camera view is 'side'; allowed: one of top, follow, oblique"):
         frame_camera(meshcat, EXTENT, "side")
 
 
@@ -251,14 +290,8 @@ def test_an_unknown_view_is_named():
 @pytest.mark.parametrize("extent", [(-1.0, -2.5, 7.0, 2.5), (0.0, 0.0, 5.0, 30.0), (-4.0, -4.0, 4.0, 4.0)])
 def test_the_camera_sees_all_of_the_extent_beside_the_panel(extent, view):
     position, target = camera_pose(extent, view)
-    ahead = (target - position) / np.linalg.norm(target - position)
-    right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    up = np.cross(right, ahead)
-    scale = 0.5 * PAGE[1] / math.tan(math.radians(0.5 * FIELD_OF_VIEW))
     x0, y0, x1, y1 = extent
-    offset = np.array([(x0, y0, 0.0), (x0, y1, 0.0), (x1, y0, 0.0), (x1, y1, 0.0)]) - position
-    column = 0.5 * PAGE[0] + scale * (offset @ right) / (offset @ ahead)
-    row = 0.5 * PAGE[1] - scale * (offset @ up) / (offset @ ahead)
-    assert column.min() > PANEL_WIDTH - 5.0 and column.max() < PAGE[0] + 5.0
-    assert row.min() > 0.0 and row.max() < PAGE[1]
+    corners = np.array([(x0, y0, 0.0), (x0, y1, 0.0), (x1, y0, 0.0), (x1, y1, 0.0)])
+    columns, rows = np.array([projected(corner, position, target) for corner in corners]).T
+    assert columns.min() > PANEL_WIDTH - 5.0 and columns.max() < PAGE[0] + 5.0
+    assert rows.min() > 0.0 and rows.max() < PAGE[1]

@@ -141,16 +141,27 @@ def test_an_update_that_changes_nothing_leaves_the_state_alone() -> None:
     assert planning.simulator.get_num_unrestricted_updates() == before + 1
 
 
-def test_moved_goal_is_taken_up_at_the_next_search() -> None:
+def test_a_moved_goal_is_taken_up_at_the_next_update() -> None:
     planning = Planning(goal=IN_SIGHT)
     planning.see(OPEN)
     planning.update()
     moved = np.array([-1.0, 1.0])
     planning.put("goal", moved)
-    planning.see(OPEN, POSE + (1.1 * PARAMETERS.node_spacing, 0.0, 0.0))  # far enough for a node, which is a search
     planning.update()
-    assert len(planning.out("roadmap").roadmap) == 2
     assert planning.out("guidance").path[-1] == pytest.approx(moved)
+    assert len(planning.out("roadmap").roadmap) == 1
+
+
+def test_after_giving_up_another_goal_is_tried() -> None:
+    planning = Planning(goal=BEHIND)
+    planning.see(CELL)
+    planning.update()
+    planning.update()
+    assert planning.out("status") is PlannerStatus.UNREACHABLE
+    planning.put("goal", np.array([-0.5, 0.2]))
+    planning.update()
+    assert planning.out("status") is PlannerStatus.APPROACHING
+    assert planning.out("guidance").path[-1] == pytest.approx([-0.5, 0.2])
 
 
 def test_a_snapshot_once_read_never_changes() -> None:

@@ -1,0 +1,8 @@
+"""Record a run: python scripts/record.py forest --png 5 15 --gif"""
+
+import sys
+
+from drake_starnav.command_line import record
+
+if __name__ == "__main__":
+    sys.exit(record())
