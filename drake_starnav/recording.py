@@ -60,12 +60,13 @@ class Recorder:
             (station.GetOutputPort("localization.pose"), "pose"),
             (station.GetOutputPort("lidar.scan"), "scan"),
             (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
-            (navigation.planner.GetOutputPort("roadmap"), "roadmap"),
             (navigation.goal.get_output_port(), "goal"),
             (controller.GetOutputPort("twist_command"), "twist"),
             (controller.GetOutputPort("certificate"), "certificate"),
         ):
             builder.Connect(port, visualizer.GetInputPort(name))
+        if navigation.planner is not None:
+            builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
 
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
