@@ -110,8 +110,9 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
         description="Run many trials of scenarios and methods, and compare them.",
         epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
     )
-    parser.add_argument("scenario", nargs="+", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
-    parser.add_argument("--method", nargs="+", default=["star"], help=f"of {', '.join(METHODS)} (default: star)")
+    parser.add_argument("scenario", nargs="*", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
+    parser.add_argument("--suite", metavar="NAME", help="a named set of scenarios and methods with its table: table1")
+    parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)} (default: star, or the suite's)")
     add_overrides(parser)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
@@ -158,11 +159,17 @@ def _benchmark(options: argparse.Namespace) -> int:
     check_batch_options(options)
     if options.resume and options.json is None:
         raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
+    if bool(options.scenario) == bool(options.suite):
+        raise StarnavError(
+            f"{'both scenarios and' if options.suite else 'neither a scenario nor'} --suite; allowed: one of the two"
+        )
     _check_report_options(options)
-    from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
+    from drake_starnav.benchmark import TrialFile, find_suite, make_cases, make_header, run_batch
 
-    cases = make_cases(options.scenario, options.method, options.overrides)
-    header = make_header(cases, options.seed, options.overrides)
+    suite = find_suite(options.suite) if options.suite else None
+    methods = options.method or (suite.methods if suite else ["star"])
+    cases = make_cases(suite.scenarios if suite else options.scenario, methods, options.overrides)
+    header = make_header(cases, options.seed, options.overrides, suite=options.suite)
     with (
         chosen_pool(options) as pool,
         TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,

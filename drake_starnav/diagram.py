@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 
+from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
+from drake_starnav.baselines import known_obstacles
+from drake_starnav.errors import UnsupportedError
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.star_perception import StarPerception
@@ -17,14 +21,17 @@ from drake_starnav.worlds.world import World
 
 @dataclass(frozen=True)
 class Navigation:
-    """The systems that `add_navigation` put into a builder, for connecting more to them."""
+    """The systems that `add_navigation` put into a builder, for connecting more to them.
+
+    A baseline that heads for the goal itself has neither perception nor planner.
+    """
 
     world: World
     station: NavigationStation
     goal: LeafSystem
-    perception: StarPerception
-    planner: StarRoadmapPlanner
-    controller: DsmController
+    perception: StarPerception | None
+    planner: StarRoadmapPlanner | None
+    controller: DsmController | BaselineController
 
 
 def add_navigation(
@@ -48,52 +55,129 @@ def add_navigation(
         world: in which to drive, instead of the scenario's.
         stopwatch: where wall-clock times are noted, if anywhere.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's.
+
+    Raises:
+        UnsupportedError: the controller must know all obstacles as circles, and the world has others.
     """
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
-    robot, planner_parameters, controller_parameters = scenario.robot, scenario.planner, scenario.controller
     station = builder.AddNamedSystem(
-        "station", NavigationStation(world, robot, scenario.lidar, time_step=step, seed=seed)
+        "station", NavigationStation(world, scenario.robot, scenario.lidar, time_step=step, seed=seed)
     )
     goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
+    perception: StarPerception | None = None
+    planner: StarRoadmapPlanner | None = None
+    controller: DsmController | BaselineController
+    if scenario.controller.kind == "star":
+        perception, planner = _add_planning(builder, scenario, station, goal, stopwatch)
+        controller = _add_star_controller(builder, scenario, station, perception, planner, stopwatch)
+    else:
+        if scenario.controller.target == "short_term_goal":
+            perception, planner = _add_planning(builder, scenario, station, goal, stopwatch)
+        controller = _add_baseline(builder, scenario, world, station, goal, planner, stopwatch)
+    builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
+    return Navigation(world, station, goal, perception, planner, controller)
+
+
+def _add_planning(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: NavigationStation,
+    goal: LeafSystem,
+    stopwatch: Stopwatch | None,
+) -> tuple[StarPerception, StarRoadmapPlanner]:
+    step = scenario.simulation.time_step
     perception = builder.AddNamedSystem(
         "perception",
         StarPerception(
-            robot,
-            planner_parameters,
-            controller_parameters,
+            scenario.robot,
+            scenario.planner,
+            scenario.controller,
             rate=scenario.lidar.rate,
             offset=step,
             stopwatch=stopwatch,
         ),
     )
     planner = builder.AddNamedSystem(
-        "planner", StarRoadmapPlanner(robot, planner_parameters, offset=2 * step, stopwatch=stopwatch)
-    )
-    controller = builder.AddNamedSystem(
-        "controller", DsmController(robot, controller_parameters, offset=2 * step, stopwatch=stopwatch)
+        "planner", StarRoadmapPlanner(scenario.robot, scenario.planner, offset=2 * step, stopwatch=stopwatch)
     )
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
         (perception, "star", planner, "star"),
         (station, "localization.pose", planner, "pose"),
-        (planner, "guidance", controller, "guidance"),
-        (perception, "safety_star", controller, "safety_star"),
-        (station, "localization.state", controller, "state"),
-        (controller, "twist_command", station, "drive.twist_command"),
     ):
         builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
     builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
-    return Navigation(world, station, goal, perception, planner, controller)
+    return perception, planner
+
+
+def _add_star_controller(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: NavigationStation,
+    perception: StarPerception,
+    planner: StarRoadmapPlanner,
+    stopwatch: Stopwatch | None,
+) -> DsmController:
+    offset = 2 * scenario.simulation.time_step
+    controller = builder.AddNamedSystem(
+        "controller", DsmController(scenario.robot, scenario.controller, offset=offset, stopwatch=stopwatch)
+    )
+    for source, name, port in (
+        (planner, "guidance", "guidance"),
+        (perception, "safety_star", "safety_star"),
+        (station, "localization.state", "state"),
+    ):
+        builder.Connect(source.GetOutputPort(name), controller.GetInputPort(port))
+    return controller
+
+
+def _add_baseline(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    station: NavigationStation,
+    goal: LeafSystem,
+    planner: StarRoadmapPlanner | None,
+    stopwatch: Stopwatch | None,
+) -> BaselineController:
+    """Add a baseline; it reads the same scans at the same times as the star controller."""
+    kind, offset = scenario.controller.kind, 2 * scenario.simulation.time_step
+    settings = getattr(scenario, kind)
+    controller = builder.AddNamedSystem(
+        "controller",
+        BaselineController(scenario.robot, scenario.controller, settings, offset=offset, stopwatch=stopwatch),
+    )
+    builder.Connect(goal.get_output_port(), controller.GetInputPort("goal"))
+    for name, port in (
+        ("lidar.scan", "scan"),
+        ("localization.scan_pose", "scan_pose"),
+        ("localization.state", "state"),
+    ):
+        builder.Connect(station.GetOutputPort(name), controller.GetInputPort(port))
+    if planner is not None:
+        builder.Connect(planner.GetOutputPort("short_term_goal"), controller.GetInputPort("short_term_goal"))
+    if kind == "dsm":
+        count = len(world.polygons)
+        if count or world.model is not None:
+            what = f"{count} polygon{'s' * (count > 1)}" if count else "a model file"
+            raise UnsupportedError(
+                f"controller.kind dsm in world {world.name}, which has {what}; "
+                "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
+            )
+        known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + scenario.dsm.margin)
+        source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
+        builder.Connect(source.get_output_port(), controller.GetInputPort("obstacles"))
+    return controller
 
 
 def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = None) -> Diagram:
     """The built diagram of a scenario: simulate it, or add it to a builder of your own.
 
     It exports the planner's, the controller's and the station's outputs under dotted names: `planner.guidance`,
-    `planner.short_term_goal`, `planner.roadmap`, `planner.status`, `controller.twist_command`,
+    `planner.short_term_goal`, `planner.roadmap`, `planner.status` (if there is a planner), `controller.twist_command`,
     `controller.guiding_vector`, `controller.certificate`, and all of the station's.
 
     Args:
@@ -104,6 +188,8 @@ def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = Non
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed, world=world)
     for name, system in (("planner", navigation.planner), ("controller", navigation.controller)):
+        if system is None:
+            continue
         for index in range(system.num_output_ports()):
             port = system.get_output_port(index)
             builder.ExportOutput(port, f"{name}.{port.get_name()}")

@@ -190,8 +190,9 @@ class LiveRun:
 
     def _tell(self) -> None:
         """Say what has changed: the goal is reached, or cannot be."""
-        planner = self._navigation.planner
-        status = planner.GetOutputPort("status").Eval(planner.GetMyContextFromRoot(self.simulator.get_context()))
+        planner, status = self._navigation.planner, None
+        if planner is not None:
+            status = planner.GetOutputPort("status").Eval(planner.GetMyContextFromRoot(self.simulator.get_context()))
         now = "on its way"
         if np.hypot(*(self.pose[:2] - self.goal)) < self._scenario.simulation.goal_tolerance:
             now = "reached the goal"

@@ -1,7 +1,8 @@
 """Scenarios: typed parameters <-> YAML.
 
-A scenario has the sections `world, robot, lidar, planner, controller, simulation, recording`; each is a dataclass with
-defaults, so that a file says only what differs. The world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
+A scenario has the sections `world, robot, lidar, planner, controller, simulation, recording` and one for each baseline;
+each is a dataclass with defaults, so that a file says only what differs. The world is chosen by a tag, e.g.
+`world: !Forest {width: 20}`.
 """
 
 import contextlib
@@ -14,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters, PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.drawing import RecordingParameters
 from drake_starnav.errors import StarnavError
@@ -46,6 +48,10 @@ class Scenario:
     lidar: LidarParameters = field(default_factory=LidarParameters)
     planner: PlannerParameters = field(default_factory=PlannerParameters)
     controller: ControllerParameters = field(default_factory=ControllerParameters)
+    dsm: DsmParameters = field(default_factory=DsmParameters)
+    foa: FoaParameters = field(default_factory=FoaParameters)
+    dwa: DwaParameters = field(default_factory=DwaParameters)
+    apf: PotentialFieldParameters = field(default_factory=PotentialFieldParameters)
     simulation: SimulationParameters = field(default_factory=SimulationParameters)
     recording: RecordingParameters = field(default_factory=RecordingParameters)
 
@@ -55,6 +61,10 @@ SECTIONS: dict[str, type] = {
     "lidar": LidarParameters,
     "planner": PlannerParameters,
     "controller": ControllerParameters,
+    "dsm": DsmParameters,
+    "foa": FoaParameters,
+    "dwa": DwaParameters,
+    "apf": PotentialFieldParameters,
     "simulation": SimulationParameters,
     "recording": RecordingParameters,
 }
@@ -90,8 +100,14 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "certificate": False,
         },
     },
+    "dsm": {"controller": {"kind": "dsm"}},
+    "foa": {"controller": {"kind": "foa"}},
+    "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
+    "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
+    "dwa": {"controller": {"kind": "dwa"}},
+    "apf": {"controller": {"kind": "apf"}},
 }
-"""Methods are settings of one pipeline: what each sets before the scenario's own keys do."""
+"""A method is settings: which controller drives, and what else it sets before the scenario's own keys do."""
 
 
 class _Tagged(dict):

@@ -15,6 +15,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.errors import StarnavError
+from drake_starnav.metrics import motion_metrics
 from drake_starnav.motion import Motion
 from drake_starnav.polyline import simplified
 from drake_starnav.scenario import Scenario
@@ -22,7 +23,7 @@ from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.model_world import make_world_with_footprints
-from drake_starnav.systems.planar_localization import planar_pose
+from drake_starnav.systems.planar_localization import planar_states
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
 from drake_starnav.worlds.shortest_path import shortest_path
@@ -53,7 +54,8 @@ class Trial:
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         min_clearance_m: least distance of the hull to an obstacle that does not move; negative in a collision.
         mean_speed_mps: path length over time.
-        nodes: in the roadmap at the end.
+        mean_clearance_m, jerk_mps3, yaw_rate_change_radps2, twist_energy_m2ps, stops, stuck_s: see `MotionMetrics`.
+        nodes: in the roadmap at the end; 0 without one.
         wall_s: wall-clock time of the simulation.
         state_hash: SHA-256 of the logged plant state.
         command, scan, fit, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
@@ -71,6 +73,12 @@ class Trial:
     tightest_gap_m: float | None
     min_clearance_m: float
     mean_speed_mps: float
+    mean_clearance_m: float
+    jerk_mps3: float
+    yaw_rate_change_radps2: float
+    twist_energy_m2ps: float
+    stops: int
+    stuck_s: float
     nodes: int
     wall_s: float
     state_hash: str
@@ -114,6 +122,7 @@ def run_trial(
         progress: called now and then with the simulated time and the time limit, s.
 
     Raises:
+        UnsupportedError: the method cannot be tried in this world.
         StarnavError: the world cannot be made (e.g. the start is inside an obstacle), or the recording not written.
     """
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
@@ -140,12 +149,25 @@ def run_trial(
     wall = time.perf_counter() - start
     context = simulator.get_context()
     states = log.FindLog(context).data()
-    least = _least_clearance(world, states, scenario.robot.radius)
+    driven = planar_states(states.T, navigation.station.plant.num_positions(navigation.station.robot_model))
+    clearances = clearance(world, driven[:, :2]) - scenario.robot.radius
+    least = float(clearances.min())
     outcome = "collision" if least < 0.0 else message
     elapsed = context.get_time()
     length = float(np.hypot(*np.diff(states[4:6], axis=1)).sum())
+    motion = motion_metrics(
+        driven[:, :2],
+        driven[:, 3:],
+        clearances,
+        time_step=scenario.simulation.time_step,
+        robot_radius=scenario.robot.radius,
+    )
     shortest = omniscient_path(world, scenario.robot.radius)
-    roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+    nodes = 0
+    if navigation.planner is not None:
+        roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+        nodes = len(roadmap.roadmap)
+    times: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
     trial = Trial(
         scenario=scenario.name,
         method=method,
@@ -158,14 +180,15 @@ def run_trial(
         tightest_gap_m=None if shortest is None else _finite(tightest_gap(world, shortest[1])),
         min_clearance_m=least,
         mean_speed_mps=length / elapsed if elapsed > 0.0 else 0.0,
-        nodes=len(roadmap.roadmap),
+        **vars(motion),
+        nodes=nodes,
         wall_s=wall,
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-        **{name: stopwatch.summary(name) for name in STEPS},
+        **times,
         path=simplified(states[4:6].T, PATH_TOLERANCE).round(3).tolist(),
     )
     for each in observers:
-        each.finish(caption_lines(trial), _motion(log.FindLog(context).sample_times(), states))
+        each.finish(caption_lines(trial), Motion(log.FindLog(context).sample_times(), driven[:, :3]))
     return trial
 
 
@@ -174,11 +197,6 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
     said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
     outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
-
-
-def _motion(times: np.ndarray, states: np.ndarray) -> Motion:
-    """The poses in logged multibody states of shape (13 or more, n)."""
-    return Motion(times, np.array([planar_pose(state) for state in states.T]))
 
 
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
@@ -196,7 +214,8 @@ def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolera
     arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
-    builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
+    if navigation.planner is not None:
+        builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
 
 
 def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None] | None) -> str:
@@ -231,14 +250,10 @@ def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | N
     return shortest_path(world, radius + SHORTEST_PATH_SLACK)
 
 
-def _least_clearance(world: World, states: np.ndarray, radius: float) -> float:
-    """Least distance of the hull to an obstacle over the logged states, m; infinite in an empty world."""
-    return float(clearance(world, states[4:6].T.copy()).min()) - radius
-
-
 def trial_record(trial: Trial) -> dict[str, Any]:
     """The trial as a JSON-compatible mapping; an infinite clearance (nothing to hit) is null."""
-    return {**vars(trial), "min_clearance_m": _finite(trial.min_clearance_m)}
+    clearances = {name: _finite(getattr(trial, name)) for name in ("min_clearance_m", "mean_clearance_m")}
+    return {**vars(trial), **clearances}
 
 
 def _finite(value: float) -> float | None:

@@ -26,7 +26,7 @@ WHEELS = ("left_wheel", "right_wheel")
 """Names of the joints, links and actuators that a robot model must have besides `base_link` and frame `lidar`."""
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 HULL = "hull"
-"""Geometries of the shipped robots whose name begins so get the radius of `robot.radius`."""
+"""Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
 
@@ -161,8 +161,25 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
             cylinder = element.find("geometry/cylinder")
             if element.get("name", "").startswith(HULL) and cylinder is not None:
                 cylinder.set("radius", repr(robot.radius))
+        _pull_in(root, robot.radius)
         text = ElementTree.tostring(root, encoding="unicode")
     return str(path), text
+
+
+def _pull_in(root: ElementTree.Element, radius: float) -> None:
+    """Move wheels and casters towards the axis where they would reach out of a hull of this radius."""
+    joints = {joint.find("child").get("link"): joint for joint in root.findall("joint")}  # type: ignore[union-attr]
+    for link in root.iter("link"):
+        for element in (*link.iter("collision"), *link.iter("visual")):
+            sphere = element.find("geometry/sphere")
+            moved = joints.get(link.get("name"), element)
+            origin = moved.find("origin")
+            if sphere is None or origin is None:
+                continue
+            x, y, z = (float(value) for value in origin.get("xyz", "0 0 0").split())
+            far = radius - float(sphere.get("radius", "0"))
+            share = min(1.0, far / max(math.hypot(x, y), 1e-9))
+            origin.set("xyz", f"{x * share!r} {y * share!r} {z!r}")
 
 
 def _add_robot(

@@ -23,6 +23,7 @@ from drake_starnav.parameters import allowed_text
 from drake_starnav.scenario import METHODS, SECTIONS, Scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.lidar_sensor import LidarSensor
@@ -54,6 +55,7 @@ def all_systems() -> list[System]:
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
         StarRoadmapPlanner(robot, planner, offset=0.01),
         DsmController(robot, controller, offset=0.01),
+        BaselineController(robot, controller, defaults.foa, offset=0.01),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         CollisionMonitor(robot=(), ground=(), period=0.02),
         ArrivalMonitor(tolerance=0.3, period=0.02),
@@ -143,13 +145,13 @@ def yaml_text(value: Any) -> str:
 
 
 def method_rows() -> list[Row]:
-    """One row (parameter, value by method...) for each parameter that some method sets."""
+    """One row (parameter, default, value by method...) for each parameter that some method sets; else it is empty."""
     keys = [(section, key) for sections in METHODS.values() for section, values in sections.items() for key in values]
     rows: list[Row] = []
     for section, key in dict.fromkeys(keys):
         default = getattr(SECTIONS[section](), key)
-        values = [sections.get(section, {}).get(key, default) for sections in METHODS.values()]
-        rows.append((f"`{section}.{key}`", *(f"`{yaml_text(value)}`" for value in values)))
+        own = [f"`{yaml_text(s[section][key])}`" if key in s.get(section, {}) else "" for s in METHODS.values()]
+        rows.append((f"`{section}.{key}`", f"`{yaml_text(default)}`", *own))
     return rows
 
 
@@ -196,8 +198,8 @@ An unknown key or a value that is not allowed ends the run with one sentence tha
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(head, parameter_rows(cls, section))}\n")
     parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
-    methods = table(("parameter", *(f"`{name}`" for name in METHODS)), method_rows())
-    said = "A method is a set of values for the parameters above; a scenario's own come after."
+    methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
+    said = "A method is a set of values for the parameters above, those given here; a scenario's own come after."
     parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
     return "\n".join(parts)
 

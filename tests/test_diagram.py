@@ -19,6 +19,7 @@ from drake_starnav.stars.region import RegionStack
 from drake_starnav.station import NavigationStation
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.star_perception import StarPerception
@@ -201,6 +202,26 @@ def test_systems_that_are_added_are_handed_back() -> None:
     assert tuple(type(system) for system in systems) == kinds
     assert [s.get_name() for s in builder.GetSystems()] == ["station", "goal", "perception", "planner", "controller"]
     assert navigation.world.goal == (3.8, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("method", "names"),
+    [
+        ("dwa", ["station", "goal", "controller"]),
+        ("foa_roadmap", ["station", "goal", "perception", "planner", "controller"]),
+        ("dsm", ["station", "goal", "controller", "known_obstacles"]),
+    ],
+)
+def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: list[str]) -> None:
+    scenario = parse_scenario(POSTS, name="posts", method=method)
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, scenario)
+    assert isinstance(navigation.controller, BaselineController)
+    assert [system.get_name() for system in builder.GetSystems()] == names
+    diagram = make_diagram(scenario)
+    exports = [diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())]
+    assert exports == [name for name in EXPORTS if navigation.planner or not name.startswith("planner.")]
+    simulated(diagram).AdvanceTo(0.5)
 
 
 def test_interleaved_contexts_go_as_they_would_alone() -> None:

@@ -30,7 +30,7 @@ class Room:
 
 BASE = "errors parameters files console"
 SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline"
-METHOD = f"{SENSING} motion stars roadmap control baselines worlds"
+METHOD = f"{SENSING} motion stars roadmap control baselines worlds metrics"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
@@ -57,8 +57,9 @@ TABLE = {
     "stars": Room(f"{BASE} robot scan", ARRAYS),
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
-    "baselines": Room(f"{BASE} robot", f"{ARRAYS} sklearn"),
+    "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
+    "metrics": Room(BASE, "numpy"),
     "drawing": Room(METHOD, ARRAYS),
     "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
     "systems": Room(SETUP, DRAKE),

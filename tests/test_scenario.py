@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names, scenario_text
+from drake_starnav.scenario import METHODS, SECTIONS, load_scenario, parse_scenario, scenario_names, scenario_text
 
 
 def test_shipped_scenarios_load_with_every_method() -> None:
@@ -36,12 +37,18 @@ def test_precedence_is_method_then_file_then_override() -> None:
     assert scenario.controller.rate == 80.0  # the override wins over the file
 
 
-def test_method_options_are_real_parameters() -> None:
-    plain = load_scenario("room")
-    paper = load_scenario("room", method="star_paper")
-    for section, values in METHODS["star_paper"].items():
-        before, after = dataclasses.asdict(getattr(plain, section)), dataclasses.asdict(getattr(paper, section))
-        assert {key for key in before if before[key] != after[key]} == set(values)
+@pytest.mark.parametrize("method", METHODS)
+def test_method_options_are_real_parameters(method: str) -> None:
+    plain, chosen = load_scenario("room"), load_scenario("room", method=method)
+    for section in SECTIONS:
+        before, after = dataclasses.asdict(getattr(plain, section)), dataclasses.asdict(getattr(chosen, section))
+        assert {key for key in before if before[key] != after[key]} == set(METHODS[method].get(section, {}))
+
+
+def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None:
+    kinds = dataclasses.fields(ControllerParameters)[0].metadata["choices"]
+    assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds)
+    assert set(kinds) - {"star"} <= set(SECTIONS)
 
 
 @pytest.mark.parametrize(
@@ -59,6 +66,8 @@ def test_method_options_are_real_parameters() -> None:
         ("world: !Forest {}\nlidar: {beams: 0}", ["lidar.beams", "0", "3 <= x"]),
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
         ("world: !Forest {}\nplanner: {frontiers: egdes}", ["planner.frontiers", "edges, dbscan"]),
+        ("world: !Forest {}\ncontroller: {kind: dwb}", ["controller.kind", "dwb", "star, dsm, foa, dwa, apf"]),
+        ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
         ("world: !Forest {}\ncontroller: {certificate: 3}", ["controller.certificate", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
         ("world: !Forest [1]", ["Forest", "mapping"]),

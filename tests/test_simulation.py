@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.errors import UnsupportedError
+from drake_starnav.scenario import METHODS, parse_scenario
 from drake_starnav.simulation import run_trial, trial_record
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
@@ -28,6 +29,13 @@ def test_robot_arrives_around_an_obstacle(small_trial) -> None:
     assert small_trial.shortest_path_m - 0.35 < small_trial.path_length_m < 1.3 * small_trial.shortest_path_m
     assert small_trial.mean_speed_mps == pytest.approx(small_trial.path_length_m / small_trial.time_s)
     assert small_trial.nodes >= 1
+    assert small_trial.min_clearance_m < small_trial.mean_clearance_m < 2.0
+    # the robot drove at its mean speed at least, and at its largest at most
+    least, most = small_trial.mean_speed_mps**2 * small_trial.time_s, (0.8**2 + 0.5 * 0.5**2) * small_trial.time_s
+    assert least < small_trial.twist_energy_m2ps < most
+    assert 0.0 < small_trial.jerk_mps3 < 1.0 / 0.1  # the acceleration changes by at most 1 m/s^2 each way per window
+    assert small_trial.stops == 0
+    assert small_trial.stuck_s == 0.0
     for step in ("command", "scan", "fit", "plan"):
         times = getattr(small_trial, step)
         assert times["count"] > 0
@@ -90,9 +98,35 @@ def test_an_empty_world_has_a_record_without_infinities() -> None:
     trial = run_trial(parse_scenario("world: !Obstacles {goal: [2.0, 0.0]}", name="empty"), seed=0)
     assert trial.outcome == "reached"
     record = trial_record(trial)
-    assert record["min_clearance_m"] is None
+    assert record["min_clearance_m"] is record["mean_clearance_m"] is None
     assert set(record) == {field.name for field in dataclasses.fields(trial)}
     json.dumps(record, allow_nan=False)
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if not name.startswith("star")])
+def test_baselines_drive_around_an_obstacle(method: str) -> None:
+    scenario = parse_scenario(SMALL.replace("1.7, 0.1, 0.4", "1.7, 0.6, 0.3"), name="small", method=method)
+    trial = run_trial(scenario, method=method, seed=3)
+    assert trial.outcome == "reached"
+    assert trial.min_clearance_m > 0.0
+    assert trial.command["count"] > 0
+    planned = method == "foa_roadmap"
+    assert (trial.nodes > 0) == (trial.plan["count"] > 0) == planned
+    assert trial.state_hash == run_trial(scenario, method=method, seed=3).state_hash
+
+
+def test_a_baseline_without_a_planner_can_be_recorded(tmp_path) -> None:
+    scenario = parse_scenario(SMALL + "simulation: {timeout: 0.5}", name="small", method="dwa")
+    run_trial(scenario, method="dwa", html=tmp_path / "dwa.html")
+    assert "small · dwa · seed 0 · timeout" in (tmp_path / "dwa.html").read_text(encoding="utf-8")
+
+
+def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
+    scenario = parse_scenario(
+        "world: !Obstacles {polygons: [[[2, 1], [3, 1], [3, 2]]], goal: [4.0, 0.0]}", name="walls", method="dsm"
+    )
+    with pytest.raises(UnsupportedError, match=r"controller.kind dsm in world obstacles, which has 1 polygon; allowed"):
+        run_trial(scenario, method="dsm")
 
 
 def test_robot_radius_is_that_of_the_hull() -> None:

@@ -176,10 +176,12 @@ def test_noise_depends_on_the_seed_alone() -> None:
     assert not np.array_equal(ranges[0], ranges[2])
 
 
-@pytest.mark.parametrize("radius", [0.2, 0.3])
-def test_the_hull_has_the_radius_of_the_parameters(radius: float) -> None:
+@pytest.mark.parametrize("radius", [0.12, 0.2, 0.3])
+@pytest.mark.parametrize("bearing", [0.0, 0.5 * math.pi])
+def test_the_robot_has_the_radius_of_the_parameters(radius: float, bearing: float) -> None:
     gap = 0.01
-    world = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(radius + gap + 0.2, 0.0, 0.2)])
+    post = (radius + gap + 0.2) * np.array((math.cos(bearing), math.sin(bearing)))
+    world = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(*post, 0.2)])
     drive = Drive(world, RobotParameters(radius=radius))
     query = drive.out("cheat.geometry_query")
     inspector = drive.station.scene_graph.model_inspector()

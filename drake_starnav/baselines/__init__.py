@@ -1,16 +1,25 @@
 """Controllers to compare with: each one pure function of where the robot is and of what is around it."""
 
-from drake_starnav.baselines.dsm_circles import dsm_velocity
+from drake_starnav.baselines.baseline_step import BaselineParameters, Situation, baseline_step
+from drake_starnav.baselines.dsm_circles import DsmParameters, dsm_velocity
 from drake_starnav.baselines.dwa import DwaParameters, dwa_twist
-from drake_starnav.baselines.foa import foa_cluster_velocity, foa_velocity
+from drake_starnav.baselines.foa import FoaParameters, foa_cluster_velocity, foa_velocity
+from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
 
 __all__ = [
+    "BaselineParameters",
+    "DsmParameters",
     "DwaParameters",
+    "FoaParameters",
+    "KnownObstacles",
     "PotentialFieldParameters",
+    "Situation",
+    "baseline_step",
     "dsm_velocity",
     "dwa_twist",
     "foa_cluster_velocity",
     "foa_velocity",
+    "known_obstacles",
     "potential_field_velocity",
 ]

@@ -2,7 +2,8 @@
 
     v_i = E_i D_i E_i^-1 v,   E_i = [r_hat_i  t_i],   D_i = diag(1 - 1/Gamma_i, 1 + 1/Gamma_i)
 
-r_hat_i points from the centre of circle i to the position and t_i is its tangent. Gamma_i is 1 on the circle inflated
+r_hat_i points from the reference point of circle i, its centre unless told otherwise, to the position, and t_i is its
+tangent there. Gamma_i is 1 on the circle inflated
 by the robot's radius, 1 + (distance in metres) outside, and the share of the radius inside. The result has the
 directional mean of the v_i about v, weights ~ 1/(Gamma_i - 1), and the weighted mean of their lengths.
 Source: Huber, Slotine and Billard, "Avoiding dense and dynamic obstacles in enclosed spaces: application to moving in
@@ -11,6 +12,7 @@ dynamic_obstacle_avoidance, commit aa747671.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -18,9 +20,28 @@ from numba import njit
 from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
 from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import check_parameters, parameter
 
 APPROACH_GAIN = 1.3
 """By how much the speed at which a circle comes nearer is overestimated, for safety."""
+LEAST_COSINE = 1e-3
+"""Where the directions from reference point and centre are nearly at right angles or worse, the centre's is taken."""
+
+
+@dataclass(frozen=True)
+class DsmParameters:
+    """Modulation around circles that are all known."""
+
+    tail_effect: bool = parameter(False, "also bend a velocity that leads away from an obstacle")
+    margin: float = parameter(
+        0.06, "clearance that is modulated for beyond the robot's radius", unit="m", low=0.0, high=1.0
+    )
+    max_speed: float = parameter(
+        0.4, "of the nominal velocity and of the modulated one", unit="m/s", above=0.0, high=10.0
+    )
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "dsm")
 
 
 def dsm_velocity(
@@ -31,12 +52,14 @@ def dsm_velocity(
     robot_radius: float,
     tail_effect: bool,
     circle_velocities: np.ndarray | None = None,
+    reference_points: np.ndarray | None = None,
 ) -> np.ndarray:
     """The nominal velocity, modulated around known circles.
 
     On an inflated circle the part of the velocity into it vanishes. Inside one, where the method makes no promise, the
     same holds; in the very centre, where no direction leads out more than another, the result is zero. Finite arguments
-    give a finite result. Overlapping circles can hold the robot in a local minimum.
+    give a finite result. Overlapping circles can hold the robot in a local minimum, unless they share a reference
+    point; see `known_obstacles`.
 
     Args:
         position: shape (2,), W, m.
@@ -45,6 +68,7 @@ def dsm_velocity(
         robot_radius: m, by which every circle is inflated.
         tail_effect: whether the velocity is also bent while it leads away from a circle.
         circle_velocities: shape (n, 2), W, m/s; None for circles that stand. Only their approach to the robot counts.
+        reference_points: shape (n, 2), W, m, a point in each inflated circle; None for the centres.
 
     Returns:
         shape (2,), W, m/s.
@@ -67,11 +91,17 @@ def dsm_velocity(
         velocities = np.zeros((len(circles), 2))
     else:
         velocities = rows(circle_velocities, 2, place + "circle_velocities", len(circles))
-    return np.array(_dsm(*position, *nominal_velocity, circles, velocities, float(robot_radius), bool(tail_effect)))
+    if reference_points is None:
+        references = circles[:, :2]
+    else:
+        references = rows(reference_points, 2, place + "reference_points", len(circles))
+    return np.array(
+        _dsm(*position, *nominal_velocity, circles, velocities, references, float(robot_radius), bool(tail_effect))
+    )
 
 
 @njit(cache=True)
-def _dsm(x, y, vx, vy, circles, velocities, robot_radius, tail_effect):
+def _dsm(x, y, vx, vy, circles, velocities, references, robot_radius, tail_effect):
     count = len(circles)
     normal = np.empty((count, 2))
     gamma = np.empty(count)
@@ -102,16 +132,27 @@ def _dsm(x, y, vx, vy, circles, velocities, robot_radius, tail_effect):
     mean_speed = 0.0
     for i in range(count):
         nx, ny = normal[i, 0], normal[i, 1]
+        rx, ry = _reference_direction(x - references[i, 0], y - references[i, 1], nx, ny)
+        cosine = rx * nx + ry * ny
         influence = 1.0 / max(gamma[i], 1.0)
-        radial = nx * vx + ny * vy
-        tangential = (nx * vy - ny * vx) * (1.0 + influence)
+        radial = (nx * vx + ny * vy) / cosine
+        tangential = (rx * vy - ry * vx) / cosine * (1.0 + influence)
         if tail_effect or radial <= 0.0:
             radial *= 1.0 - influence
-        modulated[i, 0] = radial * nx - tangential * ny
-        modulated[i, 1] = radial * ny + tangential * nx
-        mean_speed += weights[i] * math.hypot(radial, tangential)
+        modulated[i, 0] = radial * rx - tangential * ny
+        modulated[i, 1] = radial * ry + tangential * nx
+        mean_speed += weights[i] * math.hypot(modulated[i, 0], modulated[i, 1])
     ux, uy = directional_mean(vx / speed, vy / speed, modulated, weights)
     return mean_speed * ux + frame_x, mean_speed * uy + frame_y
+
+
+@njit(cache=True)
+def _reference_direction(dx, dy, nx, ny):
+    """The unit vector from the reference point; the normal where, deep inside the circle, the two do not agree."""
+    distance = math.hypot(dx, dy)
+    if dx * nx + dy * ny <= LEAST_COSINE * distance:
+        return nx, ny
+    return dx / distance, dy / distance
 
 
 @njit(cache=True)

@@ -32,7 +32,7 @@ class DwaParameters:
     """The dynamic window, its samples, and what makes an arc good."""
 
     period: float = parameter(
-        0.1, "time that a command is held: the size of the window, and part of every stopping distance",
+        0.25, "time that a command is held: the size of the window, and part of every stopping distance",
         unit="s", above=0.0, high=2.0,
     )  # fmt: skip
     speed_samples: int = parameter(11, "speeds across the window", low=2, high=201)
@@ -42,6 +42,9 @@ class DwaParameters:
     speed_weight: float = parameter(0.5, "weight of going fast", low=0.0, high=100.0)
     clearance_limit: float = parameter(2.0, "clearance from which on more is no better", unit="m", above=0.0, high=50.0)
     margin: float = parameter(0.02, "clearance kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "dwa")
 
 
 def dwa_twist(
@@ -69,13 +72,12 @@ def dwa_twist(
         (v, omega), m/s and rad/s.
 
     Raises:
-        StarnavError: wrong shape, a value that is not finite, or a parameter out of its limits.
+        StarnavError: wrong shape, or a value that is not finite.
     """
     pose = vector(pose, 3, "dwa_twist: pose")
     twist = vector(twist, 2, "dwa_twist: twist")
     goal = vector(goal, 2, "dwa_twist: goal")
     points = rows(points, 2, "dwa_twist: points")
-    check_parameters(parameters, "dwa")
     v, omega = _best(
         *pose,
         *twist,

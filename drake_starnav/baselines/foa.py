@@ -11,12 +11,14 @@ with their default parameters.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
+from drake_starnav.parameters import check_parameters, parameter
 
 MIN_DISTANCE = 1e-3
 """If a hit is nearer to the hull than this, all distances are shifted until it is this far, m."""
@@ -30,6 +32,20 @@ MAX_REFERENCE_ANGLE = 0.45 * math.pi
 """Largest angle between a cluster's normal and the direction from its centre, rad."""
 APPROACH_SLOWDOWN = 0.8
 """How much the clustered form slows down per m/s of approach."""
+
+
+@dataclass(frozen=True)
+class FoaParameters:
+    """Modulation away from the hits of the current scan."""
+
+    clusters: bool = parameter(False, "modulate around clusters of hits instead of around all hits at once")
+    margin: float = parameter(0.1, "clearance that is kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
+    max_speed: float = parameter(
+        0.4, "of the nominal velocity and of the modulated one", unit="m/s", above=0.0, high=10.0
+    )
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "foa")
 
 
 def foa_velocity(

@@ -28,11 +28,18 @@ class PotentialFieldParameters:
     """Gains of the two potentials."""
 
     attractive_gain: float = parameter(1.0, "speed per metre to the goal", unit="1/s", above=0.0, high=100.0)
-    max_speed: float = parameter(0.8, "largest speed, of the attraction alone and of the sum", unit="m/s", above=0.0)
-    repulsive_gain: float = parameter(0.01, "Khatib's eta: larger turns away sooner", unit="m^4/s", low=0.0, high=100.0)
+    max_speed: float = parameter(
+        0.6, "largest speed, of the attraction alone and of the sum", unit="m/s", above=0.0, high=10.0
+    )
+    repulsive_gain: float = parameter(
+        0.0003, "Khatib's eta: larger turns away sooner", unit="m^4/s", low=0.0, high=100.0
+    )
     influence_distance: float = parameter(
         1.0, "distance from the hull beyond which a hit does not repel", unit="m", above=0.0, high=50.0
     )
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "apf")
 
 
 def potential_field_velocity(
@@ -59,14 +66,13 @@ def potential_field_velocity(
         shape (2,), W, m/s.
 
     Raises:
-        StarnavError: wrong shape, a value that is not finite, or a parameter out of its limits.
+        StarnavError: wrong shape, or a value that is not finite.
     """
     place = "potential_field_velocity: "
     position = vector(position, 2, place + "position")
     goal = vector(goal, 2, place + "goal")
     points = rows(points, 2, place + "points")
     robot_radius = positive(robot_radius, place + "robot_radius")
-    check_parameters(parameters, "potential_field")
     attraction = _limited(parameters.attractive_gain * (goal - position), parameters.max_speed)
     repulsion = parameters.repulsive_gain * np.array(
         _repulsion(*position, points, robot_radius, parameters.influence_distance)

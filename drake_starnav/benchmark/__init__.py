@@ -3,6 +3,7 @@
 from drake_starnav.benchmark.batch import run_batch
 from drake_starnav.benchmark.cluster import dask_pool
 from drake_starnav.benchmark.jobs import Case, Job, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.benchmark.suites import SUITES, Suite, find_suite, suite_table
 from drake_starnav.benchmark.summary import (
     Comparison,
     Summary,
@@ -16,13 +17,16 @@ from drake_starnav.benchmark.workers import Pool, local_pool, run_jobs
 
 __all__ = [
     "Case",
+    "SUITES",
     "Comparison",
     "Job",
     "Pool",
+    "Suite",
     "Summary",
     "TrialFile",
     "compare",
     "dask_pool",
+    "find_suite",
     "local_pool",
     "make_cases",
     "make_header",
@@ -31,6 +35,7 @@ __all__ = [
     "run_batch",
     "run_job",
     "run_jobs",
+    "suite_table",
     "summarise",
     "summary_tables",
     "trial_seed",

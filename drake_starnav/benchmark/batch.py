@@ -7,6 +7,7 @@ from contextlib import closing
 from tqdm import tqdm
 
 from drake_starnav.benchmark.jobs import Case, Record, make_jobs
+from drake_starnav.benchmark.summary import UNSUPPORTED
 from drake_starnav.benchmark.trial_file import TrialFile, record_key
 from drake_starnav.benchmark.workers import Pool, run_jobs
 
@@ -46,7 +47,7 @@ def run_batch(
                 file.append(record)
             records.append(record)
             bar.update()
-            if record["outcome"] != "reached" and not quiet:
+            if record["outcome"] not in ("reached", UNSUPPORTED) and not quiet:
                 bar.write(f"{title} {_failure(record)}".lstrip(), file=sys.stderr)
     return records
 

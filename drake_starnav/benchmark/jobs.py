@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.scenario import load_scenario, parse_scenario, scenario_text
 
 Record = dict[str, Any]
@@ -93,12 +93,17 @@ def make_jobs(cases: Sequence[Case], trials: int, seed: int, done: Collection[Ke
 
 
 def run_job(job: Job) -> Record:
-    """Run one trial; one that cannot be run is a record too, with the outcome `error` and a message."""
+    """Run one trial; one that cannot be run is a record too, with the outcome `error` and a message.
+
+    A method that cannot be tried in the trial's world gives the outcome `unsupported`.
+    """
     from drake_starnav.simulation import run_trial, trial_record  # late: only workers need Drake
 
     try:
         scenario = parse_scenario(job.case.text, name=job.case.scenario, method=job.case.method)
         trial = run_trial(scenario, method=job.case.method, seed=job.seed)
+    except UnsupportedError as error:
+        return {**error_record(job, str(error)), "outcome": "unsupported"}
     except StarnavError as error:
         return error_record(job, str(error))
     except Exception as error:  # a fault in one trial must not cost the others

@@ -13,6 +13,8 @@ CONFIDENCE_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided interval of 95 %."""
 OUTCOMES = ("collision", "timeout", "unreachable", "error")
 """How a trial may fail, in the order of the tables."""
+UNSUPPORTED = "unsupported"
+"""The outcome of a method that cannot be tried in the trial's world; counted apart from successes and failures."""
 
 
 def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
@@ -39,10 +41,10 @@ class Summary:
     """The figures of one case; None where no trial tells.
 
     Attributes:
-        trials: all of them; a trial that could not be run is one that was not reached.
+        trials: all but the unsupported ones; a trial that could not be run is one that was not reached.
         reached: how many reached the goal.
         interval: 95 % confidence interval of the success rate.
-        failures: how many ended in each of `OUTCOMES`, and in any other.
+        failures: how many ended in each of `OUTCOMES`, and in any other, `UNSUPPORTED` among them.
         path_mean, path_median, path_p95: path over the omniscient shortest one, where the goal was reached.
         time_s: mean time where the goal was reached.
         speed_mps: total path over total time where the goal was reached.
@@ -85,6 +87,7 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
     clearances = [r["min_clearance_m"] for r in ran if r["min_clearance_m"] is not None]
     counts = Counter(record["outcome"] for record in records)
     counts.pop("reached", None)
+    trials = len(records) - counts[UNSUPPORTED]
 
     def median(step: str, figure: str) -> float | None:
         return _figure(np.median, [r[step][figure] for r in ran if r[step]["count"]])
@@ -92,9 +95,9 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
     return Summary(
         scenario=scenario,
         method=method,
-        trials=len(records),
+        trials=trials,
         reached=len(reached),
-        interval=wilson_interval(len(reached), len(records)),
+        interval=wilson_interval(len(reached), trials),
         failures={name: counts[name] for name in dict.fromkeys((*OUTCOMES, *sorted(counts)))},
         path_mean=_figure(np.mean, ratios),
         path_median=_figure(np.median, ratios),

@@ -22,13 +22,19 @@ FORMAT = 1
 Header = dict[str, Any]
 
 
-def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = ()) -> Header:
-    """What a file's trials have in common: the versions that ran them, and everything that defines them."""
+def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = (), *, suite: str | None = None) -> Header:
+    """What a file's trials have in common: the versions that ran them, and everything that defines them.
+
+    Args:
+        cases, seed, overrides: see `make_cases` and `trial_seed`.
+        suite: whose cases these are, if any; a report then shows its table.
+    """
     return {
         "format": FORMAT,
         "versions": versions(),
         "machine": {"system": platform.platform(), "processor": processor_name(), "cores": os.cpu_count()},
         "seed": seed,
+        "suite": suite,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
     }

@@ -10,6 +10,17 @@ from drake_starnav.parameters import check_parameters, parameter
 class ControllerParameters:
     """How guidance becomes a twist, and what certifies it."""
 
+    kind: str = parameter(
+        "star",
+        "star, or a baseline to compare with (docs/baselines.md), which uses rate, target, heading_gain and "
+        "goal_slowdown of this section and the section of its own name",
+        choices=("star", "dsm", "foa", "dwa", "apf"),
+    )
+    target: str = parameter(
+        "goal",
+        "what a baseline heads for: the goal, or the short-term goals of the star roadmap",
+        choices=("goal", "short_term_goal"),
+    )
     rate: float = parameter(50.0, "commands a second", unit="Hz", above=0.0, high=1000.0)
     modulation: bool = parameter(True, "bend the guiding vector along the boundary of the star regions")
     sigma: float = parameter(2.0, "exponent of the level-set function Gamma", above=0.0, high=20.0)

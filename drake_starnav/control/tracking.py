@@ -119,10 +119,11 @@ def control_step(
     if len(path):
         direction, distance = guiding_vector(pose[:2], path, regions, star.near_hits, parameters, robot.radius)
     if direction.any():
-        heading = _wrapped(math.atan2(direction[1], direction[0]) - pose[2])
+        heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if arrives and len(path) == 1 else math.inf
         if parameters.tracking == "law":
-            desired = _law(heading, stop_at, parameters, robot)
+            desired = turning_law(heading, robot.max_speed, parameters, robot)
+            desired[0] = min(desired[0], parameters.goal_slowdown * stop_at + CREEP_SPEED)
         else:
             desired, errors = _pid(heading, twist, errors, period)
     accepted = True
@@ -132,10 +133,16 @@ def control_step(
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
 
 
-def _law(heading: float, stop_at: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
-    """omega = gain * error, v = max_speed * cos(error)^3, slower only towards the goal."""
-    v = robot.max_speed * max(math.cos(heading), 0.0) ** 3
-    v = min(v, parameters.goal_slowdown * stop_at + CREEP_SPEED)
+def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
+    """The twist (v, omega) that turns towards a heading: omega = gain * error, v = speed * cos(error)^3.
+
+    Args:
+        heading: error of the robot's heading, rad.
+        speed: with no error, m/s.
+        parameters: its gain.
+        robot: its limits.
+    """
+    v = speed * max(math.cos(heading), 0.0) ** 3
     omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
     return np.array((v, omega))
 
@@ -160,5 +167,6 @@ def _approached(value: float, target: float, limit: float, change: float) -> flo
     return value + min(max(target - value, -change), change)
 
 
-def _wrapped(angle: float) -> float:
+def wrapped_angle(angle: float) -> float:
+    """The angle in [-pi, pi), rad."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi

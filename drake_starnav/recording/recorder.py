@@ -124,12 +124,13 @@ def add_visualizers(
         (station.GetOutputPort("localization.pose"), "pose"),
         (station.GetOutputPort("lidar.scan"), "scan"),
         (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
-        (navigation.planner.GetOutputPort("roadmap"), "roadmap"),
         (navigation.goal.get_output_port(), "goal"),
         (controller.GetOutputPort("twist_command"), "twist"),
         (controller.GetOutputPort("certificate"), "certificate"),
     ):
         builder.Connect(port, visualizer.GetInputPort(name))
+    if navigation.planner is not None:
+        builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
 
 
 def robot_path(station: "NavigationStation") -> str:

@@ -37,6 +37,11 @@ class Results:
         return list(dict.fromkeys(case["method"] for header in self.headers for case in header["cases"]))
 
     @cached_property
+    def suites(self) -> list[str]:
+        """Names of the suites that the files are of, if any."""
+        return list(dict.fromkeys(header["suite"] for header in self.headers if header.get("suite")))
+
+    @cached_property
     def texts(self) -> dict[tuple[str, str], str]:
         """The YAML text of each scenario and method."""
         return {(c["scenario"], c["method"]): c["text"] for header in self.headers for c in header["cases"]}
@@ -112,6 +117,7 @@ def _command(header: Header, records: Sequence[Record]) -> str:
     scenarios = dict.fromkeys(_place(case["scenario"]) for case in header["cases"])
     methods = dict.fromkeys(case["method"] for case in header["cases"])
     trials = 1 + max((record["trial"] for record in records if _has(header, record)), default=0)
-    parts = [*scenarios, "--method", *methods, "--trials", str(trials), "--seed", str(header["seed"])]
+    what = ["--suite", header["suite"]] if header.get("suite") else [*scenarios]
+    parts = [*what, "--method", *methods, "--trials", str(trials), "--seed", str(header["seed"])]
     parts += [part for override in header["overrides"] for part in ("--set", override)]
     return f"{RUN} {shlex.join(parts)} --json out/trials.jsonl"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark.suites import SUITES, suite_table
 from drake_starnav.benchmark.summary import (
     Table,
     compare,
@@ -41,7 +42,9 @@ def further_figures(records: Sequence[Record]) -> list[str]:
 def result_tables(results: Results) -> list[tuple[str, Table]]:
     """Title and cells of each table."""
     summaries = summarise(results.records)
+    suites = [SUITES[name] for name in results.suites if name in SUITES]
     tables = [
+        *((suite.meaning, suite_table(suite, results.records)) for suite in suites),
         ("How the trials ended", outcome_table(summaries)),
         ("Paths, times and clearances", cost_table(summaries)),
     ]

@@ -57,6 +57,22 @@ class PlanarLocalization(LeafSystem):
         output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
 
 
+def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
+    """What port `state` shows, for many states at once.
+
+    Args:
+        multibody_states: shape (n, m), each as on port `multibody_state`.
+        num_positions: of the model instance.
+
+    Returns:
+        Shape (n, 5): x, y, yaw, v, omega.
+    """
+    qw, qx, qy, qz, x, y = multibody_states[:, :6].T
+    yaw = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+    omega, v_x, v_y = multibody_states[:, num_positions + 2 : num_positions + 5].T
+    return np.column_stack((x, y, yaw, v_x * np.cos(yaw) + v_y * np.sin(yaw), omega))
+
+
 def planar_pose(x: Sequence[float]) -> tuple[float, float, float]:
     """(x, y, yaw) in W, m and rad, from a state that begins with quaternion and position of a floating base."""
     # the plant lets the quaternion's length drift: only ratios of its elements count

@@ -120,3 +120,28 @@ def test_bad_input_names_the_argument(change, message):
     }
     with pytest.raises(StarnavError, match="dsm_velocity: " + message):
         dsm_velocity(**(good | change))
+
+
+@given(SEED, ANGLE, st.floats(0.0, 0.9), st.booleans())
+def test_no_motion_into_a_circle_with_another_reference_point(seed, where, share, tail_effect):
+    rng = np.random.default_rng(seed)
+    circle = np.array([(*rng.uniform(-1.0, 1.0, 2), 0.3)])
+    reference = circle[:, :2] + share * 0.5 * np.array([(math.cos(where), math.sin(where))])
+    outward = np.array((math.cos(0.7), math.sin(0.7)))
+    found = dsm_velocity(
+        circle[0, :2] + (0.5 + 1e-12) * outward,
+        rng.normal(size=2),
+        circle,
+        robot_radius=0.2,
+        tail_effect=tail_effect,
+        reference_points=reference,
+    )
+    assert found @ outward >= -1e-9
+
+
+@given(SEED, st.booleans())
+def test_the_centre_is_the_reference_point_by_default(seed, tail_effect):
+    position, velocity, circles, _ = scene(seed)
+    arguments = {"robot_radius": 0.2, "tail_effect": tail_effect}
+    found = dsm_velocity(position, velocity, circles, reference_points=circles[:, :2], **arguments)
+    np.testing.assert_array_equal(found, dsm_velocity(position, velocity, circles, **arguments))

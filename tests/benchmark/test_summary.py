@@ -75,9 +75,21 @@ def test_nothing_to_tell_is_a_dash() -> None:
 
 
 def test_an_outcome_of_later_days_has_its_column() -> None:
-    (summary,) = summarise([record(0), record(1, "unsupported")])
+    (summary,) = summarise([record(0), record(1, "abducted")])
+    assert summary.failures["abducted"] == 1
+    assert summary.trials == 2
+    assert "abducted" in summary_tables([summary])
+
+
+def test_unsupported_trials_are_counted_apart() -> None:
+    unsupported = {"scenario": "forest", "method": "star", "trial": 1, "seed": 1, "outcome": "unsupported"}
+    (summary,) = summarise([record(0), unsupported, record(2, "timeout")])
+    assert (summary.trials, summary.reached) == (2, 1)
+    assert summary.interval == wilson_interval(1, 2)
     assert summary.failures["unsupported"] == 1
-    assert "unsupported" in summary_tables([summary])
+    (never,) = summarise([unsupported])
+    assert (never.trials, never.interval) == (0, (0.0, 1.0))
+    assert "| unsupported" in summary_tables([summary, never])
 
 
 def test_comparison_uses_trials_that_both_reached() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
 
-from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.planar_localization import PlanarLocalization, planar_states
 
 angles = st.floats(-3.1, 3.1)
 numbers = st.floats(-10.0, 10.0)
@@ -60,3 +60,11 @@ def test_ports() -> None:
     assert system.GetInputPort("multibody_state").size() == 17
     names = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert names == ["pose", "state", "scan_pose"]
+
+
+@given(st.lists(st.tuples(numbers, numbers, angles, numbers, numbers, numbers), min_size=1, max_size=5))
+def test_many_states_at_once_are_those_of_the_port(rows) -> None:
+    positions = [floating(x, y, (0.1, 0.2, yaw)) for x, y, yaw, *_ in rows]
+    velocities = [np.array([0.3, 0.1, omega, v_x, v_y, 0.0, 9.0, 9.0]) for *_, v_x, v_y, omega in rows]
+    expected = [localized(p, v)[1] for p, v in zip(positions, velocities, strict=True)]
+    assert planar_states(np.hstack((positions, velocities)), 9) == pytest.approx(np.array(expected), abs=1e-9)

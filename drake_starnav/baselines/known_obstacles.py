@@ -1,0 +1,86 @@
+"""What DSM must be told of a world: circles, and in each a reference point that overlapping circles share.
+
+A wall is a circle too, one so large that it is straight. Circles that overlap when inflated leave no way between them,
+and the flow around each must part at the same place: for each group of them that place is the mean of the middles of
+their overlaps, or the point nearest to it that still lies in the circle. A wall has no other side to be passed on, so a
+group that overlaps a wall parts in that overlap, and the wall keeps its centre.
+Source: Huber, Billard and Slotine, "Avoidance of convex and concave obstacles with convergence ensured through
+contraction", RA-L 2019, on overlapping obstacles.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+WALL_RADIUS = 1e5
+"""Of the circle that stands for a wall: over 20 m it is straight to half a millimetre, m."""
+DEPTH = 0.99
+"""A reference point is at most this share of the inflated radius away from its circle's centre."""
+
+
+@dataclass(frozen=True)
+class KnownObstacles:
+    """Circles and their reference points. Immutable.
+
+    Attributes:
+        circles: shape (n, 3): x, y, radius; W, m.
+        reference_points: shape (n, 2), one in each circle inflated by the robot's radius; W, m.
+    """
+
+    circles: np.ndarray
+    reference_points: np.ndarray
+
+    def __deepcopy__(self, memo: dict) -> "KnownObstacles":
+        return self
+
+    @staticmethod
+    def none() -> "KnownObstacles":
+        """An empty world, as the model value of ports."""
+        return KnownObstacles(np.zeros((0, 3)), np.zeros((0, 2)))
+
+
+def known_obstacles(
+    discs: np.ndarray, bounds: tuple[float, float, float, float] | None, robot_radius: float
+) -> KnownObstacles:
+    """Discs and the walls around them as circles with common reference points.
+
+    Args:
+        discs: shape (n, 3): x, y, radius; W, m.
+        bounds: walls at (x_min, y_min, x_max, y_max), W, m; None for an open plane.
+        robot_radius: by which circles are inflated, m.
+    """
+    circles = np.vstack((discs, _walls(bounds)))
+    count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius
+    offset = centres[None, :, :] - centres[:count, None, :]
+    distance = np.hypot(offset[..., 0], offset[..., 1])
+    overlaps = (distance < radii[:count, None] + radii) & (distance > 0.0)
+    references = centres.copy()
+    groups, group = connected_components(overlaps[:, :count], directed=False)
+    for k in range(groups):
+        one, other = np.nonzero(overlaps & (group == k)[:, None])
+        if not len(one):
+            continue
+        at_wall = other >= count
+        if at_wall.any():
+            one, other = one[at_wall], other[at_wall]
+        along = 0.5 * (distance[one, other] + radii[one] - radii[other])
+        middle = centres[one] + (along / distance[one, other])[:, None] * offset[one, other]
+        members = np.flatnonzero(group == k)
+        references[members] = _nearest_inside(middle.mean(axis=0), centres[members], DEPTH * radii[members])
+    return KnownObstacles(circles, references)
+
+
+def _walls(bounds: tuple[float, float, float, float] | None) -> np.ndarray:
+    if bounds is None:
+        return np.zeros((0, 3))
+    x0, y0, x1, y1 = bounds
+    x, y, far = 0.5 * (x0 + x1), 0.5 * (y0 + y1), WALL_RADIUS
+    return np.array([(x0 - far, y, far), (x1 + far, y, far), (x, y0 - far, far), (x, y1 + far, far)])
+
+
+def _nearest_inside(point: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """The point of each disc that is nearest to `point`, shape (n, 2)."""
+    offset = point - centres
+    distance = np.hypot(*offset.T)
+    return centres + np.minimum(1.0, radii / np.maximum(distance, 1e-9))[:, None] * offset

@@ -1,0 +1,139 @@
+"""The baselines through a context: the same outputs as the star controller's, from what each may know."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.baselines import (
+    BaselineParameters,
+    DsmParameters,
+    DwaParameters,
+    FoaParameters,
+    PotentialFieldParameters,
+    known_obstacles,
+)
+from drake_starnav.control import ControllerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scan import LaserScan
+from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.dsm_controller import DsmController
+
+ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
+PERIOD = 1.0 / CONTROLLER.rate
+SCANNING = pytest.mark.parametrize(
+    "settings",
+    [FoaParameters(), FoaParameters(clusters=True), DwaParameters(), PotentialFieldParameters()],
+    ids=["foa", "foa_cluster", "dwa", "apf"],
+)
+EVERY = pytest.mark.parametrize(
+    "settings",
+    [DsmParameters(), FoaParameters(), FoaParameters(clusters=True), DwaParameters(), PotentialFieldParameters()],
+    ids=["dsm", "foa", "foa_cluster", "dwa", "apf"],
+)
+
+
+def scan(*, wall_at: float = np.inf) -> LaserScan:
+    """A scan of 360 beams; a wall crosses the x axis of S at a distance, m."""
+    bearings = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    with np.errstate(divide="ignore"):
+        ranges = np.where(np.cos(bearings) > 0.05, wall_at / np.cos(bearings), np.inf)
+    return LaserScan(0.0, -np.pi, 2.0 * np.pi / 360, 0.02, 5.0, np.where(ranges < 5.0, ranges, np.inf))
+
+
+class Controlling:
+    """A baseline with a simulator; its inputs are fixed by hand, those not given are left unconnected."""
+
+    def __init__(self, settings: BaselineParameters, *, stopwatch: Stopwatch | None = None, **inputs: object) -> None:
+        self.system = BaselineController(ROBOT, CONTROLLER, settings, offset=0.0, stopwatch=stopwatch)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        defaults = {"goal": [3.0, 0.0], "state": np.zeros(5), "scan": Value(scan()), "scan_pose": np.zeros(3)}
+        for name, value in {**defaults, **inputs}.items():
+            if value is not None:
+                self.system.GetInputPort(name).FixValue(self.context, value)
+
+    def update(self, count: int = 1) -> np.ndarray:
+        """The twist after some periods."""
+        self.simulator.AdvanceTo(self.context.get_time() + (count - 0.5) * PERIOD)
+        twist = self.out("twist_command").copy()
+        self.simulator.AdvanceTo(self.context.get_time() + 0.5 * PERIOD)
+        return twist
+
+    def out(self, name: str):
+        return self.system.GetOutputPort(name).Eval(self.context)
+
+
+def known(discs: list[tuple[float, float, float]]) -> Value:
+    return Value(known_obstacles(np.array(discs).reshape(-1, 3), None, ROBOT.radius))
+
+
+def test_outputs_are_those_of_the_star_controller() -> None:
+    baseline = BaselineController(ROBOT, CONTROLLER, FoaParameters(), offset=0.0)
+    star = DsmController(ROBOT, CONTROLLER, offset=0.0)
+    ports = [[system.get_output_port(k) for k in range(system.num_output_ports())] for system in (baseline, star)]
+    assert [p.get_name() for p in ports[0]] == [p.get_name() for p in ports[1]]
+    assert [p.size() for p in ports[0]] == [p.size() for p in ports[1]]
+    assert not baseline.HasDirectFeedthrough(
+        0
+    )  # the plant would otherwise wait for the controller, and it for the plant
+    assert not baseline.HasDirectFeedthrough(1)
+
+
+@EVERY
+def test_drives_to_the_goal_and_says_where(settings) -> None:
+    controlling = Controlling(settings, obstacles=known([]))
+    assert np.array_equal(controlling.out("twist_command"), np.zeros(2))
+    v, omega = controlling.update(100)
+    assert 0.3 < v <= ROBOT.max_speed + 1e-12
+    assert omega == pytest.approx(0.0, abs=1e-6)
+    assert controlling.out("guiding_vector") == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+@EVERY
+def test_certifies_nothing_but_shows_how_it_would_brake(settings) -> None:
+    controlling = Controlling(settings, obstacles=known([]))
+    v, _ = controlling.update(100)
+    certificate = controlling.out("certificate")
+    assert not certificate.certified
+    needed = v**2 / (2.0 * ROBOT.max_acceleration)
+    assert certificate.path[-1, 0] == pytest.approx(needed, abs=0.05 * v)
+
+
+@EVERY
+def test_turns_to_the_short_term_goal_where_there_is_one(settings) -> None:
+    controlling = Controlling(settings, obstacles=known([]), short_term_goal=[0.0, 3.0])
+    assert controlling.update(20)[1] > 0.5
+
+
+@SCANNING
+def test_a_scan_counts_where_it_was_taken(settings) -> None:
+    """A wall ahead in S, but S was turned around when it was seen: the way is free."""
+    blocked = Controlling(settings, goal=[3.0, 0.3], scan=Value(scan(wall_at=0.36)))
+    free = Controlling(settings, goal=[3.0, 0.3], scan=Value(scan(wall_at=0.36)), scan_pose=[0.0, 0.0, np.pi])
+    assert free.update(60)[0] > blocked.update(60)[0] + 0.1
+
+
+def test_dsm_knows_its_obstacles_and_needs_no_scan() -> None:
+    free = Controlling(DsmParameters(), obstacles=known([]), scan=None, scan_pose=None)
+    ahead = Controlling(DsmParameters(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
+    assert free.update(60)[0] > 0.3
+    assert abs(ahead.update(20)[1]) > 0.5
+
+
+def test_a_context_owns_the_last_twist() -> None:
+    controlling = Controlling(FoaParameters())
+    controlling.update(10)
+    clone = controlling.context.Clone()
+    before = controlling.system.GetOutputPort("twist_command").Eval(clone).copy()
+    controlling.update(10)
+    assert np.array_equal(controlling.system.GetOutputPort("twist_command").Eval(clone), before)
+    assert controlling.out("twist_command")[0] > before[0] > 0.0
+
+
+@EVERY
+def test_each_period_is_one_command(settings) -> None:
+    stopwatch = Stopwatch()
+    Controlling(settings, stopwatch=stopwatch, obstacles=known([])).update(7)
+    assert len(stopwatch.seconds["command"]) == 7
