@@ -26,6 +26,7 @@ _PUBLIC = {
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
     "DsmController": "systems.dsm_controller",
+    "MpcController": "systems.mpc_controller",
     "WheelSpeedCommand": "systems.wheel_speed_command",
     "CollisionMonitor": "systems.collision_monitor",
     "StarRoadmapVisualizer": "systems.star_roadmap_visualizer",

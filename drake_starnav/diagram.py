@@ -8,11 +8,16 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.model_world import make_world_with_footprints
+from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.worlds.world import World
+
+CONTROLLERS: dict[str, type[CertifiedController]] = {"modulation": DsmController, "predictive": MpcController}
+"""By `controller.law`."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,7 @@ class Navigation:
     goal: ConstantVectorSource
     perception: StarPerception
     planner: StarRoadmapPlanner
-    controller: DsmController
+    controller: CertifiedController
 
 
 def add_navigation(
@@ -69,8 +74,9 @@ def add_navigation(
     planner = builder.AddNamedSystem(
         "planner", StarRoadmapPlanner(robot, planner_parameters, offset=2 * step, stopwatch=stopwatch)
     )
+    law = CONTROLLERS[controller_parameters.law]
     controller = builder.AddNamedSystem(
-        "controller", DsmController(robot, controller_parameters, offset=2 * step, stopwatch=stopwatch)
+        "controller", law(robot, controller_parameters, offset=2 * step, stopwatch=stopwatch)
     )
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),

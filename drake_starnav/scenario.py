@@ -61,6 +61,7 @@ SECTIONS: dict[str, type] = {
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "star": {},
+    "mpc": {"controller": {"law": "predictive"}},
     "star_paper": {
         "planner": {
             "erosion": "none",

@@ -86,7 +86,7 @@ def test_what_methods_set_is_shown_beside_the_default_of_the_others() -> None:
         for section, values in sections.items():
             for key, value in values.items():
                 assert rows[f"{section}.{key}"][method] == f"`{write_tables.yaml_text(value)}`"
-    assert all(values["star"] != values["star_paper"] for values in rows.values()), "a method sets what is the default"
+    assert all(len(set(values.values())) > 1 for values in rows.values()), "a method sets what is the default"
 
 
 def test_cells_keep_their_bars_out_of_the_table() -> None:

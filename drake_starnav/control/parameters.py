@@ -50,6 +50,31 @@ class ControllerParameters:
     goal_slowdown: float = parameter(
         1.2, "speed per metre of distance to the goal on arrival", unit="1/s", above=0.0, high=50.0
     )
+    law: str = parameter(
+        "modulation",
+        "what chooses the twist: modulation (the guiding vector) or predictive (sampled twists, foreseen and scored); "
+        "the predictive law has the parameters up to change_weight",
+        choices=("modulation", "predictive"),
+    )
+    horizon: float = parameter(1.5, "how far ahead the predictive law looks", unit="s", above=0.0, high=10.0)
+    prediction_step: float = parameter(0.1, "step of the foreseen motion", unit="s", above=0.0, high=1.0)
+    prediction_hold: float = parameter(
+        0.3, "how long a sampled twist is held before the path is followed", unit="s", above=0.0, high=10.0
+    )
+    speed_samples: int = parameter(5, "sampled speeds from 0 to the largest", low=2, high=50)
+    turn_samples: int = parameter(11, "sampled turning rates, denser near 0", low=3, high=100)
+    clearance_zone: float = parameter(
+        0.1, "clearance below which the predictive law counts a metre as longer", unit="m", above=0.0, high=2.0
+    )
+    clearance_weight: float = parameter(
+        0.9,
+        "how much longer a metre right at an obstacle counts; below 1, or standing may seem better than passing",
+        low=0.0,
+        high=10.0,
+    )
+    change_weight: float = parameter(
+        0.15, "what a change of speed or turning rate by its whole range costs", unit="s", low=0.0, high=10.0
+    )
     certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
     safety_margin: float = parameter(
         0.01, "clearance that the certificate keeps beyond the robot's radius", unit="m", low=0.0, high=1.0
