@@ -2,11 +2,12 @@
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control import Command, ControllerParameters, control_step
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.robot import RobotParameters
@@ -57,6 +58,8 @@ class Drive:
         scans, commands: some of them.
         plans: of every search of the roadmap, its number of nodes and the time of that step, s.
         roadmaps: some of those searched, with the goal, shape (2,), W, m.
+        motion: at every command (x, y, yaw, v, omega), W, m and rad.
+        command_times: of every command, s.
         arrived: whether the goal was reached.
         node_count: of the roadmap at the end.
     """
@@ -65,6 +68,8 @@ class Drive:
     commands: list[CommandMoment] = field(default_factory=list)
     plans: list[tuple[int, float]] = field(default_factory=list)
     roadmaps: list[tuple[StarRoadmap, np.ndarray]] = field(default_factory=list)
+    motion: list[np.ndarray] = field(default_factory=list)
+    command_times: list[float] = field(default_factory=list)
     arrived: bool = False
     node_count: int = 0
 
@@ -84,16 +89,21 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
     return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
 
 
-def command(moment: CommandMoment) -> np.ndarray:
+def command(moment: CommandMoment, step: Callable[..., Command] = control_step) -> np.ndarray:
     """The controller's twist."""
-    return control_step(
+    return step(
         moment.pose, moment.twist, np.zeros(2), moment.path, moment.arrives, moment.regions, moment.star,
         CONTROLLER, ROBOT,
     ).twist  # fmt: skip
 
 
-def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:
-    """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly."""
+def drive(
+    world: World, seed: int, seconds: float, nodes: float = math.inf, step: Callable[..., Command] = control_step
+) -> Drive:
+    """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly.
+
+    `step` is the law that is driven by.
+    """
     kept = Drive()
     shapes, goal = visible_shapes(world), np.array(world.goal)
     pose, twist, period = np.array(world.start), np.zeros(2), 1.0 / CONTROLLER.rate
@@ -122,7 +132,10 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
         now = CommandMoment(pose, twist, guidance.path, guidance.arrives, guidance.regions, star, scan, scan_pose)
         if k % SAMPLED == SAMPLED // 2 and len(now.path):
             kept.commands.append(now)
-        twist = command(now)
+        begin = time.perf_counter()
+        twist = command(now, step)
+        kept.command_times.append(time.perf_counter() - begin)
         middle = pose[2] + 0.5 * twist[1] * period
         pose = pose + period * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
+        kept.motion.append(np.concatenate((pose, twist)))
     return kept

@@ -27,6 +27,7 @@ _PUBLIC = {
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
     "DsmController": "systems.dsm_controller",
     "BaselineController": "systems.baseline_controller",
+    "MpcController": "systems.mpc_controller",
     "WheelSpeedCommand": "systems.wheel_speed_command",
     "CollisionMonitor": "systems.collision_monitor",
     "StarRoadmapVisualizer": "systems.star_roadmap_visualizer",

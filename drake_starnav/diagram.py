@@ -12,11 +12,16 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.model_world import make_world_with_footprints
+from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.worlds.world import World
+
+CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
+"""By `controller.kind`: those that follow the planner's guidance; the others are baselines."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +36,7 @@ class Navigation:
     goal: LeafSystem
     perception: StarPerception | None
     planner: StarRoadmapPlanner | None
-    controller: DsmController | BaselineController
+    controller: CertifiedController | BaselineController
 
 
 def add_navigation(
@@ -68,10 +73,10 @@ def add_navigation(
     goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception: StarPerception | None = None
     planner: StarRoadmapPlanner | None = None
-    controller: DsmController | BaselineController
-    if scenario.controller.kind == "star":
+    controller: CertifiedController | BaselineController
+    if scenario.controller.kind in CERTIFIED:
         perception, planner = _add_planning(builder, scenario, station, goal, stopwatch)
-        controller = _add_star_controller(builder, scenario, station, perception, planner, stopwatch)
+        controller = _add_certified_controller(builder, scenario, station, perception, planner, stopwatch)
     else:
         if scenario.controller.target == "short_term_goal":
             perception, planner = _add_planning(builder, scenario, station, goal, stopwatch)
@@ -113,17 +118,18 @@ def _add_planning(
     return perception, planner
 
 
-def _add_star_controller(
+def _add_certified_controller(
     builder: DiagramBuilder,
     scenario: Scenario,
     station: NavigationStation,
     perception: StarPerception,
     planner: StarRoadmapPlanner,
     stopwatch: Stopwatch | None,
-) -> DsmController:
+) -> CertifiedController:
     offset = 2 * scenario.simulation.time_step
     controller = builder.AddNamedSystem(
-        "controller", DsmController(scenario.robot, scenario.controller, offset=offset, stopwatch=stopwatch)
+        "controller",
+        CERTIFIED[scenario.controller.kind](scenario.robot, scenario.controller, offset=offset, stopwatch=stopwatch),
     )
     for source, name, port in (
         (planner, "guidance", "guidance"),

@@ -71,6 +71,7 @@ SECTIONS: dict[str, type] = {
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "star": {},
+    "mpc": {"controller": {"kind": "mpc"}},
     "star_paper": {
         "planner": {
             "erosion": "none",

@@ -61,7 +61,7 @@ def certified(
         star: what the last scans certify.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return bool(_certified(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values))
+    return bool(stops_inside(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values))
 
 
 def certified_twist(
@@ -108,8 +108,8 @@ def _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
     else:
         want_v = want_omega = 0.0
     before = v
-    v = _ramped(v, want_v, limits[2] * h)
-    omega = _ramped(omega, want_omega, limits[3] * h)
+    v = ramped(v, want_v, limits[2] * h)
+    omega = ramped(omega, want_omega, limits[3] * h)
     # distances are never underestimated: the faster end of the step counts
     travelled = (before if abs(before) > abs(v) else v) * h
     middle = yaw + 0.5 * omega * h
@@ -117,18 +117,18 @@ def _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
 
 
 @njit(cache=True)
-def _limited(value, limit):
+def limited(value, limit):
     return min(max(value, -limit), limit)
 
 
 @njit(cache=True)
-def _ramped(value, target, change):
+def ramped(value, target, change):
     return value + min(max(target - value, -change), change)
 
 
 @njit(cache=True)
-def _certified(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
-    want_v, want_omega = _limited(want_v, limits[0]), _limited(want_omega, limits[1])
+def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     while delay > 0.0:
         x, y, yaw, v, omega, delay = _moved(x, y, yaw, v, omega, v, omega, delay, limits)
         if not covers(center, bearing_0, values, x, y):
@@ -145,13 +145,13 @@ def _certified(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, cen
 def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
     for share in SPEED_SHARES:
         tried = want_v * share
-        if _certified(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, center, bearing_0, values):
+        if stops_inside(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, center, bearing_0, values):
             return tried, want_omega, True
     for turn in TURN_SHARES:
         for share in (0.5, 0.0):
             tried = want_v * share
             slower = want_omega * turn
-            if _certified(x, y, yaw, v, omega, tried, slower, hold, delay, limits, center, bearing_0, values):
+            if stops_inside(x, y, yaw, v, omega, tried, slower, hold, delay, limits, center, bearing_0, values):
                 return tried, slower, True
     standing = v * v <= 2.0 * limits[2] * STOPPED_DISTANCE
     return 0.0, want_omega if standing else 0.0, False
@@ -159,7 +159,7 @@ def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limit
 
 @njit(cache=True)
 def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits):
-    want_v, want_omega = _limited(want_v, limits[0]), _limited(want_omega, limits[1])
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     points = [(x, y, yaw)]
     while delay > 0.0:
         x, y, yaw, v, omega, delay = _moved(x, y, yaw, v, omega, v, omega, delay, limits)

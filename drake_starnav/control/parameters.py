@@ -12,9 +12,10 @@ class ControllerParameters:
 
     kind: str = parameter(
         "star",
-        "star, or a baseline to compare with (docs/baselines.md), which uses rate, target, heading_gain and "
-        "goal_slowdown of this section and the section of its own name",
-        choices=("star", "dsm", "foa", "dwa", "apf"),
+        "star (follow the guiding vector), mpc (choose among sampled twists by where they lead), or a baseline to compare "
+        "with (docs/baselines.md), which uses rate, target, heading_gain and goal_slowdown of this section and the "
+        "section of its own name",
+        choices=("star", "mpc", "dsm", "foa", "dwa", "apf"),
     )
     target: str = parameter(
         "goal",
@@ -60,6 +61,25 @@ class ControllerParameters:
     heading_gain: float = parameter(4.0, "turning rate per heading error", unit="1/s", above=0.0, high=50.0)
     goal_slowdown: float = parameter(
         1.2, "speed per metre of distance to the goal on arrival", unit="1/s", above=0.0, high=50.0
+    )
+    horizon: float = parameter(1.5, "how far ahead the predictive law looks", unit="s", above=0.0, high=10.0)
+    prediction_step: float = parameter(0.1, "step of the foreseen motion", unit="s", above=0.0, high=1.0)
+    prediction_hold: float = parameter(
+        0.3, "how long a sampled twist is held before the path is followed", unit="s", above=0.0, high=10.0
+    )
+    speed_samples: int = parameter(5, "sampled speeds from 0 to the largest", low=2, high=50)
+    turn_samples: int = parameter(11, "sampled turning rates, denser near 0", low=3, high=100)
+    clearance_zone: float = parameter(
+        0.1, "clearance below which the predictive law counts a metre as longer", unit="m", above=0.0, high=2.0
+    )
+    clearance_weight: float = parameter(
+        0.9,
+        "how much longer a metre right at an obstacle counts; below 1, or standing may seem better than passing",
+        low=0.0,
+        high=10.0,
+    )
+    change_weight: float = parameter(
+        0.15, "what a change of speed or turning rate by its whole range costs", unit="s", low=0.0, high=10.0
     )
     certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
     safety_margin: float = parameter(

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.control.braking import certified_twist, limits_array
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
@@ -113,7 +114,30 @@ def control_step(
         parameters: of the controller.
         robot: its size and limits.
     """
+    direction, desired, errors = desired_twist(pose, twist, errors, path, arrives, regions, star, parameters, robot)
     period = 1.0 / parameters.rate
+    accepted = True
+    if parameters.certificate:
+        v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
+        desired = np.array((v, omega))
+    return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
+
+
+def desired_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Guiding vector, the twist that follows it before anything is certified, and the errors for the next period.
+
+    Arguments as for `control_step`.
+    """
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     if len(path):
@@ -125,12 +149,8 @@ def control_step(
             desired = turning_law(heading, robot.max_speed, parameters, robot)
             desired[0] = min(desired[0], parameters.goal_slowdown * stop_at + CREEP_SPEED)
         else:
-            desired, errors = _pid(heading, twist, errors, period)
-    accepted = True
-    if parameters.certificate:
-        v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
-        desired = np.array((v, omega))
-    return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
+            desired, errors = _pid(heading, twist, errors, 1.0 / parameters.rate)
+    return direction, desired, errors
 
 
 def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
@@ -167,6 +187,7 @@ def _approached(value: float, target: float, limit: float, change: float) -> flo
     return value + min(max(target - value, -change), change)
 
 
-def wrapped_angle(angle: float) -> float:
+@njit(cache=True)
+def wrapped_angle(angle):
     """The angle in [-pi, pi), rad."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi

@@ -1,39 +1,10 @@
 """Dynamical system modulation with a braking certificate, as a Drake system."""
 
-from dataclasses import dataclass
-
-import numpy as np
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
-
-from drake_starnav.control import ControllerParameters, control_step
-from drake_starnav.control.braking import braking_path, limits_array
-from drake_starnav.roadmap import Guidance
-from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.safety import SafetyStar
-from drake_starnav.stopwatch import Stopwatch
-
-TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
-"""Groups of the discrete state."""
+from drake_starnav.control import control_step
+from drake_starnav.systems.certified_controller import CertifiedController
 
 
-@dataclass(frozen=True)
-class Certificate:
-    """What the controller guarantees about the robot's motion. Immutable.
-
-    Attributes:
-        certified: whether the last command passed the braking certificate; if not, it brakes.
-        path: shape (n, 3), (x, y, yaw) in W of the robot braking fully from now on, m and rad.
-    """
-
-    certified: bool
-    path: np.ndarray
-
-    def __deepcopy__(self, memo: dict) -> "Certificate":
-        return self
-
-
-class DsmController(LeafSystem):
+class DsmController(CertifiedController):
     """Follows guidance along the star regions and sends only twists from which the robot can stop in seen space.
 
     ```
@@ -55,63 +26,4 @@ class DsmController(LeafSystem):
     Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped.
     """
 
-    def __init__(
-        self,
-        robot: RobotParameters,
-        controller: ControllerParameters,
-        *,
-        offset: float,
-        stopwatch: Stopwatch | None = None,
-    ) -> None:
-        """
-        Args:
-            robot: its radius and limits.
-            controller: parameters.
-            offset: of the first update, s.
-            stopwatch: where to note `command` times, if anywhere.
-        """
-        super().__init__()
-        self._robot, self._controller = robot, controller
-        self._stopwatch = stopwatch or Stopwatch()
-        self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
-        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
-        self._state = self.DeclareVectorInputPort("state", 5)
-        self.DeclareStateOutputPort("twist_command", self.DeclareDiscreteState(2))
-        self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
-        self.DeclareDiscreteState(2)
-        self.DeclareDiscreteState(1)
-        stopped = Certificate(False, np.zeros((1, 3)))
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
-
-    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
-        guidance = self._guidance.Eval(context)
-        star = self._safety_star.Eval(context)
-        pose = self._state.Eval(context)[:3].copy()
-        held = context.get_discrete_state()
-        twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
-        with self._stopwatch.measure("command"):
-            command = control_step(
-                pose,
-                twist,
-                errors,
-                guidance.path,
-                guidance.arrives,
-                guidance.regions,
-                star,
-                self._controller,
-                self._robot,
-            )
-        values.set_value(TWIST, command.twist)
-        values.set_value(VECTOR, command.guiding_vector)
-        values.set_value(ERRORS, command.errors)
-        values.set_value(CERTIFIED, np.array((float(command.certified),)))
-        return EventStatus.Succeeded()
-
-    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        held = context.get_discrete_state()
-        twist, certified = held.value(TWIST), bool(held.value(CERTIFIED)[0])
-        pose = self._state.Eval(context)[:3]
-        period = 1.0 / self._controller.rate
-        path = braking_path(pose, twist, np.zeros(2), period, limits_array(self._robot))
-        output.set_value(Certificate(certified, path))
+    step = staticmethod(control_step)

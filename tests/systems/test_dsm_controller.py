@@ -15,7 +15,8 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.dsm_controller import TWIST, DsmController
+from drake_starnav.systems.certified_controller import TWIST
+from drake_starnav.systems.dsm_controller import DsmController
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate

@@ -1,0 +1,336 @@
+"""Predictive control by sampling: among many certified twists, the one whose foreseen motion is best.
+
+The candidates are a lattice over the robot's speeds and turning rates, the twist of the law in `tracking.py`, the
+present twist, and the present turning rate alone. Each is foreseen: held for a while, then the robot heads for the next
+way point as the law does, v = v_max cos^3(error), omega = gain error; a step that would leave known free space is not
+taken, and the robot only turns. In seconds,
+
+    cost = min over t of [ t + T(t) + (w_c / v_max) int_0^t (1 - c/zone)_+^2 ds ]
+           + w_s |v' - v|/v_max + w_s |omega' - omega|/omega_max,   horizon/2 <= t <= horizon
+
+T, the time to go: the path that is left at full speed, and what is lost until the robot heads along it at full speed,
+for the present heading and at each corner (`heading_loss`). c is the clearance, (v', omega') the candidate, (v, omega)
+the present twist. Three properties keep the robot from waiting for ever where the way is narrow:
+ (1) a metre near walls costs, not a moment: with w_c < 1 passing is always cheaper than standing;
+ (2) T does not jump where a corner is passed, and counts the time to get going;
+ (3) a motion counts by its best moment in the second half of the horizon, so that a setback of the foreseen motion
+     near the horizon is no reason to begin it later.
+The candidates are certified in the order of their cost until one passes; if none does, the law's twist goes through
+the certificate as it would without prediction.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking import certified_twist, limited, limits_array, ramped, stops_inside
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.tracking import (
+    CREEP_SPEED,
+    PASSED_DISTANCE,
+    Command,
+    desired_twist,
+    limited_twist,
+    wrapped_angle,
+)
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import RegionStack, covers, first_cover, segment_covered
+from drake_starnav.stars.safety import SafetyStar
+
+ARRIVED = 0.12
+"""So near to the end of the path a foreseen motion has arrived, m."""
+TURN_EXPONENT = 1.5
+"""The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
+SIGHT_STEP = 0.05
+"""Sampling of lines of sight inside the union of regions, m."""
+SIGHT_HALVINGS = 6
+"""Bisections of a segment in search of the last point in sight."""
+IN_SIGHT, ROUND_A_CORNER, HIDDEN = 0, 1, 2
+"""What the robot sees of its next way point."""
+
+
+def predictive_step(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> Command:
+    """One period of the controller, as `tracking.control_step` and with its arguments."""
+    direction, desired, errors = desired_twist(pose, twist, errors, path, arrives, regions, star, parameters, robot)
+    v, omega, accepted = predictive_twist(pose, twist, desired, path, arrives, regions, star, parameters, robot)
+    desired = np.array((v, omega))
+    return Command(limited_twist(twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
+
+
+def predictive_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    reactive: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> tuple[float, float, bool]:
+    """The certified candidate with the least cost.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        reactive: (v, omega) that the law wants; it is what remains where there is no way point in sight.
+        path: shape (k, 2), way points ahead, W, m.
+        arrives: whether the last way point is the goal.
+        regions: around the robot.
+        star: what the last scans certify.
+        parameters: of the controller.
+        robot: its size and limits.
+
+    Returns:
+        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
+    """
+    limits, period = limits_array(robot), 1.0 / parameters.rate
+    seen = path_in_sight(pose[:2], path, regions) if len(path) else None
+    if seen is not None:
+        twists = candidates(twist, reactive, parameters, robot)
+        cost = foreseen_costs(twists, pose, twist, seen, arrives, regions, star, parameters, robot)
+        for k in np.argsort(cost, kind="stable"):
+            v, omega = float(twists[k, 0]), float(twists[k, 1])
+            if not parameters.certificate or stops_inside(
+                *pose, *twist, v, omega, period, parameters.delay, limits, star.center, star.bearing_0, star.values
+            ):
+                return v, omega, True
+    if not parameters.certificate:
+        return float(reactive[0]), float(reactive[1]), True
+    return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)
+
+
+def candidates(
+    twist: np.ndarray, reactive: np.ndarray, parameters: ControllerParameters, robot: RobotParameters
+) -> np.ndarray:
+    """The sampled twists, shape (n, 2), (v, omega): at equal cost the earlier one is taken, the law's first."""
+    speeds = np.linspace(0.0, robot.max_speed, parameters.speed_samples)
+    share = np.linspace(-1.0, 1.0, parameters.turn_samples)
+    turns = robot.max_yaw_rate * np.sign(share) * np.abs(share) ** TURN_EXPONENT
+    lattice = np.column_stack((np.repeat(speeds, len(turns)), np.tile(turns, len(speeds))))
+    return np.vstack((reactive, twist, (0.0, twist[1]), lattice))
+
+
+def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) -> np.ndarray | None:
+    """The path with a way point in front that the robot sees inside the union of regions, shape (k, 2).
+
+    The robot may have left the line on which it saw the next way point. If a region contains both, its centre sees
+    both, and the way over the centre is pulled taut; if none does, the result is None.
+    """
+    sight, x, y = _corner(*position, *path[0], *regions.arrays)
+    if sight == HIDDEN:
+        return None
+    return path if sight == IN_SIGHT else np.vstack(((x, y), path))
+
+
+def foreseen_costs(
+    twists: np.ndarray,
+    pose: np.ndarray,
+    twist: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> np.ndarray:
+    """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
+    limits = limits_array(robot)
+    line = np.vstack((pose[:2], path))
+    settings = np.array(
+        (
+            parameters.horizon,
+            parameters.prediction_step,
+            parameters.prediction_hold,
+            parameters.heading_gain,
+            parameters.goal_slowdown if arrives else np.inf,
+            robot.radius,
+            parameters.safety_margin,
+            parameters.clearance_zone,
+            parameters.clearance_weight,
+            parameters.change_weight,
+        )
+    )
+    return _foreseen_costs(
+        twists, pose, twist, line, times_left(line, limits), *regions.arrays,
+        star.center, star.bearing_0, star.values, star.near_hits, limits, settings,
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _foreseen_costs(
+    twists, pose, twist, line, left, center, bearing_0, values, reach,
+    star_center, star_bearing_0, star_values, hits, limits, settings,
+):  # fmt: skip
+    horizon, step, hold, gain, slowdown, radius, margin, zone, clearance_weight, change_weight = settings
+    v_max, omega_max, last = limits[0], limits[1], len(line) - 1
+    steps = int(math.ceil(horizon / step - 1e-9))
+    cost = np.empty(len(twists))
+    clearance_now = _clearance(pose[0], pose[1], hits, radius, zone)
+    for c in range(len(twists)):
+        x, y, yaw, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
+        k, region = 1, -1
+        clearance, near_walls, best = clearance_now, 0.0, np.inf
+        for i in range(steps):
+            dx, dy = line[k, 0] - x, line[k, 1] - y
+            if i * step < hold - 1e-9:
+                want_v, want_omega = twists[c, 0], twists[c, 1]
+            else:
+                error = wrapped_angle(math.atan2(dy, dx) - yaw)
+                want_v = v_max * max(math.cos(error), 0.0) ** 3
+                want_omega = limited(gain * error, omega_max)
+            if k == last:
+                want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+            before_v, before_omega = v, omega
+            v = ramped(v, want_v, limits[2] * step)
+            omega = ramped(omega, want_omega, limits[3] * step)
+            travelled, turned = 0.5 * (before_v + v) * step, 0.5 * (before_omega + omega) * step
+            next_x = x + travelled * math.cos(yaw + 0.5 * turned)
+            next_y = y + travelled * math.sin(yaw + 0.5 * turned)
+            yaw += turned
+            known = region >= 0 and covers(center[region], bearing_0[region], values[region], next_x, next_y)
+            if not known and not covers(star_center, star_bearing_0, star_values, next_x, next_y):
+                region = first_cover(center, bearing_0, values, reach, next_x, next_y)
+                known = region >= 0
+            else:
+                known = True
+            next_clearance = _clearance(next_x, next_y, hits, radius, zone)
+            if known and (next_clearance >= margin or next_clearance >= clearance):
+                x, y, clearance = next_x, next_y, next_clearance
+                near_walls += abs(travelled) * (1.0 - clearance / zone) ** 2
+                k = _next_way_point(line, k, x, y)
+            else:
+                v = 0.0
+            spent = (i + 1) * step - horizon + clearance_weight * near_walls / v_max
+            if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
+                best = min(best, spent)
+                break
+            if 2 * (i + 1) >= steps:
+                best = min(best, spent + _time_to_go(line, left, k, x, y, yaw, v, omega, limits))
+        change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
+        cost[c] = best + change_weight * change
+    return cost
+
+
+@njit(cache=True)
+def _clearance(x, y, hits, radius, zone):
+    """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
+    nearest = (radius + zone) ** 2
+    for q in range(len(hits)):
+        dx, dy = x - hits[q, 0], y - hits[q, 1]
+        nearest = min(nearest, dx * dx + dy * dy)
+    return max(math.sqrt(nearest) - radius, 0.0)
+
+
+@njit(cache=True)
+def _next_way_point(line, k, x, y):
+    """The way point to head for after k has been passed.
+
+    A taut path bends round what hides the way point after the next: it comes into sight where the robot crosses the
+    backward extension of the leg that leads to it.
+    """
+    while k + 1 < len(line):
+        dx, dy = x - line[k, 0], y - line[k, 1]
+        leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        bend = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
+        inside = bend * (leg_x * dy - leg_y * dx) >= 0.0
+        if inside and dx * dx + dy * dy > PASSED_DISTANCE * PASSED_DISTANCE:
+            break
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def times_left(line, limits):
+    """Time from each way point to the end of the path, begun along the leg after it at full speed, shape (n,), s."""
+    left = np.zeros(len(line))
+    after = 0.0
+    for k in range(len(line) - 2, 0, -1):
+        dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        heading = math.atan2(dy, dx)
+        left[k] = math.hypot(dx, dy) / limits[0] + left[k + 1]
+        if k + 2 < len(line):
+            left[k] += heading_loss(wrapped_angle(after - heading), limits[0], 0.0, limits)
+        after = heading
+    return left
+
+
+@njit(cache=True)
+def _time_to_go(line, left, k, x, y, yaw, v, omega, limits):
+    """T: from a pose and twist over the way points from k on."""
+    dx, dy = line[k, 0] - x, line[k, 1] - y
+    heading = math.atan2(dy, dx)
+    time = math.hypot(dx, dy) / limits[0] + heading_loss(wrapped_angle(heading - yaw), v, omega, limits)
+    if k + 1 < len(line):
+        leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
+        time += left[k] + heading_loss(wrapped_angle(leg - heading), limits[0], 0.0, limits)
+    return time
+
+
+@njit(cache=True)
+def heading_loss(error, v, omega, limits):
+    """Time lost until a robot that heads `error` beside its way, with the twist (v, omega), drives it at full speed, s.
+
+    The time of the turn, and what is lost while the speed along the way grows to the largest.
+    """
+    missing = limits[0] - v * math.cos(error)
+    return turning_time(error, omega, limits[1], limits[3]) + missing * missing / (2.0 * limits[2] * limits[0])
+
+
+@njit(cache=True)
+def turning_time(angle, rate, rate_max, acceleration):
+    """Least time in which a robot that turns at `rate` has turned by `angle` and stands, s: bang-bang, or with a
+    stretch at `rate_max`."""
+    if angle < 0.0:
+        angle, rate = -angle, -rate
+    beyond = rate * rate / (2.0 * acceleration) - angle
+    if rate > 0.0 and beyond > 0.0:  # it stops too late: past the angle, and back
+        return rate / acceleration + 2.0 * math.sqrt(beyond / acceleration)
+    peak = math.sqrt(acceleration * angle + 0.5 * rate * rate)
+    if peak <= rate_max:
+        return (2.0 * peak - rate) / acceleration
+    return (2.0 * rate_max - rate + (peak * peak - rate_max * rate_max) / rate_max) / acceleration
+
+
+@njit(cache=True)
+def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
+    """What (x, y) sees of the way point ahead, and the first place to head for."""
+    if segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, SIGHT_STEP):
+        return IN_SIGHT, ahead_x, ahead_y
+    shortest, best = np.inf, -1
+    for k in range(len(reach)):
+        over = math.hypot(center[k, 0] - x, center[k, 1] - y)
+        over += math.hypot(center[k, 0] - ahead_x, center[k, 1] - ahead_y)
+        seen = covers(center[k], bearing_0[k], values[k], x, y)
+        if over < shortest and seen and covers(center[k], bearing_0[k], values[k], ahead_x, ahead_y):
+            shortest, best = over, k
+    if best < 0:
+        return HIDDEN, ahead_x, ahead_y
+    px, py = _last_in_sight(x, y, center[best, 0], center[best, 1], ahead_x, ahead_y, center, bearing_0, values, reach)
+    px, py = _last_in_sight(ahead_x, ahead_y, px, py, x, y, center, bearing_0, values, reach)
+    return ROUND_A_CORNER, px, py
+
+
+@njit(cache=True)
+def _last_in_sight(x, y, ax, ay, bx, by, center, bearing_0, values, reach):
+    """The last point from a, which (x, y) sees, towards b, which it does not."""
+    low, high = 0.0, 1.0
+    for _ in range(SIGHT_HALVINGS):
+        share = 0.5 * (low + high)
+        px, py = ax + share * (bx - ax), ay + share * (by - ay)
+        if segment_covered(center, bearing_0, values, reach, x, y, px, py, SIGHT_STEP):
+            low = share
+        else:
+            high = share
+    return ax + low * (bx - ax), ay + low * (by - ay)

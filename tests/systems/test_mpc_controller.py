@@ -1,0 +1,65 @@
+"""The predictive controller through a context: DsmController's ports, limits and certificate."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import LeafSystem
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.roadmap import Guidance
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.systems.certified_controller import TWIST
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.mpc_controller import MpcController
+from tests.scans import smooth_region
+
+ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
+PERIOD = 1.0 / PARAMETERS.rate
+WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+REGIONS = RegionStack.of([smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)])
+AHEAD = Guidance(np.array([[3.0, 0.5]]), False, REGIONS)
+
+
+def twists(star: SafetyStar = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
+    """The commands of some periods with fixed inputs."""
+    system = MpcController(ROBOT, PARAMETERS, offset=0.0)
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    for name, value in (("guidance", Value(AHEAD)), ("safety_star", Value(star)), ("state", [0.0, 0.0, 0.0, *twist])):
+        system.GetInputPort(name).FixValue(context, value)
+    context.SetDiscreteState(TWIST, twist)
+    out = [np.array(twist)]
+    for k in range(count):
+        simulator.AdvanceTo((k + 0.5) * PERIOD)
+        out.append(system.GetOutputPort("twist_command").Eval(context).copy())
+    return np.array(out)
+
+
+def ports(system: LeafSystem) -> list[tuple[str, int]]:
+    inputs = [system.get_input_port(k) for k in range(system.num_input_ports())]
+    outputs = [system.get_output_port(k) for k in range(system.num_output_ports())]
+    return [(port.get_name(), port.size()) for port in inputs + outputs]
+
+
+def test_ports_are_those_of_the_dsm_controller() -> None:
+    system = MpcController(ROBOT, PARAMETERS, offset=0.0)
+    assert ports(system) == ports(DsmController(ROBOT, PARAMETERS, offset=0.0))
+    assert not system.HasDirectFeedthrough(0)
+
+
+def test_it_drives_within_the_limits_and_the_same_way_each_time() -> None:
+    driven = twists()
+    steps = np.abs(np.diff(driven, axis=0))
+    assert steps[:, 0].max() <= ROBOT.max_acceleration * PERIOD + 1e-12
+    assert steps[:, 1].max() <= ROBOT.max_yaw_acceleration * PERIOD + 1e-12
+    assert driven[-1, 0] > 0.5
+    np.testing.assert_array_equal(twists(), driven)
+
+
+def test_without_a_safety_star_it_brakes_as_hard_as_it_may() -> None:
+    braked = twists(SafetyStar.none(), twist=(0.5, 0.4), count=40)
+    assert braked[1] == pytest.approx((0.5 - PERIOD * ROBOT.max_acceleration, 0.4 - PERIOD * 4.0))
+    assert braked[-1, 0] == 0.0
