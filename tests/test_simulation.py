@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario import load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, run_trial, trial_record
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
@@ -127,3 +127,10 @@ def test_benchmark_score(outcome: str, time: float, score: float) -> None:
 def test_a_trial_in_a_benchmarks_world_is_scored() -> None:
     trial = run_trial(parse_scenario("world: !Barn {}\nsimulation: {timeout: 0.1}", name="short"), seed=0)
     assert (trial.outcome, trial.score) == ("timeout", 0.0)
+
+
+def test_a_shipped_world_is_crossed_at_speed() -> None:
+    trial = run_trial(load_scenario("barn", overrides=["world.id=10"]), seed=0)
+    assert (trial.outcome, trial.score) == ("reached", 0.5)
+    assert trial.min_clearance_m > 0.0
+    assert trial.mean_speed_mps > 0.8

@@ -124,7 +124,8 @@ def run_job(job: Job) -> Record:
         return error_record(job, str(error))
     except Exception as error:  # a fault in one trial must not cost the others
         return error_record(job, f"{type(error).__name__}: {error}")
-    return {"trial": job.trial, **trial_record(trial)}
+    world = {"world": job.trial} if job.in_world else {}
+    return {"trial": job.trial, **world, **trial_record(trial)}
 
 
 def error_record(job: Job, message: str) -> Record:

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.control.braking import certified_twist, limits_array
+from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
 from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
@@ -16,6 +18,8 @@ PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
 CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
+LOOK_AHEAD_SPARE = 0.004
+"""A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
 PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
 """The paper's gains."""
 
@@ -116,25 +120,40 @@ def control_step(
     period = 1.0 / parameters.rate
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
+    clearance = math.inf
+    last = len(path) == 1
+    if len(path) and parameters.look_ahead > 0.0:
+        needed = needed_distances(star.half_gaps, robot.radius)
+        least = parameters.safety_margin + LOOK_AHEAD_SPARE
+        ahead, clearance, last = look_ahead(pose[:2], path, star.hits, needed, parameters.look_ahead, least)
+        path = ahead[None, :]
     if len(path):
         direction, distance = guiding_vector(pose[:2], path, regions, star.near_hits, parameters, robot.radius)
     if direction.any():
         heading = _wrapped(math.atan2(direction[1], direction[0]) - pose[2])
-        stop_at = distance if arrives and len(path) == 1 else math.inf
+        stop_at = distance if arrives and last else math.inf
+        if robot.speed_per_clearance > 0.0:
+            needed = needed_distances(star.half_gaps, robot.radius)
+            clearance = min(clearance, float(clearance_at(pose[0], pose[1], star.hits, needed)))
         if parameters.tracking == "law":
-            desired = _law(heading, stop_at, parameters, robot)
+            desired = _law(heading, stop_at, robot.speed_limit(clearance), parameters, robot)
         else:
             desired, errors = _pid(heading, twist, errors, period)
     accepted = True
-    if parameters.certificate:
+    if parameters.certificate and parameters.certified_by == "points":
+        v, omega, accepted = clear_twist(pose, twist, desired, direction, star, parameters, robot)
+        desired = np.array((v, omega))
+    elif parameters.certificate:
         v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
         desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
 
 
-def _law(heading: float, stop_at: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
-    """omega = gain * error, v = max_speed * cos(error)^3, slower only towards the goal."""
-    v = robot.max_speed * max(math.cos(heading), 0.0) ** 3
+def _law(
+    heading: float, stop_at: float, limit: float, parameters: ControllerParameters, robot: RobotParameters
+) -> np.ndarray:
+    """omega = gain * error, v = max_speed * cos(error)^3, slower only towards the goal and where `limit` says so."""
+    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, limit)
     v = min(v, parameters.goal_slowdown * stop_at + CREEP_SPEED)
     omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
     return np.array((v, omega))
