@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from drake_starnav.benchmark import Pool
     from drake_starnav.report import Results
 
+MOST_WORLDS = 100_000
+"""In one range of `--worlds`."""
+
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
     """Run one scenario; see `--help`. Returns the exit code."""
@@ -114,6 +117,11 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--suite", metavar="NAME", help="a named set of scenarios and methods with its table: table1")
     parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)} (default: star, or the suite's)")
     add_overrides(parser)
+    parser.add_argument(
+        "--worlds",
+        metavar="NUMBERS",
+        help="instead of --trials, one trial in each numbered world of the scenario's file, e.g. 0-149 or 3,7,20-29",
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
     add_batch_options(parser)
@@ -155,6 +163,20 @@ def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
     return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
 
 
+def world_numbers(text: str) -> list[int]:
+    """Numbers and ranges as in "3,7,20-29", in ascending order, each once."""
+    numbers: set[int] = set()
+    for part in text.split(","):
+        first, dash, last = part.partition("-")
+        if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
+            raise StarnavError(f"--worlds is {text!r}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
+        low, high = int(first), int(last if dash else first)
+        if not low <= high < low + MOST_WORLDS:
+            raise StarnavError(f"--worlds has {part!r}; allowed: an ascending range of at most {MOST_WORLDS}")
+        numbers.update(range(low, high + 1))
+    return sorted(numbers)
+
+
 def _benchmark(options: argparse.Namespace) -> int:
     check_batch_options(options)
     if options.resume and options.json is None:
@@ -164,19 +186,24 @@ def _benchmark(options: argparse.Namespace) -> int:
             f"{'both scenarios and' if options.suite else 'neither a scenario nor'} --suite; allowed: one of the two"
         )
     _check_report_options(options)
-    from drake_starnav.benchmark import TrialFile, find_suite, make_cases, make_header, run_batch
+    worlds = None if options.worlds is None else world_numbers(options.worlds)
+    from drake_starnav.benchmark import TrialFile, check_worlds, find_suite, make_cases, make_header, run_batch
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
     cases = make_cases(suite.scenarios if suite else options.scenario, methods, options.overrides)
-    header = make_header(cases, options.seed, options.overrides, suite=options.suite)
+    if worlds is not None:
+        check_worlds(cases, worlds)
+    header = make_header(cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None)
     with (
         chosen_pool(options) as pool,
         TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
     ):
         if file and file.repaired:
             print(file.repaired, file=sys.stderr)
-        records = run_batch(cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet)
+        records = run_batch(
+            cases, trials=worlds or options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet
+        )
     from drake_starnav.report.results import make_results
 
     _report(make_results([header], records), options)

@@ -52,6 +52,7 @@ class Trial:
         shortest_path_m: by an omniscient robot of the same radius; None where there is no way, or obstacles move.
         straight_line_m: from the start to the goal.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
+        score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
         min_clearance_m: least distance of the hull to an obstacle that does not move; negative in a collision.
         mean_speed_mps: path length over time.
         mean_clearance_m, jerk_mps3, yaw_rate_change_radps2, twist_energy_m2ps, stops, stuck_s: see `MotionMetrics`.
@@ -71,6 +72,7 @@ class Trial:
     shortest_path_m: float | None
     straight_line_m: float
     tightest_gap_m: float | None
+    score: float | None
     min_clearance_m: float
     mean_speed_mps: float
     mean_clearance_m: float
@@ -178,6 +180,7 @@ def run_trial(
         shortest_path_m=None if shortest is None else float(shortest[0]),
         straight_line_m=math.dist(world.start[:2], world.goal),
         tightest_gap_m=None if shortest is None else _finite(tightest_gap(world, shortest[1])),
+        score=benchmark_score(outcome, elapsed, world.optimal_time),
         min_clearance_m=least,
         mean_speed_mps=length / elapsed if elapsed > 0.0 else 0.0,
         **vars(motion),
@@ -190,6 +193,21 @@ def run_trial(
     for each in observers:
         each.finish(caption_lines(trial), Motion(log.FindLog(context).sample_times(), driven[:, :3]))
     return trial
+
+
+def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
+    """OT / clip(AT, 2 OT, 8 OT) of a trial that reached the goal, 0 of another one; None without an optimal time.
+
+    Args:
+        outcome: of the trial.
+        time: AT, until the outcome, s.
+        optimal_time: OT of the world, s.
+
+    Source: the BARN challenge, 2022.
+    """
+    if optimal_time is None:
+        return None
+    return optimal_time / min(max(time, 2.0 * optimal_time), 8.0 * optimal_time) if outcome == "reached" else 0.0
 
 
 def caption_lines(trial: Trial) -> tuple[str, ...]:

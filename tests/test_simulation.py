@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import UnsupportedError
-from drake_starnav.scenario import METHODS, parse_scenario
-from drake_starnav.simulation import run_trial, trial_record
+from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
+from drake_starnav.simulation import benchmark_score, run_trial, trial_record
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 TIMES = ("wall_s", "command", "scan", "fit", "plan")
@@ -140,3 +140,31 @@ def test_robot_radius_is_that_of_the_hull() -> None:
     inspector = station.scene_graph.model_inspector()
     radii = [inspector.GetShape(g).radius() for g in station.robot_geometries if "hull" in inspector.GetName(g)]
     assert radii == [0.31]
+
+
+@pytest.mark.parametrize(
+    ("outcome", "time", "score"),
+    [
+        ("reached", 3.0, 0.5),
+        ("reached", 10.0, 0.5),
+        ("reached", 20.0, 0.25),
+        ("reached", 90.0, 0.125),
+        ("collision", 3.0, 0.0),
+        ("timeout", 100.0, 0.0),
+    ],
+)
+def test_benchmark_score(outcome: str, time: float, score: float) -> None:
+    assert benchmark_score(outcome, time, optimal_time=5.0) == pytest.approx(score)
+    assert benchmark_score(outcome, time, None) is None
+
+
+def test_a_trial_in_a_benchmarks_world_is_scored() -> None:
+    trial = run_trial(parse_scenario("world: !Barn {}\nsimulation: {timeout: 0.1}", name="short"), seed=0)
+    assert (trial.outcome, trial.score) == ("timeout", 0.0)
+
+
+def test_a_shipped_world_is_crossed_at_speed() -> None:
+    trial = run_trial(load_scenario("barn", overrides=["world.id=10"]), seed=0)
+    assert (trial.outcome, trial.score) == ("reached", 0.5)
+    assert trial.min_clearance_m > 0.0
+    assert trial.mean_speed_mps > 0.8

@@ -2,7 +2,7 @@
 
 from drake_starnav.benchmark.batch import run_batch
 from drake_starnav.benchmark.cluster import dask_pool
-from drake_starnav.benchmark.jobs import Case, Job, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.benchmark.jobs import Case, Job, check_worlds, make_cases, make_jobs, run_job, trial_seed
 from drake_starnav.benchmark.suites import SUITES, Suite, find_suite, suite_table
 from drake_starnav.benchmark.summary import (
     Comparison,
@@ -24,6 +24,7 @@ __all__ = [
     "Suite",
     "Summary",
     "TrialFile",
+    "check_worlds",
     "compare",
     "dask_pool",
     "find_suite",

@@ -15,7 +15,7 @@ from drake_starnav.benchmark.workers import Pool, run_jobs
 def run_batch(
     cases: Sequence[Case],
     *,
-    trials: int,
+    trials: int | Sequence[int],
     seed: int,
     pool: Pool,
     file: TrialFile | None = None,
@@ -26,7 +26,7 @@ def run_batch(
 
     Args:
         cases: see `make_cases`.
-        trials: of each case; a file that holds more of them keeps them.
+        trials: of each case, see `make_jobs`; a file that holds more of them keeps them.
         seed: of the batch; see `trial_seed`.
         pool: where they run.
         file: where to keep the records, and which trials are done; None to keep none.
@@ -39,7 +39,7 @@ def run_batch(
     records = list(file.records) if file else []
     done = {record_key(record) for record in records}
     jobs = make_jobs(cases, trials, seed, done)
-    total = trials * len(cases)
+    total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
     bar = tqdm(total=total, initial=total - len(jobs), desc=title, unit="trial", disable=quiet or None, leave=False)
     with bar, closing(run_jobs(jobs, pool)) as results:
         for record in results:

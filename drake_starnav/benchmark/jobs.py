@@ -1,7 +1,7 @@
 """One trial as text and numbers, which any process on any machine can run."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,11 +32,16 @@ class Case:
 
 @dataclass(frozen=True)
 class Job:
-    """One trial to run: the `trial`-th of a case, with its own seed."""
+    """One trial to run: the `trial`-th of a case, with its own seed.
+
+    Attributes:
+        in_world: whether the trial's number is also that of its world, in place of the case's `world.id`.
+    """
 
     case: Case
     trial: int
     seed: int
+    in_world: bool = False
 
     @property
     def key(self) -> Key:
@@ -79,16 +84,30 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
     return cases
 
 
-def make_jobs(cases: Sequence[Case], trials: int, seed: int, done: Collection[Key] = ()) -> list[Job]:
+def check_worlds(cases: Sequence[Case], worlds: Sequence[int]) -> None:
+    """Raise `StarnavError` unless every case can be driven in each of the numbered worlds."""
+    for case in cases:
+        kind = parse_scenario(case.text, name=case.scenario, method=case.method).world
+        if not hasattr(kind, "check_numbers"):
+            raise StarnavError(
+                f"--worlds with scenario {case.scenario}, whose world !{type(kind).__name__} has no number; "
+                "allowed: scenarios with numbered worlds, as !Barn"
+            )
+        kind.check_numbers(worlds)
+
+
+def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, done: Collection[Key] = ()) -> list[Job]:
     """The trials that are still to run, all cases in turn, so that an interrupted batch is a fair one.
 
     Args:
         cases: as of `make_cases`.
-        trials: of each case.
+        trials: how many of each case, or the numbers of the worlds to drive, one trial in each.
         seed: of the batch.
         done: keys of those that are not to be repeated.
     """
-    jobs = [Job(case, trial, trial_seed(seed, trial)) for trial in range(trials) for case in cases]
+    in_world = not isinstance(trials, int)
+    numbers = range(trials) if isinstance(trials, int) else trials
+    jobs = [Job(case, trial, trial_seed(seed, trial), in_world) for trial in numbers for case in cases]
     return [job for job in jobs if job.key not in done]
 
 
@@ -101,6 +120,8 @@ def run_job(job: Job) -> Record:
 
     try:
         scenario = parse_scenario(job.case.text, name=job.case.scenario, method=job.case.method)
+        if job.in_world:
+            scenario = replace(scenario, world=replace(scenario.world, id=job.trial))
         trial = run_trial(scenario, method=job.case.method, seed=job.seed)
     except UnsupportedError as error:
         return {**error_record(job, str(error)), "outcome": "unsupported"}
@@ -108,7 +129,8 @@ def run_job(job: Job) -> Record:
         return error_record(job, str(error))
     except Exception as error:  # a fault in one trial must not cost the others
         return error_record(job, f"{type(error).__name__}: {error}")
-    return {"trial": job.trial, **trial_record(trial)}
+    world = {"world": job.trial} if job.in_world else {}
+    return {"trial": job.trial, **world, **trial_record(trial)}
 
 
 def error_record(job: Job, message: str) -> Record:

@@ -48,6 +48,7 @@ class Summary:
         path_mean, path_median, path_p95: path over the omniscient shortest one, where the goal was reached.
         time_s: mean time where the goal was reached.
         speed_mps: total path over total time where the goal was reached.
+        score: mean where a benchmark scores the trials; one that could not be run counts as 0.
         clearance_m: the least of all trials.
         command_p50_s, command_p99_s, scan_p50_s, plan_p50_s: medians over the trials of each one's percentile.
         wall_ratio: wall-clock time over simulated time.
@@ -64,6 +65,7 @@ class Summary:
     path_p95: float | None
     time_s: float | None
     speed_mps: float | None
+    score: float | None
     clearance_m: float | None
     command_p50_s: float | None
     command_p99_s: float | None
@@ -85,6 +87,7 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
     reached = [record for record in ran if record["outcome"] == "reached"]
     ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached if r["shortest_path_m"]]
     clearances = [r["min_clearance_m"] for r in ran if r["min_clearance_m"] is not None]
+    scores = [r["score"] for r in ran if r.get("score") is not None]
     counts = Counter(record["outcome"] for record in records)
     counts.pop("reached", None)
     trials = len(records) - counts[UNSUPPORTED]
@@ -104,6 +107,7 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
         path_p95=_figure(lambda values: np.percentile(values, 95), ratios),
         time_s=_figure(np.mean, [r["time_s"] for r in reached]),
         speed_mps=_total_ratio(reached, "path_length_m", reached, "time_s"),
+        score=sum(scores) / len(records) if scores else None,
         clearance_m=_figure(np.min, clearances),
         command_p50_s=median("command", "p50_s"),
         command_p99_s=median("command", "p99_s"),
@@ -180,15 +184,16 @@ def cost_table(summaries: Sequence[Summary]) -> Table:
     rows = [
         (
             s.scenario, s.method, number(s.path_mean, 3), number(s.path_median, 3), number(s.path_p95, 2),
-            number(s.time_s, 1), number(s.speed_mps, 3), number(s.clearance_m, 1, 1e3),
+            number(s.time_s, 1), number(s.speed_mps, 3), number(s.score, 4),
+            number(s.clearance_m, 1, 1e3),
             f"{number(s.command_p50_s, 0, 1e6)} / {number(s.command_p99_s, 0, 1e6)}",
             number(s.scan_p50_s, 0, 1e6), number(s.plan_p50_s, 0, 1e6), number(s.wall_ratio, 3),
         )
         for s in summaries
     ]  # fmt: skip
     head = (
-        "scenario", "method", "path/shortest", "median", "p95", "time s", "speed m/s", "clearance mm",
-        "command us p50 / p99", "scan us", "plan us", "wall/simulated",
+        "scenario", "method", "path/shortest", "median", "p95", "time s", "speed m/s", "score",
+        "clearance mm", "command us p50 / p99", "scan us", "plan us", "wall/simulated",
     )  # fmt: skip
     return head, rows
 

@@ -22,12 +22,20 @@ FORMAT = 1
 Header = dict[str, Any]
 
 
-def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = (), *, suite: str | None = None) -> Header:
+def make_header(
+    cases: Sequence[Case],
+    seed: int,
+    overrides: Sequence[str] = (),
+    *,
+    suite: str | None = None,
+    in_worlds: bool = False,
+) -> Header:
     """What a file's trials have in common: the versions that ran them, and everything that defines them.
 
     Args:
         cases, seed, overrides: see `make_cases` and `trial_seed`.
         suite: whose cases these are, if any; a report then shows its table.
+        in_worlds: whether trials are numbered as the worlds they are driven in.
     """
     return {
         "format": FORMAT,
@@ -35,6 +43,7 @@ def make_header(cases: Sequence[Case], seed: int, overrides: Sequence[str] = (),
         "machine": {"system": platform.platform(), "processor": processor_name(), "cores": os.cpu_count()},
         "seed": seed,
         "suite": suite,
+        "in_worlds": in_worlds,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
     }
@@ -226,6 +235,9 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
             differences.append(f"{name} {found['versions'].get(name)}, now {value}")
     if found["seed"] != wanted["seed"]:
         differences.append(f"seed {found['seed']}, now {wanted['seed']}")
+    ways = ["by world" if header.get("in_worlds") else "by seed" for header in (found, wanted)]
+    if ways[0] != ways[1]:
+        differences.append(f"trials {ways[0]}, now {ways[1]}")
     before, now = ({f"{c['scenario']} {c['method']}": c["text"] for c in h["cases"]} for h in (found, wanted))
     if before.keys() != now.keys():
         differences.append(f"cases {', '.join(before)}, now {', '.join(now)}")

@@ -91,7 +91,7 @@ def braking_path(
 
 
 @njit(cache=True)
-def _moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
+def moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
     """One step of the simulated motion: the command is held while time is `left`, then the robot brakes fully.
 
     A step is so short that the robot moves at most SAMPLE_SPACING, or reaches the end of the hold.
@@ -130,11 +130,11 @@ def ramped(value, target, change):
 def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
     want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     while delay > 0.0:
-        x, y, yaw, v, omega, delay = _moved(x, y, yaw, v, omega, v, omega, delay, limits)
+        x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
         if not covers(center, bearing_0, values, x, y):
             return False
     while True:
-        x, y, yaw, v, omega, hold = _moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
         if not covers(center, bearing_0, values, x, y):
             return False
         if hold <= 0.0 and abs(v) < 1e-9:
@@ -162,9 +162,9 @@ def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits):
     want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     points = [(x, y, yaw)]
     while delay > 0.0:
-        x, y, yaw, v, omega, delay = _moved(x, y, yaw, v, omega, v, omega, delay, limits)
+        x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
         points.append((x, y, yaw))
     while hold > 0.0 or abs(v) > 1e-9:
-        x, y, yaw, v, omega, hold = _moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
         points.append((x, y, yaw))
     return np.array(points)

@@ -12,9 +12,9 @@ class ControllerParameters:
 
     kind: str = parameter(
         "star",
-        "star (follow the guiding vector), mpc (choose among sampled twists by where they lead), or a baseline to compare "
-        "with (docs/baselines.md), which uses rate, target, heading_gain and goal_slowdown of this section and the "
-        "section of its own name",
+        "star (follow the guiding vector), mpc (choose among sampled twists by where they lead), or a baseline to "
+        "compare with (docs/baselines.md), which uses rate, target, heading_gain and goal_slowdown of this section and "
+        "the section of its own name",
         choices=("star", "mpc", "dsm", "foa", "dwa", "apf"),
     )
     target: str = parameter(
@@ -81,11 +81,35 @@ class ControllerParameters:
     change_weight: float = parameter(
         0.15, "what a change of speed or turning rate by its whole range costs", unit="s", low=0.0, high=10.0
     )
+    look_ahead: float = parameter(
+        0.0,
+        "aim at the farthest point of the path within this distance that the robot can drive straight to; 0: at the "
+        "next way point",
+        unit="m",
+        low=0.0,
+        high=10.0,
+    )
     certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
     safety_margin: float = parameter(
         0.01, "clearance that the certificate keeps beyond the robot's radius", unit="m", low=0.0, high=1.0
     )
+    margin_per_speed: float = parameter(
+        0.0, "further clearance per speed that certified_by: points keeps", unit="s", low=0.0, high=1.0
+    )
+    certified_by: str = parameter(
+        "star",
+        "what a motion must stay clear of: star (inside the safety star, in straight sight of the last scan) or points "
+        "(of every remembered hit, which lets the robot through narrower and winding gaps)",
+        choices=("star", "points"),
+    )
     scan_memory: int = parameter(5, "scans that the safety star is made from", low=1, high=100)
+    scan_spacing: float = parameter(
+        0.0,
+        "distance driven between two scans that are remembered; 0: the last ones, wherever taken",
+        unit="m",
+        low=0.0,
+        high=5.0,
+    )
     safety_range: float = parameter(1.2, "extent of the safety star", unit="m", above=0.0, high=20.0)
     delay: float = parameter(
         0.0,

@@ -7,8 +7,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.braking import certified_twist, limits_array
+from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
 from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
@@ -17,6 +19,8 @@ PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
 CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
+LOOK_AHEAD_SPARE = 0.004
+"""A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
 PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
 """The paper's gains."""
 
@@ -117,7 +121,10 @@ def control_step(
     direction, desired, errors = desired_twist(pose, twist, errors, path, arrives, regions, star, parameters, robot)
     period = 1.0 / parameters.rate
     accepted = True
-    if parameters.certificate:
+    if parameters.certificate and parameters.certified_by == "points":
+        v, omega, accepted = clear_twist(pose, twist, desired, direction, star, parameters, robot)
+        desired = np.array((v, omega))
+    elif parameters.certificate:
         v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
         desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
@@ -140,14 +147,25 @@ def desired_twist(
     """
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
+    clearance = math.inf
+    last = len(path) == 1
+    if len(path) and parameters.look_ahead > 0.0:
+        needed = needed_distances(star.half_gaps, robot.radius)
+        least = parameters.safety_margin + LOOK_AHEAD_SPARE
+        ahead, clearance, last = look_ahead(pose[:2], path, star.hits, needed, parameters.look_ahead, least)
+        path = ahead[None, :]
     if len(path):
         direction, distance = guiding_vector(pose[:2], path, regions, star.near_hits, parameters, robot.radius)
     if direction.any():
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
-        stop_at = distance if arrives and len(path) == 1 else math.inf
+        stop_at = distance if arrives and last else math.inf
+        if robot.speed_per_clearance > 0.0:
+            needed = needed_distances(star.half_gaps, robot.radius)
+            clearance = min(clearance, float(clearance_at(pose[0], pose[1], star.hits, needed)))
         if parameters.tracking == "law":
             desired = turning_law(heading, robot.max_speed, parameters, robot)
-            desired[0] = min(desired[0], parameters.goal_slowdown * stop_at + CREEP_SPEED)
+            slowest = parameters.goal_slowdown * stop_at + CREEP_SPEED
+            desired[0] = min(desired[0], robot.speed_limit(clearance), slowest)
         else:
             desired, errors = _pid(heading, twist, errors, 1.0 / parameters.rate)
     return direction, desired, errors

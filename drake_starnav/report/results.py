@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -53,7 +53,10 @@ class Results:
     def scenario(self, record: Record) -> Scenario:
         """The scenario that a record is of."""
         name, method = record["scenario"], record["method"]
-        return parse_scenario(self.texts[name, method], name=name, method=method)
+        scenario = parse_scenario(self.texts[name, method], name=name, method=method)
+        if "world" in record:  # the trial's own of a numbered kind
+            scenario = replace(scenario, world=replace(scenario.world, id=record["world"]))
+        return scenario
 
     def commands(self) -> list[str]:
         """What runs the same trials, one line for each file."""
@@ -65,6 +68,8 @@ class Results:
         name, method = record["scenario"], record["method"]
         parts = [_place(name), "--method", method, "--seed", str(record["seed"])]
         parts += [part for override in header["overrides"] for part in ("--set", override)]
+        if "world" in record:
+            parts += ["--set", f"world.id={record['world']}"]
         return f"{SIMULATE} {shlex.join(parts)} --html out/{name}_{method}_{record['trial']}.html"
 
 
@@ -118,6 +123,9 @@ def _command(header: Header, records: Sequence[Record]) -> str:
     methods = dict.fromkeys(case["method"] for case in header["cases"])
     trials = 1 + max((record["trial"] for record in records if _has(header, record)), default=0)
     what = ["--suite", header["suite"]] if header.get("suite") else [*scenarios]
-    parts = [*what, "--method", *methods, "--trials", str(trials), "--seed", str(header["seed"])]
+    which = ["--trials", str(trials)]
+    if header.get("in_worlds"):
+        which = ["--worlds", ",".join(map(str, sorted({r["trial"] for r in records if _has(header, r)})))]
+    parts = [*what, "--method", *methods, *which, "--seed", str(header["seed"])]
     parts += [part for override in header["overrides"] for part in ("--set", override)]
     return f"{RUN} {shlex.join(parts)} --json out/trials.jsonl"

@@ -1,5 +1,6 @@
 """Star-shaped regions -> where to go next."""
 
+from drake_starnav.roadmap.fastest_step import fastest_step
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.planner import Guidance, Observation, PlannerState, PlannerStatus, plan_step
 from drake_starnav.roadmap.roadmap import StarRoadmap
@@ -11,5 +12,6 @@ __all__ = [
     "PlannerState",
     "PlannerStatus",
     "StarRoadmap",
+    "fastest_step",
     "plan_step",
 ]

@@ -18,8 +18,6 @@ BLOCKED_SLACK = 0.02
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""
-BEYOND = 0.20
-"""Distances are kept up to the robot's radius plus this, m."""
 CLOSED_RADIUS = 0.2
 """Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
@@ -40,9 +38,9 @@ class HitMemory:
     tiles: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @staticmethod
-    def empty(resolution: float, robot_radius: float) -> "HitMemory":
-        """A memory without hits."""
-        return HitMemory(resolution, robot_radius + BEYOND)
+    def empty(resolution: float, robot_radius: float, beyond: float = 0.2) -> "HitMemory":
+        """A memory without hits, in which distances are kept up to the robot's radius plus `beyond`, all in m."""
+        return HitMemory(resolution, robot_radius + beyond)
 
     def stamped(self, points: np.ndarray) -> "HitMemory":
         """This memory with more hits; points of shape (n, 2) in W, m."""
@@ -78,20 +76,20 @@ class HitMemory:
                 out[members] = tile[inside[members, 0], inside[members, 1]]
         return out
 
-    def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a box in W: distances (nx, ny) of every STRIDE-th cell, and the first cell's index (2,)."""
-        first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
-        count = np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
+    def window(self, low: np.ndarray, high: np.ndarray, stride: int = STRIDE) -> tuple[np.ndarray, np.ndarray]:
+        """The cells of a box in W: distances (nx, ny) of every `stride`-th cell, and the first cell's index (2,)."""
+        first = np.floor(low / self.resolution / stride).astype(np.int64) * stride
+        count = np.ceil((high - low) / self.resolution / stride).astype(np.int64) + 1
         out = np.full(count, self.cap, np.float32)
-        last = first + (count - 1) * STRIDE
+        last = first + (count - 1) * stride
         for (i, j), tile in self.tiles.items():
-            a, b = i * TILE, j * TILE  # multiples of STRIDE, as `first` is
+            a, b = i * TILE, j * TILE  # multiples of the stride, as `first` is
             if a > last[0] or b > last[1] or a + TILE <= first[0] or b + TILE <= first[1]:
                 continue
             a0, b0 = max(a, int(first[0])), max(b, int(first[1]))
             a1, b1 = min(a + TILE, int(last[0]) + 1), min(b + TILE, int(last[1]) + 1)
-            part = tile[a0 - a : a1 - a : STRIDE, b0 - b : b1 - b : STRIDE]
-            p, q = (a0 - int(first[0])) // STRIDE, (b0 - int(first[1])) // STRIDE
+            part = tile[a0 - a : a1 - a : stride, b0 - b : b1 - b : stride]
+            p, q = (a0 - int(first[0])) // stride, (b0 - int(first[1])) // stride
             out[p : p + part.shape[0], q : q + part.shape[1]] = part
         return out, first
 
@@ -173,7 +171,7 @@ def cost_to_go(
         _close(weight, (closed - origin) / cell + 1.0, CLOSED_RADIUS / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
     bid = _bids(weight.shape, points, origin, cell, spent)
-    cost, searched = _bucket_dijkstra(weight, i + 1, j + 1, bid)
+    cost, searched = bucket_dijkstra(weight, i + 1, j + 1, bid)
     return CostField(cost, weight, origin, cell, searched)
 
 
@@ -237,11 +235,13 @@ def _bids(
 
 
 @njit(cache=True)
-def _bucket_dijkstra(weight, gi, gj, bid):
+def bucket_dijkstra(weight, gi, gj, bid, slack=150, ai=-1, aj=-1):
     """Cost from cells to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere.
 
     Ends early, and then returns the cost at which it did (else -1), when the smallest sum of cost and bid found so far
-    is less than the present cost by the size of the neighbourhood over which `_nearest_cost` looks.
+    is less than the present cost by `slack`: by default the neighbourhood over which `_nearest_cost` looks. If a cell
+    (ai, aj) is given (not -1), the search goes towards it (A*), and the present cost contains what is left to there at
+    least; only cells on short ways between both have final costs.
     """
     nx, ny = weight.shape
     w = weight.ravel()
@@ -249,7 +249,7 @@ def _bucket_dijkstra(weight, gi, gj, bid):
     best = UNREACHED
     cost = np.full(nx * ny, UNREACHED, np.int32)
     buckets = 1
-    while buckets <= 14 * w.max() + 1:
+    while buckets <= 28 * w.max() + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
     capacity = 8 * nx * ny + 1
@@ -261,10 +261,10 @@ def _bucket_dijkstra(weight, gi, gj, bid):
     start = gi * ny + gj
     cost[start] = 0
     entry_cell[0], entry_cost[0], entry_next[0] = start, 0, -1
-    head[0] = 0
+    bucket = _least_cost(gi, gj, ai, aj) & (buckets - 1)
+    head[bucket] = 0
     used = 1
     waiting = 1
-    bucket = 0
     while waiting > 0:
         while head[bucket] < 0:
             bucket = (bucket + 1) & (buckets - 1)
@@ -276,7 +276,7 @@ def _bucket_dijkstra(weight, gi, gj, bid):
             continue
         if bids[c] < UNREACHED:
             best = min(best, d + bids[c])
-        if best < d - 150:
+        if best < d + _least_cost(c // ny, c % ny, ai, aj) - slack:
             return cost.reshape(nx, ny), d
         for k in range(8):
             n = c + steps[k]
@@ -285,12 +285,21 @@ def _bucket_dijkstra(weight, gi, gj, bid):
             candidate = d + w[n] * lengths[k]
             if candidate < cost[n]:
                 cost[n] = candidate
-                b = candidate & (buckets - 1)
+                b = (candidate + _least_cost(n // ny, n % ny, ai, aj)) & (buckets - 1)
                 entry_cell[used], entry_cost[used], entry_next[used] = n, candidate, head[b]
                 head[b] = used
                 used += 1
                 waiting += 1
     return cost.reshape(nx, ny), -1
+
+
+@njit(cache=True)
+def _least_cost(i, j, ai, aj):
+    """Cost between two cells without obstacles, in hundredths of a cell; 0 if there is no second one (-1)."""
+    if ai < 0:
+        return 0
+    di, dj = abs(i - ai), abs(j - aj)
+    return 100 * max(di, dj) + 40 * min(di, dj)
 
 
 @njit(cache=True)

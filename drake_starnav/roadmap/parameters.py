@@ -56,10 +56,19 @@ class PlannerParameters(StarParameters):
     )
     gates: bool = parameter(True, "where the optimistic path leaves the regions far from any frontier, try there: grid")
     grid_resolution: float = parameter(0.05, "cell of the hit memory", unit="m", low=0.01, high=0.5)
+    grid_beyond: float = parameter(
+        0.2, "the hit memory tells distances up to the robot's radius plus this", unit="m", low=0.0, high=2.0
+    )
     near_wall_cost: float = parameter(
         0.4, "how much dearer a metre right at an obstacle is in the cost-to-go", low=0.0, high=20.0
     )
     hysteresis: float = parameter(0.5, "bonus of the current target, against indecision", unit="m", low=0.0, high=20.0)
+    path: str = parameter(
+        "shortest",
+        "the way to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
+        "time-to-go over the hit memory; for fast robots in narrow places)",
+        choices=("shortest", "fastest"),
+    )
     string_pulling: bool = parameter(
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )

@@ -1,11 +1,12 @@
 """The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
+from drake_starnav.roadmap.fastest_path import Headway
 from drake_starnav.roadmap.frontiers import PROBE_REACHED, uncovered
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
@@ -66,7 +67,8 @@ class PlannerState:
         progress_position: where progress was last made, shape (2,).
         progress_time: when, s.
         rounds: how often the margin was shrunk or retried.
-        plans: how often the roadmap was searched.
+        plans: how often the roadmap was searched, or the fastest path was.
+        headway: the watch over a robot on the fastest path.
     """
 
     roadmap: StarRoadmap
@@ -78,6 +80,7 @@ class PlannerState:
     progress_time: float
     rounds: int
     plans: int
+    headway: Headway = field(default_factory=Headway)
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
         return self
@@ -163,7 +166,7 @@ def plan_step(
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
-    if tried or _node_is_due(state, region, position, parameters):
+    if tried or node_is_due(state, region, position, parameters):
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         if tried and target is not None:
             if parameters.retire_dead_ends:
@@ -226,7 +229,8 @@ def _narrower(seen: Observation, margin: float, parameters: PlannerParameters, r
     return scan_region(seen.scan, seen.pose, robot_radius, dataclasses.replace(parameters, margin=margin))
 
 
-def _node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
+def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the roadmap shall have a node where the robot is, with the region of the latest scan."""
     if not len(state.roadmap):
         return True
     if parameters.growth == "arrival":

@@ -70,7 +70,7 @@ class StarRoadmap:
             frontiers=Frontiers.none(),
             retired=np.zeros((0, 3)),
             closed=np.zeros((0, 2)),
-            hits=HitMemory.empty(parameters.grid_resolution, robot_radius),
+            hits=HitMemory.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
             margin=parameters.margin,
         )
 

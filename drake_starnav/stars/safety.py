@@ -1,6 +1,7 @@
 """The safety star: where the robot's centre may be, by the unsmoothed hits of the last few scans."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,12 +32,18 @@ class SafetyStar:
         bearing_0: bearing of sample 0, rad.
         values: shape (M,), boundary distance at the samples; between two samples the smaller one counts.
         near_hits: shape (k, 2), filtered hits close to the robot.
+        hits: shape (n, 2), all hits of the remembered scans, unfiltered.
+        half_gaps: shape (n,), half the chord from each to its neighbour on the same surface, m.
+        seen: whether `hits` are those of scans: without, they certify no motion.
     """
 
     center: np.ndarray
     bearing_0: float
     values: np.ndarray
     near_hits: np.ndarray
+    hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    seen: bool = False
 
     def __deepcopy__(self, memo: dict) -> "SafetyStar":
         return self
@@ -54,24 +61,40 @@ class ScanMemory:
     Attributes:
         points: per scan, shape (n, 2), W, m.
         half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
+        places: per scan, where it was taken, shape (2,), W, m.
     """
 
     points: tuple[np.ndarray, ...] = ()
     half_gaps: tuple[np.ndarray, ...] = ()
+    places: tuple[np.ndarray, ...] = ()
 
     def __deepcopy__(self, memo: dict) -> "ScanMemory":
         return self
 
-    def remembered(self, scan: LaserScan, pose: np.ndarray, reach: float, count: int) -> "ScanMemory":
-        """The memory with one more scan, of which hits within `reach` (m) matter, and at most `count` scans."""
+    def remembered(
+        self, scan: LaserScan, pose: np.ndarray, reach: float, count: int, spacing: float = 0.0
+    ) -> "ScanMemory":
+        """The memory with one more scan and at most `count` scans.
+
+        Args:
+            scan: the latest, in S.
+            pose: (x, y, yaw) of S in W when it was taken.
+            reach: hits within this matter, m.
+            count: how many scans are kept.
+            spacing: the scan before the latest is only kept if it was taken this far from the one before it, m.
+        """
         distance = scan.distances
         gap = half_gaps(scan, distance)
         near = distance < min(reach, scan.range_max)
         points = scan.points_at(distance, near, pose)
-        kept = max(count - 1, 0)
+        last = len(self.points)
+        if last > 1 and math.dist(self.places[-1], self.places[-2]) < spacing:
+            last -= 1
+        kept = slice(max(last - max(count - 1, 0), 0), last)
         return ScanMemory(
-            (*self.points[len(self.points) - min(kept, len(self.points)) :], points),
-            (*self.half_gaps[len(self.half_gaps) - min(kept, len(self.half_gaps)) :], gap[near]),
+            (*self.points[kept], points),
+            (*self.half_gaps[kept], gap[near]),
+            (*self.places[kept], np.array(pose[:2], dtype=float)),
         )
 
 
@@ -104,4 +127,4 @@ def safety_star(
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
     near = distance < min(NEAR_HIT_RANGE, scan.range_max)
     near_hits = scan.points_at(distance, near, pose)
-    return SafetyStar(center, bearing_0, eroded_range(hits, radius, limit), near_hits)
+    return SafetyStar(center, bearing_0, eroded_range(hits, radius, limit), near_hits, points, gaps, seen=True)

@@ -10,7 +10,7 @@ from drake_starnav.control.braking import braking_path, limits_array
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.dsm_controller import Certificate
+from drake_starnav.systems.certified_controller import Certificate
 
 NO_HITS = np.zeros((0, 2))
 

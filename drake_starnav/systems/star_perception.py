@@ -86,7 +86,9 @@ class StarPerception(LeafSystem):
                 region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)
             safe_radius = radius + controller.safety_margin
             memory = context.get_abstract_state(self._state).get_value().memory
-            memory = memory.remembered(scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory)
+            memory = memory.remembered(
+                scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
+            )
             safety = safety_star(memory, scan, distance, pose, safe_radius, controller.safety_range, self._planner)
         seen = _Perceived(Observation(region, scan, pose), safety, memory)
         state.get_mutable_abstract_state(self._state).set_value(seen)

@@ -6,7 +6,15 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
-from drake_starnav.roadmap import Guidance, Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap import (
+    Guidance,
+    Observation,
+    PlannerParameters,
+    PlannerState,
+    PlannerStatus,
+    fastest_step,
+    plan_step,
+)
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
 
@@ -86,15 +94,11 @@ class StarRoadmapPlanner(LeafSystem):
         if moved:
             before = dataclasses.replace(before, status=PlannerStatus.WAITING, path=np.zeros((0, 2)), target=None)
         with self._stopwatch.measure("update"):
-            after = plan_step(
-                seen=seen,
-                state=before,
-                position=position,
-                goal=goal,
-                time=context.get_time(),
-                parameters=self._planner,
-                robot_radius=self._robot.radius,
-            )
+            now = (before, seen, position, goal, context.get_time(), self._planner)
+            if self._planner.path == "fastest":
+                after = fastest_step(*now, self._robot)
+            else:
+                after = plan_step(*now, self._robot.radius)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
         if after is before and len(after.path):

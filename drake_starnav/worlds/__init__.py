@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.worlds.barn import Barn
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.corridor import Corridor
@@ -20,7 +21,7 @@ from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
-    kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model)
+    kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn)
 }
 
 __all__ = ["WORLD_KINDS", "World", "clearance", "convex_parts", "make_world", "shortest_path", *WORLD_KINDS]

@@ -50,6 +50,7 @@ class World:
         bounds: (x_min, y_min, x_max, y_max) with walls along it, or None for an open plane.
         timeout: s, the time a trial in this world may take by default.
         model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
+        optimal_time: s, by which a benchmark scores trials in this world, or None if it is no benchmark's.
     """
 
     name: str
@@ -61,6 +62,7 @@ class World:
     bounds: tuple[float, float, float, float] | None = None
     timeout: float = 180.0
     model: ModelFile | None = None
+    optimal_time: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cylinders", _array(self.cylinders, 3))

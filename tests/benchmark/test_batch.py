@@ -94,6 +94,9 @@ def test_a_whole_file_is_only_summarised(whole: Path, tiny: Path, tmp_path: Path
         (["--trials", "0"], ["--trials is 0"]),
         (["--jobs", "0"], ["--jobs is 0"]),
         (["--seed", "-1"], ["--seed is -1"]),
+        (["--worlds", "3-1"], ["--worlds has '3-1'", "ascending"]),
+        (["--worlds", "all"], ["--worlds is 'all'", "0-149"]),
+        (["--worlds", "0-3"], ["world !Obstacles has no number"]),
         (["--markdown", "/proc/forbidden/table.md"], ["cannot write /proc/forbidden/table.md"]),
     ],
 )
@@ -105,6 +108,17 @@ def test_bad_input_exits_with_2_and_loses_nothing(more, words, whole: Path, tiny
     for word in words:
         assert word in printed
     assert whole.read_bytes() == before
+
+
+def test_trials_by_world_and_by_seed_are_kept_apart(tmp_path: Path, capsys) -> None:
+    path = tmp_path / "trials.jsonl"
+    common = ["barn", "--set", "simulation.timeout=0.1", "--json", str(path), "--jobs", "1", "--quiet"]
+    assert benchmark([*common, "--worlds", "9,2-3"]) == 0
+    assert [record["trial"] for record in read_trials(path)[1]] == [2, 3, 9]
+    assert benchmark([*common, "--worlds", "2-4", "--resume"]) == 0
+    assert [record["trial"] for record in read_trials(path)[1]] == [2, 3, 9, 4]
+    assert benchmark([*common, "--trials", "2", "--resume"]) == 2
+    assert "by world, now by seed" in capsys.readouterr().err
 
 
 def test_resume_needs_a_file(tiny: Path, capsys) -> None:

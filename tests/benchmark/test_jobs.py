@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.benchmark.jobs import Case, Job, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.benchmark.jobs import Case, Job, check_worlds, make_cases, make_jobs, run_job, trial_seed
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario, parse_scenario
 
@@ -31,6 +31,26 @@ def test_trials_do_not_depend_on_how_many_there_are(few: int, more: int, kinds: 
     together = make_jobs(cases, few + more, 7)
     assert set(alone) <= set(together)
     assert len({job.key for job in together}) == len(together) == kinds * (few + more)
+
+
+def test_worlds_number_the_trials() -> None:
+    case = Case("barn", "star", "")
+    jobs = make_jobs([case], [4, 7], 9, {("barn", "star", 7)})
+    assert jobs == [Job(case, 4, trial_seed(9, 4), in_world=True)]
+    (job,) = make_jobs(make_cases(["barn"], ["star"], ["simulation.timeout=0.1"]), [3], 0)
+    record = run_job(job)
+    assert (record["trial"], record["outcome"], record["score"]) == (3, "timeout", 0.0)
+    other = run_job(make_jobs([job.case], [4], 0)[0])
+    assert other["shortest_path_m"] != record["shortest_path_m"]
+
+
+def test_only_numbered_worlds_that_exist_can_be_asked_for() -> None:
+    barn, forest = make_cases(["barn", "forest"], ["star"])
+    check_worlds([barn], [0, 5, 11])
+    with pytest.raises(StarnavError, match=r"Barn\.id is 12; allowed: a world of .*: 0-11"):
+        check_worlds([barn], [0, 12])
+    with pytest.raises(StarnavError, match="--worlds with scenario forest, whose world !Forest has no number; allowed"):
+        check_worlds([barn, forest], [0])
 
 
 def test_done_trials_are_left_out_and_cases_take_turns() -> None:

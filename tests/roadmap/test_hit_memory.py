@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE, HitMemory, cost_to_go
+from drake_starnav.roadmap.hit_memory import (
+    BLOCKED_SLACK,
+    SOFT_ZONE,
+    STRIDE,
+    UNREACHED,
+    HitMemory,
+    bucket_dijkstra,
+    cost_to_go,
+)
 from tests.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
@@ -186,3 +194,27 @@ def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(s
         assert (steps < 1.5 * CELL).all() and np.hypot(*(path[-1] - goal)) < CELL
         assert (grid.distance(path[:-1]) > RADIUS - BLOCKED_SLACK - 1e-6).all()
         assert steps.sum() == pytest.approx(cost, abs=1.5 * CELL + 0.02 * cost)
+
+
+@settings(max_examples=25)
+@given(seeds)
+def test_a_search_towards_a_cell_finds_the_same_cost(seed):
+    rng = np.random.default_rng(seed)
+    weight = np.where(rng.random((42, 52)) < 0.25, 0, rng.integers(10, 26, (42, 52))).astype(np.int32)
+    weight[[0, -1]] = weight[:, [0, -1]] = 0
+    start, goal = rng.integers(1, (41, 51)), rng.integers(1, (41, 51))
+    weight[tuple(start)] = weight[tuple(goal)] = 10
+    bid = np.full(weight.shape, UNREACHED, np.int32)
+    whole, _ = bucket_dijkstra(weight, *goal, bid)
+    bid[tuple(start)] = 0
+    found, _ = bucket_dijkstra(weight, *goal, bid, 0, *start)
+    assert found[tuple(start)] == whole[tuple(start)]
+    assert (found >= whole).all()
+    assert (found < UNREACHED).sum() <= (whole < UNREACHED).sum()
+
+
+def test_a_window_may_show_every_cell():
+    grid = memory(np.array(((0.0, 0.0),)))
+    distance, first = grid.window(np.array((-0.2, -0.1)), np.array((0.2, 0.1)), stride=1)
+    centres = (np.stack(np.indices(distance.shape), axis=-1) + first) * RESOLUTION
+    np.testing.assert_allclose(distance, np.hypot(*np.moveaxis(centres, -1, 0)), atol=1e-6)

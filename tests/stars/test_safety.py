@@ -64,6 +64,23 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         assert all(len(p) == len(g) for p, g in zip(memory.points, memory.half_gaps, strict=True))
 
 
+def test_with_a_spacing_the_memory_keeps_the_latest_scan_and_some_taken_apart():
+    scan = LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0))
+    memory = ScanMemory()
+    for k in range(40):
+        memory = memory.remembered(scan, np.array((0.04 * k, 0.0, 0.0)), 3.5, 4, 0.1)
+    x = np.array([place[0] for place in memory.places])
+    assert x[-1] == 0.04 * 39
+    assert len(x) == len(memory.points) == len(memory.half_gaps) == 4
+    assert (np.diff(x[:-1]) >= 0.1).all() and (np.diff(x) <= 0.1 + 0.04 + 1e-9).all()
+
+
+def test_the_star_holds_all_remembered_hits():
+    star, memory, _, _ = driven(5)
+    np.testing.assert_array_equal(star.hits, np.vstack(memory.points))
+    assert star.seen and len(star.half_gaps) == len(star.hits)
+
+
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
     star, _, scan, pose = driven(3)
     filtered = smoothed_distances(scan, PARAMETERS)
@@ -96,4 +113,5 @@ def test_a_robot_too_close_to_a_hit_may_only_move_away():
 
 def test_no_scan_certifies_no_motion():
     star = SafetyStar.none()
+    assert not star.seen
     assert not covers(star.center, star.bearing_0, star.values, 0.001, 0.0)

@@ -26,7 +26,7 @@ from drake_starnav.worlds import (
 )
 
 KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor()]
-GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name not in ("Obstacles", "Model")]
+GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name not in ("Obstacles", "Model", "Barn")]
 
 
 def fingerprint(world: World) -> str:

@@ -1,0 +1,253 @@
+"""The braking certificate against points: as `braking`, but every sample of the motion is compared with every hit.
+
+The safety star asks that the robot's centre stays in straight sight of where the last scan was taken; a motion along
+a curved gap between obstacles may be safe without. Here a motion passes if the robot's disc, along all of it, keeps a
+margin to each hit of the last scans. What the disc sweeps must therefore have been in sight of one of those scans: to
+the assumptions of `braking` comes
+ (5) no obstacle lies in the way of the motion (at most one period of driving and one braking distance long) that none
+     of the remembered scans has hit.
+The margin grows with the speed, which leaves room for what a fast robot's wheels do not follow. Between two samples,
+s apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 mm for the smallest robots of interest.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking import SPEED_SHARES, limits_array, moved
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.safety import SafetyStar
+
+LATTICE_SPEEDS = np.array([0.3, 0.15, 0.0])
+"""Speeds that are tried when the desired turning rate leads nowhere, as shares of the largest."""
+LATTICE_TURNS = np.array([-1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0])
+"""Turning rates that are tried with each of them, as shares of the largest."""
+LATTICE_TIME = 0.15
+"""A twist of the lattice is judged by where it leads in this time, s."""
+TURN_WORTH = 0.3
+"""A radian of heading error counts as much as this way, m."""
+STANDING_SPEED = 0.05
+"""Below this the robot stands, m/s: it stops within less than a millimetre."""
+ESCAPE_SPEED = 0.1
+"""Speed of the moves out of a place where only standing is certified, as a share of the largest."""
+ESCAPE_TURNS = np.array([0.0, 0.25, -0.25, 0.125, -0.125])
+"""Turning rates of such moves, as shares of the largest."""
+ESCAPE_TIME = 0.1
+"""How long such a move is held, s."""
+ESCAPE_SLACK = 0.003
+"""On its way such a move may come this much nearer to a hit, m, but never nearer than ESCAPE_CLEARANCE."""
+ESCAPE_CLEARANCE = 0.002
+ESCAPE_GAIN = 0.001
+"""At its end it must have gained this much clearance, m."""
+
+
+def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:
+    """How far the centre of a disc must stay from each hit to stay off the surface between hits, shape (n,), m.
+
+    Args:
+        half_gaps: shape (n,), half the chord to the neighbouring hit on the same surface, m.
+        radius: of the disc, m.
+    """
+    return np.sqrt(radius * radius + half_gaps * half_gaps)
+
+
+def least_clearance(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    hits: np.ndarray,
+    needed: np.ndarray,
+    delay: float = 0.0,
+) -> float:
+    """Least clearance to the hits while `desired` is held for `hold` seconds and full braking follows, m.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega); what exceeds the robot's speeds is cut off.
+        hold: how long it is followed, s.
+        limits: as from `braking.limits_array`.
+        hits: shape (n, 2), W, m.
+        needed: shape (n,), as from `needed_distances`, m.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
+    """
+    return float(_least_clearance(*pose, *twist, *desired, hold, delay, limits, hits, needed, -np.inf))
+
+
+def clear_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    direction: np.ndarray,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> tuple[float, float, bool]:
+    """A certified twist: the desired one, slower if need be, or else the one that leads farthest along `direction`.
+
+    Tried in this order: the desired turning rate with shares of the desired speed; a lattice of slow twists, by
+    progress less heading error; small moves that gain clearance, where the robot stands and is hemmed in.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega).
+        direction: guiding vector, shape (2,), W; zero when there is nowhere to go.
+        star: hits of the last scans.
+        parameters: rate, delay, safety_margin, margin_per_speed.
+        robot: its size and limits.
+
+    Returns:
+        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
+    """
+    if not star.seen:
+        return 0.0, 0.0, False
+    limits = limits_array(robot)
+    hold = 1.0 / parameters.rate
+    return _clear_twist(
+        *pose,
+        *twist,
+        *desired,
+        *direction,
+        hold,
+        parameters.delay,
+        limits,
+        *_hits_within_reach(pose, twist, desired, hold + parameters.delay, limits, star, parameters, robot.radius),
+        parameters.safety_margin,
+        parameters.margin_per_speed,
+    )
+
+
+def _hits_within_reach(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    radius: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The hits that any motion tried could touch, and what distance each needs."""
+    slow = max(LATTICE_SPEEDS.max(), ESCAPE_SPEED) * limits[0]
+    fastest = min(max(abs(twist[0]), abs(desired[0]), slow), limits[0])
+    longest = max(hold, LATTICE_TIME, ESCAPE_TIME + hold)
+    reach = radius + parameters.safety_margin + parameters.margin_per_speed * fastest
+    reach += fastest * longest + 0.5 * fastest * fastest / limits[2] + 0.02
+    return _near(star.hits, needed_distances(star.half_gaps, radius), pose[0], pose[1], reach, radius)
+
+
+@njit(cache=True)
+def _near(hits, needed, x, y, reach, radius):
+    near = np.empty((len(hits), 2))
+    distance = np.empty(len(hits))
+    n = 0
+    for k in range(len(hits)):
+        dx, dy = hits[k, 0] - x, hits[k, 1] - y
+        limit = reach + needed[k] - radius
+        if dx * dx + dy * dy < limit * limit:
+            near[n, 0], near[n, 1] = hits[k, 0], hits[k, 1]
+            distance[n] = needed[k]
+            n += 1
+    return near[:n].copy(), distance[:n].copy()
+
+
+@njit(cache=True)
+def clearance_at(x, y, hits, needed):
+    """Least distance to a hit beyond what it needs, m; infinite without hits."""
+    least = np.inf
+    for k in range(len(hits)):
+        dx, dy = hits[k, 0] - x, hits[k, 1] - y
+        least = min(least, math.sqrt(dx * dx + dy * dy) - needed[k])
+    return least
+
+
+@njit(cache=True)
+def _least_clearance(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough):
+    """Least clearance of hold and braking; ends at the first sample with less than `enough`.
+
+    A sample is left out while the robot cannot have used up the clearance beyond `enough` that the last one had.
+    """
+    want_v = min(max(want_v, -limits[0]), limits[0])
+    want_omega = min(max(want_omega, -limits[1]), limits[1])
+    least = np.inf
+    spare = 0.0
+    while True:
+        stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < 1e-9
+        if spare <= 0.0 or stopped:
+            clearance = clearance_at(x, y, hits, needed)
+            least = min(least, clearance)
+            if stopped or clearance < enough:
+                return least
+            spare = clearance - enough if enough > -np.inf else 0.0
+        before_x, before_y = x, y
+        if delay > 0.0:
+            x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
+        else:
+            x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        spare -= math.hypot(x - before_x, y - before_y)
+
+
+@njit(cache=True)
+def _end(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
+    """Where holding a twist and braking fully ends."""
+    while hold > 0.0 or abs(v) > 1e-9 or abs(omega) > 1e-9:
+        x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+    return x, y, yaw
+
+
+@njit(cache=True)
+def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, limits, hits, needed, margin, per_speed):
+    for share in SPEED_SHARES[:-1]:  # no speed at all is left to the lattice
+        tried = want_v * share
+        enough = margin + per_speed * abs(tried)
+        if (
+            _least_clearance(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, hits, needed, enough)
+            >= enough
+        ):
+            return tried, want_omega, True
+    going = ux * ux + uy * uy > 0.25
+    heading = math.atan2(uy, ux)
+    best, best_v, best_omega = -np.inf, 0.0, 0.0
+    if going:
+        for speed in LATTICE_SPEEDS:
+            for turn in LATTICE_TURNS:
+                tried, turning = min(speed * limits[0], want_v), turn * limits[1]
+                end_x, end_y, end_yaw = _end(x, y, yaw, v, omega, tried, turning, LATTICE_TIME, limits)
+                error = abs((heading - end_yaw + math.pi) % (2.0 * math.pi) - math.pi)
+                worth = (end_x - x) * ux + (end_y - y) * uy - TURN_WORTH * error
+                enough = margin + per_speed * tried
+                if worth > best and (
+                    _least_clearance(x, y, yaw, v, omega, tried, turning, hold, delay, limits, hits, needed, enough)
+                    >= enough
+                ):
+                    best, best_v, best_omega = worth, tried, turning
+    standing = abs(v) < STANDING_SPEED
+    hemmed_in = standing and (best == -np.inf or (best_v == 0.0 and best_omega == 0.0))
+    if going and hemmed_in:
+        now = clearance_at(x, y, hits, needed)
+        enough = max(min(now, margin) - ESCAPE_SLACK, ESCAPE_CLEARANCE)
+        best_escape, escape_v, escape_omega = -np.inf, 0.0, 0.0
+        for sign in (1.0, -1.0):
+            for turn in ESCAPE_TURNS:
+                tried, turning = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
+                held = ESCAPE_TIME
+                if (
+                    _least_clearance(x, y, yaw, v, omega, tried, turning, held, delay, limits, hits, needed, enough)
+                    < enough
+                ):
+                    continue
+                end_x, end_y, _ = _end(x, y, yaw, v, omega, tried, turning, held, limits)
+                gained = clearance_at(end_x, end_y, hits, needed)
+                worth = (end_x - x) * ux + (end_y - y) * uy + gained
+                if gained >= now + ESCAPE_GAIN and worth > best_escape:
+                    best_escape, escape_v, escape_omega = worth, tried, turning
+        if best_escape > -np.inf:
+            return escape_v, escape_omega, True
+    if best > -np.inf:
+        return best_v, best_omega, True
+    return 0.0, want_omega if standing else 0.0, False

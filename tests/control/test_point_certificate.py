@@ -1,0 +1,165 @@
+"""The theorem of the certificate against points, and what it lets through that the safety star does not."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control.braking import braking_path, certified, limits_array
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.point_certificate import clear_twist, least_clearance, needed_distances
+from drake_starnav.control.tracking import limited_twist
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.stars.parameters import StarParameters
+from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
+from drake_starnav.worlds.world import World
+from tests.scans import RADIUS, cast, distance, free_point, scattered, seeds
+
+ROBOT = RobotParameters()
+LIMITS = limits_array(ROBOT)
+PARAMETERS = ControllerParameters(certified_by="points", safety_margin=0.005, margin_per_speed=0.02)
+PERIOD = 1.0 / PARAMETERS.rate
+REACH, STARS = 2.0, StarParameters()
+NOWHERE = np.zeros(2)
+
+
+def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
+    scan = cast(world, pose, beams=720)
+    memory = memory.remembered(scan, pose, REACH, 7, 0.15)
+    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, RADIUS, REACH, STARS), memory
+
+
+def hits_only(points: list[tuple[float, float]]) -> SafetyStar:
+    hits = np.array(points, dtype=float).reshape(-1, 2)
+    return SafetyStar(np.zeros(2), 0.0, np.full(8, REACH), hits, hits, np.zeros(len(hits)), seen=True)
+
+
+def simulated(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Poses every millisecond of a robot that ramps continuously to the target twist, and its last twist."""
+    poses, step = [], 1e-3
+    for _ in range(round(time / step)):
+        after = twist + np.clip(target - twist, -step * LIMITS[2:], step * LIMITS[2:])
+        v, omega = 0.5 * (twist + after)
+        middle = pose[2] + 0.5 * omega * step
+        pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
+        twist = after
+        poses.append(pose)
+    return np.array(poses), twist
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_an_accepted_command_and_full_braking_keep_their_distance(seed):
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8)
+    pose = np.array((*free_point(rng, world, RADIUS + 0.005), rng.uniform(-4.0, 4.0)))
+    star, _ = sensed(world, pose, ScanMemory())
+    twist, wanted = (rng.uniform((0.0, -LIMITS[1]), LIMITS[:2]) for _ in range(2))
+    heading = rng.uniform(-4.0, 4.0)
+    direction = np.array((math.cos(heading), math.sin(heading)))
+    *tried, accepted = clear_twist(pose, twist, wanted, direction, star, PARAMETERS, ROBOT)
+    if not accepted:
+        return
+    held, at_end = simulated(pose, twist, np.array(tried), PERIOD)
+    braked, standing = simulated(held[-1], at_end, np.zeros(2), 1.0)
+    np.testing.assert_allclose(standing, 0.0, atol=1e-9)
+    path = np.vstack((pose, held, braked))[:, :2]
+    assert np.hypot(*np.moveaxis(path[::3, None] - star.hits, -1, 0)).min() >= RADIUS
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]), st.sampled_from([0.0, 0.02]))
+def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
+    rng = np.random.default_rng(seed)
+    hits, gaps = rng.uniform(-1.5, 1.5, (60, 2)), rng.uniform(0.0, 0.07, 60)
+    needed = needed_distances(gaps, RADIUS)
+    pose, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), rng.uniform(-LIMITS[:2], LIMITS[:2])
+    desired = rng.uniform(-LIMITS[:2], LIMITS[:2])
+    path = braking_path(pose, twist, desired, hold, LIMITS, delay)
+    away = np.hypot(*np.moveaxis(path[:, None, :2] - hits, -1, 0)) - needed
+    found = least_clearance(pose, twist, desired, hold, LIMITS, hits, needed, delay)
+    assert found == pytest.approx(away.min(), abs=1e-12)
+
+
+def recklessly_driven(seed: int) -> tuple[float, float]:
+    """10 s of random commands through the certificate: least distance to an obstacle, and the way driven, m."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8)
+    pose, memory, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory(), np.zeros(2)
+    least, driven, heading = np.inf, 0.0, 0.0
+    for k in range(500):
+        if k % 2 == 0:
+            star, memory = sensed(world, pose, memory)
+        if rng.random() < 0.03:
+            heading = rng.uniform(-4.0, 4.0)
+        error = (heading - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
+        wanted = np.array((0.8 * max(math.cos(error), 0.0), np.clip(4.0 * error, -2.0, 2.0)))
+        direction = np.array((math.cos(heading), math.sin(heading)))
+        v, omega, _ = clear_twist(pose, twist, wanted, direction, star, PARAMETERS, ROBOT)
+        commanded = limited_twist(twist, np.array((v, omega)), ROBOT, PERIOD)
+        poses, twist = simulated(pose, twist, commanded, PERIOD)
+        driven += float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+        pose = poses[-1]
+        least = min(least, distance(world, poses[:, :2]).min())
+    return least, driven
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_reckless_driver_never_touches_anything(seed):
+    least, driven = recklessly_driven(seed)
+    assert least >= RADIUS
+    assert driven > 0.5
+
+
+def test_a_winding_gap_that_the_star_refuses():
+    """Most of a turn about a pillar keeps its distance, but leaves the sight of where the scan was taken."""
+    world = World("pillar", (0, 0, 0), (1, 1), cylinders=[(0.0, 0.5, 0.05)])
+    pose, arc = np.zeros(3), np.array((0.5, 1.0))
+    star, _ = sensed(world, pose, ScanMemory())
+    needed = needed_distances(star.half_gaps, RADIUS)
+    assert least_clearance(pose, arc, arc, 2.5, LIMITS, star.hits, needed) > 0.15
+    assert not certified(pose, arc, arc, 2.5, LIMITS, star)
+
+
+def test_the_desired_twist_passes_where_nothing_is_near():
+    star = hits_only([(9.0, 9.0)])
+    assert clear_twist(np.zeros(3), NOWHERE, np.array((0.8, 1.0)), np.array((1.0, 0.0)), star, PARAMETERS, ROBOT) == (
+        0.8,
+        1.0,
+        True,
+    )
+
+
+def test_nothing_seen_certifies_nothing():
+    result = clear_twist(
+        np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((1.0, 0.0)), SafetyStar.none(), PARAMETERS, ROBOT
+    )
+    assert result == (0.0, 0.0, False)
+
+
+def test_a_blocked_robot_turns_to_where_it_can_go():
+    """A wall ahead, the guiding vector along it: the lattice turns the robot, the straight line being refused."""
+    wall = [(RADIUS + 0.0055, y) for y in np.linspace(-1.0, 1.0, 101)]
+    v, omega, accepted = clear_twist(
+        np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((0.0, 1.0)), hits_only(wall), PARAMETERS, ROBOT
+    )
+    assert accepted and v <= 0.3 and omega > 0.0
+
+
+def test_a_robot_inside_its_margin_backs_off():
+    wall = [(RADIUS + 0.003, y) for y in np.linspace(-1.0, 1.0, 101)]
+    v, _, accepted = clear_twist(
+        np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((1.0, 0.0)), hits_only(wall), PARAMETERS, ROBOT
+    )
+    assert accepted and v < 0.0
+
+
+def test_hemmed_in_on_all_sides_it_stands():
+    ring = [((RADIUS + 0.003) * math.cos(a), (RADIUS + 0.003) * math.sin(a)) for a in np.linspace(0.0, 6.28, 200)]
+    v, _, accepted = clear_twist(
+        np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((1.0, 0.0)), hits_only(ring), PARAMETERS, ROBOT
+    )
+    assert (v, accepted) == (0.0, False)
