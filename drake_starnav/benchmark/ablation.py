@@ -43,6 +43,7 @@ ABLATIONS = (
         "paper III-B.1, fig. 5; method 2",
     ),
     Ablation("dbscan_frontiers", "the paper's frontiers", ("planner.frontiers=dbscan",), "paper III-B.2; method 4"),
+    Ablation("no_gates", "targets are frontiers only", ("planner.gates=false",), "method 6"),
     Ablation("no_retirement", "dead ends are not remembered", ("planner.retire_dead_ends=false",), "method 4"),
     Ablation(
         "straight_cost_to_go",
