@@ -7,7 +7,6 @@ from enum import Enum
 import numpy as np
 
 from drake_starnav.roadmap.fastest_path import Headway
-from drake_starnav.roadmap.frontiers import PROBE_REACHED, uncovered
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
 from drake_starnav.roadmap.search import LINE_STEP, find_route
@@ -192,23 +191,17 @@ def _after_trying(
 ) -> StarRoadmap:
     """The roadmap once a target (stand and probe) was driven to, its newest region made there.
 
-    If that region shows nothing of the probe, regions with less and less margin are tried before the target is retired.
+    If that region does not contain the probe, regions with less and less margin are tried before the target is retired.
     """
-    if arrived and _shows(roadmap.regions[-1], target[1], parameters):
+    if arrived and roadmap.regions[-1].contains(target[1]):
         return roadmap
     margin = roadmap.regions[-1].margin - parameters.margin_step
     while arrived and parameters.margin_shrinking and margin > -1e-9:
         region = _narrower(seen, max(margin, 0.0), parameters, robot_radius)
-        if _shows(region, target[1], parameters):
+        if region.contains(target[1]):
             return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
     return retired(roadmap, target[0], parameters.retired_radius, target[1])
-
-
-def _shows(region: StarRegion, probe: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether a region covers a probe (2,), or ends so little before it that nothing is left to see."""
-    shape = (region.center[None, :], np.array([region.bearing_0]), region.boundary.values[None, :], np.array([np.inf]))
-    return not uncovered(probe[None, :], shape, slack=PROBE_REACHED * parameters.probe_distance)[0]
 
 
 def _watched(
@@ -276,7 +269,12 @@ def _planned(
             break
         if not parameters.margin_shrinking or rounds >= parameters.margin_rounds:
             return dataclasses.replace(
-                state, roadmap=roadmap, status=PlannerStatus.UNREACHABLE, path=np.zeros((0, 2)), target=None
+                state,
+                roadmap=roadmap,
+                status=PlannerStatus.UNREACHABLE,
+                path=np.zeros((0, 2)),
+                target=None,
+                rounds=rounds,
             )
         rounds += 1
         margin = max(roadmap.margin - parameters.margin_step, 0.0)

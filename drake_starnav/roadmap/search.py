@@ -189,18 +189,18 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
     regions = roadmap.stack.arrays
-    last, outside = -1, 0.0
-    for i in range(len(path)):
+    last, outside = 0, 0.0  # the robot itself may stand a little outside
+    for i in range(1, len(path)):
         if first_cover(*regions, *path[i]) >= 0:
             last, outside = i, 0.0
-        elif last >= 0:
+        else:
             outside += float(np.hypot(*(path[i] - path[i - 1])))
             if outside >= GATE_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
                 away = np.hypot(*(roadmap.retired[:, :2] - stand).T)
                 if (away <= roadmap.retired[:, 2]).any():
                     break
-                owner = first_cover(*regions, *stand)
+                owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
                 gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
                 return gate, path[: last + 1]
     return Frontiers.none(), path[:0]

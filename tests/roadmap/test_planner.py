@@ -153,3 +153,23 @@ def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
     after = plan_step(moved, seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, RADIUS)
     assert after.plans == state.plans + 1 and len(after.roadmap) == len(state.roadmap)
     assert sees_its_way_point(place, after.path)
+
+
+def test_a_target_that_was_driven_to_is_seen_or_given_up():
+    for world in (BAFFLES, VAULT):
+        states = drive(world, PARAMETERS, steps=1500)
+        changes = [
+            (before.target[1], after.roadmap)
+            for before, after in zip(states, states[1:], strict=False)
+            if before.target is not None
+            and len(after.roadmap) > len(before.roadmap)
+            and after.rounds == before.rounds  # then nothing stays given up
+            and distance_to(after.roadmap.stack.center[-1], before.target[0]) < PARAMETERS.arrival_distance
+        ]
+        assert changes
+        for probe, roadmap in changes:
+            assert any(r.contains(probe) for r in roadmap.regions) or (roadmap.closed == probe).all(axis=1).any()
+
+
+def distance_to(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.hypot(*(a - b)))

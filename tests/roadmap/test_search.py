@@ -174,3 +174,13 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
     assert find_route(bare, region, position, goal, WITHOUT_GATES, RADIUS) is None
     route = find_route(bare, region, position, goal, PARAMETERS, RADIUS)
     assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
+
+
+def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
+    _, roadmap = wandered(1, nodes=1)
+    direction = np.array((1.0, 0.0))
+    edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
+    path = (edge + 0.01 + np.arange(0.0, 1.0, 0.1))[:, None] * direction
+    gate, way = optimistic_gate(roadmap, path)
+    np.testing.assert_array_equal(gate.stand, path[:1])
+    assert len(way) == 1 and gate.owner.tolist() == [0]
