@@ -1,11 +1,39 @@
 """Lidar navigation through unknown clutter, as Drake systems: star-shaped roadmap and modulation.
 
-What is listed in `__all__` is the public interface; it is imported when first used, so that the numerics can be used
-without Drake.
+What is listed in `__all__` is the public interface: it changes only with an entry in the changelog. All else is
+internal, whatever its name. A public name is imported when first used, so that the numerics can be used without Drake.
 """
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the same names, for type checkers and editors
+    from drake_starnav.control import ControllerParameters as ControllerParameters
+    from drake_starnav.diagram import add_navigation as add_navigation
+    from drake_starnav.diagram import make_diagram as make_diagram
+    from drake_starnav.errors import StarnavError as StarnavError
+    from drake_starnav.lidar import LidarParameters as LidarParameters
+    from drake_starnav.roadmap import Guidance as Guidance
+    from drake_starnav.roadmap import PlannerParameters as PlannerParameters
+    from drake_starnav.roadmap import StarRoadmap as StarRoadmap
+    from drake_starnav.robot import RobotParameters as RobotParameters
+    from drake_starnav.scan import LaserScan as LaserScan
+    from drake_starnav.scenario import Scenario as Scenario
+    from drake_starnav.scenario import load_scenario as load_scenario
+    from drake_starnav.scenario import scenario_names as scenario_names
+    from drake_starnav.simulation import Trial as Trial
+    from drake_starnav.simulation import run_trial as run_trial
+    from drake_starnav.stars import StarRegion as StarRegion
+    from drake_starnav.station import NavigationStation as NavigationStation
+    from drake_starnav.systems.collision_monitor import CollisionMonitor as CollisionMonitor
+    from drake_starnav.systems.dsm_controller import DsmController as DsmController
+    from drake_starnav.systems.lidar_sensor import LidarSensor as LidarSensor
+    from drake_starnav.systems.star_perception import StarPerception as StarPerception
+    from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
+    from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
+    from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
+    from drake_starnav.worlds import World as World
+    from drake_starnav.worlds import make_world as make_world
 
 _PUBLIC = {
     "StarnavError": "errors",

@@ -1,6 +1,7 @@
 """The command lines of the package: what scripts/ and `python -m drake_starnav` call."""
 
 import argparse
+import inspect
 import json
 import os
 import sys
@@ -15,8 +16,10 @@ from tqdm import tqdm
 from drake_starnav.console import BAD_INPUT, INTERRUPTED, NOT_REACHED, REACHED, add_overrides
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable, write_text
+from drake_starnav.parameters import unknown_name
 from drake_starnav.record_command import record
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names, scenario_text
+from drake_starnav.worlds import WORLD_KINDS
 
 if TYPE_CHECKING:
     from drake_starnav.benchmark import Pool
@@ -363,15 +366,37 @@ COMMANDS = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """`python -m drake_starnav [COMMAND ...]`: run a command, or list commands, scenarios and methods."""
+    """`python -m drake_starnav [COMMAND ...]`: run a command, or list commands, scenarios, methods and worlds."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    if arguments and arguments[0] in COMMANDS:
-        return COMMANDS[arguments[0]](arguments[1:])
-    print("usage: python -m drake_starnav COMMAND ...   (COMMAND --help for its options)")
-    print(f"commands:  {', '.join(COMMANDS)}")
-    print(f"scenarios: {', '.join(scenario_names())}")
-    print(f"methods:   {', '.join(METHODS)}")
-    if arguments and arguments[0] not in ("-h", "--help"):
-        print(f"unknown command {arguments[0]!r}", file=sys.stderr)
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(_listing())
+        return REACHED
+    if arguments[0] not in COMMANDS:
+        print(f"python -m drake_starnav: {unknown_name('command', arguments[0], COMMANDS)}", file=sys.stderr)
         return BAD_INPUT
-    return REACHED
+    return COMMANDS[arguments[0]](arguments[1:])
+
+
+def _listing() -> str:
+    """All that a command line can name."""
+    commands = {name: _first_sentence(command).partition(";")[0] for name, command in COMMANDS.items()}
+    worlds = {f"!{name}": _first_sentence(kind) for name, kind in WORLD_KINDS.items()}
+    width = max(map(len, (*commands, *worlds)))
+    return "\n".join(
+        (
+            "usage: python -m drake_starnav COMMAND ...   (COMMAND --help for its options)",
+            "",
+            "commands",
+            *(f"  {name:<{width}}  {text}" for name, text in commands.items()),
+            "",
+            f"scenarios  {', '.join(scenario_names())}, or a YAML file",
+            f"methods    {', '.join(METHODS)}",
+            "",
+            "worlds that a YAML file can ask for",
+            *(f"  {name:<{width}}  {text}" for name, text in worlds.items()),
+        )
+    )
+
+
+def _first_sentence(documented: object) -> str:
+    return (inspect.getdoc(documented) or "").splitlines()[0].rstrip(".")

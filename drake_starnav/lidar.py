@@ -25,9 +25,23 @@ class LidarParameters:
         high=7.0,
     )
     range_min: float = parameter(0.02, "hits nearer than this are reported as -inf", unit="m", low=0.0)
-    range_max: float = parameter(5.0, "hits from here on are reported as +inf", unit="m", above=0.0, high=1000.0)
+    range_max: float = parameter(
+        5.0,
+        "hits from here on are reported as +inf",
+        unit="m",
+        above=0.0,
+        high=1000.0,
+        when="set it to what your sensor measures of dark surfaces",
+    )
     rate: float = parameter(20.0, "scans per second", unit="Hz", above=0.0, high=10000.0)
-    noise: float = parameter(0.01, "standard deviation of the range error of hits", unit="m", low=0.0, high=10.0)
+    noise: float = parameter(
+        0.01,
+        "standard deviation of the range error of hits",
+        unit="m",
+        low=0.0,
+        high=10.0,
+        when="set it to your sensor's, from its data sheet or a scan of a flat wall",
+    )
     dropout: float = parameter(0.0, "probability that a beam measures nothing and reports +inf", low=0.0, high=1.0)
     quantisation: float = parameter(0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0)
     rolling: bool = parameter(False, "sweep the beams over the period before the scan, as a spinning sensor does")

@@ -24,20 +24,24 @@ def parameter(
     above: float | None = None,
     choices: tuple[str, ...] | None = None,
     path: bool = False,
+    when: str = "",
 ) -> Any:
     """A dataclass field that carries its own documentation and limits.
 
     Args:
         default: the default value.
-        help: one sentence: what it means, and when to change it.
+        help: one sentence: what it means.
         unit: SI unit, empty for a pure number.
         low, high: smallest and largest allowed value, inclusive.
         above: exclusive lower limit.
         choices: the allowed strings.
         path: whether it names a file; one that a scenario file names is found relative to that.
+        when: one sentence: when to change it, and how; empty where there is nothing to advise.
     """
-    metadata = {"help": help, "unit": unit, "low": low, "high": high, "above": above, "choices": choices, "path": path}
-    return dataclasses.field(default=default, metadata=metadata)
+    limits = {"low": low, "high": high, "above": above, "choices": choices}
+    return dataclasses.field(
+        default=default, metadata={"help": help, "unit": unit, **limits, "path": path, "when": when}
+    )
 
 
 def allowed_text(field: dataclasses.Field) -> str:

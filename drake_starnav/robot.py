@@ -10,10 +10,31 @@ class RobotParameters:
     """A disc-shaped differential drive."""
 
     model: str = parameter("starbot", "shipped robot by name, or a path to a URDF with the same frame and joint names")
-    radius: float = parameter(0.25, "radius of the disc that contains the hull", unit="m", above=0.0, high=5.0)
-    max_speed: float = parameter(0.8, "largest forward speed", unit="m/s", above=0.0, high=10.0)
+    radius: float = parameter(
+        0.25,
+        "radius of the disc that contains the hull",
+        unit="m",
+        above=0.0,
+        high=5.0,
+        when="another robot: half the diagonal of its outline",
+    )
+    max_speed: float = parameter(
+        0.8,
+        "largest forward speed",
+        unit="m/s",
+        above=0.0,
+        high=10.0,
+        when="raise it together with the accelerations, see docs/tuning.md",
+    )
     max_yaw_rate: float = parameter(2.0, "largest turning rate", unit="rad/s", above=0.0, high=20.0)
-    max_acceleration: float = parameter(1.0, "largest change of speed", unit="m/s^2", above=0.0, high=50.0)
+    max_acceleration: float = parameter(
+        1.0,
+        "largest change of speed",
+        unit="m/s^2",
+        above=0.0,
+        high=50.0,
+        when="no more than the floor gives: the certificate trusts it to brake",
+    )
     max_yaw_acceleration: float = parameter(
         4.0, "largest change of turning rate", unit="rad/s^2", above=0.0, high=200.0
     )

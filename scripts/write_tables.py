@@ -45,6 +45,8 @@ END = "<!-- end of the tables -->"
 
 Row = tuple[str, ...]
 
+PARAMETER_HEAD: Row = ("parameter", "unit", "default", "allowed", "meaning", "when to change it")
+
 
 def all_systems() -> list[System]:
     """One of each system of the package, with default parameters, in the order in which a scan passes them."""
@@ -125,7 +127,7 @@ def _carries(system: System, direction: str, port: Any) -> str:
 
 
 def parameter_rows(cls: type, place: str) -> list[Row]:
-    """One row (name, unit, default, allowed, meaning) for each parameter of a dataclass.
+    """One row, with the columns of `PARAMETER_HEAD`, for each parameter of a dataclass.
 
     Args:
         cls: the dataclass, whose fields were made by `parameter`.
@@ -137,8 +139,9 @@ def parameter_rows(cls: type, place: str) -> list[Row]:
         meta = field.metadata
         allowed = "a list" if typing.get_origin(kinds[field.name]) is list else allowed_text(field)
         default = getattr(defaults, field.name)
-        name = f"{place}.{field.name}"
-        rows.append((f"`{name}`", meta.get("unit", ""), f"`{yaml_text(default)}`", allowed, meta.get("help", "")))
+        name = f"`{place}.{field.name}`"
+        unit, meaning, when = (meta.get(key, "") for key in ("unit", "help", "when"))
+        rows.append((name, unit, f"`{yaml_text(default)}`", allowed, meaning, when))
     return rows
 
 
@@ -161,7 +164,9 @@ def method_rows() -> list[Row]:
 
 
 def table(head: Row, rows: Sequence[Row]) -> str:
-    """A Markdown table."""
+    """A Markdown table, without a last column that is empty."""
+    if rows and not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
     lines = [head, ("---",) * len(head), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 
@@ -190,18 +195,18 @@ All systems are defined for T = double only.
 
 def parameters_page() -> str:
     """The text of docs/parameters.md."""
-    head = ("parameter", "unit", "default", "allowed", "meaning")
     parts = [
         f"""# Parameters
 
 {WRITTEN}
 
 Every parameter is a key of a scenario's YAML file and can be set on the command line, e.g. `--set robot.radius=0.3`.
-An unknown key or a value that is not allowed ends the run with one sentence that says what is.
+An unknown key or a value that is not allowed ends the run with one sentence that says what is. What to set together for
+a noisy lidar, narrow doors, a fast or a big robot is told in [tuning.md](tuning.md).
 """
     ]
     for section, cls in SECTIONS.items():
-        parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(head, parameter_rows(cls, section))}\n")
+        parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
     parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
     methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
     said = "A method is a set of values for the parameters above, those given here; a scenario's own come after."
@@ -213,9 +218,8 @@ def worlds_page() -> str:
     """The text of docs/worlds.md: what is written there by hand, with its tables up to date."""
     what = [(f"`!{name}`", _summary(cls)) for name, cls in WORLD_KINDS.items()]
     rows = [(f"`!{name}`", *row) for name, cls in WORLD_KINDS.items() for row in parameter_rows(cls, "world")]
-    head = ("world", "parameter", "unit", "default", "allowed", "meaning")
     before, rest = WORLDS_PAGE.read_text(encoding="utf-8").split(BEGIN)
-    tables = f"\n\n{table(('world', 'what it is'), what)}\n\n{table(head, rows)}\n\n"
+    tables = f"\n\n{table(('world', 'what it is'), what)}\n\n{table(('world', *PARAMETER_HEAD), rows)}\n\n"
     return before + BEGIN + tables + END + rest.split(END)[1]
 
 

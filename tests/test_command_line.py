@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.command_line import main, show_world, simulate
-from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.command_line import COMMANDS, main, show_world, simulate
+from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
+from drake_starnav.worlds import WORLD_KINDS
 
 FIELDS = {
     "scenario", "method", "seed", "outcome", "time_s", "path_length_m", "shortest_path_m", "straight_line_m",
@@ -142,9 +143,20 @@ def test_write_protected_file_is_told_before_the_run(scenario_file: Path, tmp_pa
     assert target.read_text() == "kept"
 
 
-def test_listing_names_everything(capsys) -> None:
-    assert main([]) == 0
+@pytest.mark.parametrize("arguments", [[], ["--help"]], ids=["bare", "help"])
+def test_listing_names_every_command_scenario_method_and_world(arguments, capsys) -> None:
+    assert main(arguments) == 0
     printed = capsys.readouterr().out
-    for word in ("simulate", "show_world", "forest", "room", "star_paper"):
-        assert word in printed
-    assert main(["nonsense"]) == 2
+    for name in (*COMMANDS, *scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
+        assert re.search(rf"(^|\W){re.escape(name)}(\W|$)", printed), name
+
+
+def test_an_unknown_command_is_told_with_the_nearest(capsys) -> None:
+    assert main(["simulte"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert "unknown command: did you mean simulate? allowed: simulate, " in printed.err
+
+
+def test_scripts_and_module_offer_the_same_commands() -> None:
+    assert all((Path(__file__).parents[1] / "scripts" / f"{name}.py").is_file() for name in COMMANDS)

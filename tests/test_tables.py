@@ -63,7 +63,7 @@ def test_the_documented_kind_is_the_port_s(name: str) -> None:
 def test_every_parameter_has_a_meaning_and_its_default_is_allowed(section: str, cls: type) -> None:
     rows = write_tables.parameter_rows(cls, section)
     assert [row[0] for row in rows] == [f"`{section}.{field.name}`" for field in dataclasses.fields(cls)]
-    for name, _, default, allowed, meaning in rows:
+    for name, _, default, allowed, meaning, _ in rows:
         assert len(meaning) > 3, name
         assert default != "``", name
         assert allowed, name
@@ -73,7 +73,7 @@ def test_every_parameter_has_a_meaning_and_its_default_is_allowed(section: str, 
 
 def test_a_written_default_can_be_set_on_the_command_line() -> None:
     for section, cls in SECTIONS.items():
-        for name, _, default, _, _ in write_tables.parameter_rows(cls, section):
+        for name, _, default, *_ in write_tables.parameter_rows(cls, section):
             scenario = load_scenario("room", overrides=[f"{name.strip('`')}={default.strip('`')}"])
             value = getattr(getattr(scenario, section), name.strip("`").partition(".")[2])
             standard = getattr(cls(), name.strip("`").partition(".")[2])
@@ -95,20 +95,25 @@ def test_what_methods_set_is_shown_beside_the_default() -> None:
 def test_cells_keep_their_bars_out_of_the_table() -> None:
     @dataclasses.dataclass(frozen=True)
     class Sample:
-        size: float = parameter(1.0, "a | b", unit="m", above=0.0)
+        size: float = parameter(1.0, "a | b", unit="m", above=0.0, when="seldom")
         label: str = parameter("x", "a name")
         on: bool = parameter(True, "whether")
 
     rows = write_tables.parameter_rows(Sample, "sample")
     assert rows == [
-        ("`sample.size`", "m", "`1`", "0 < x m", "a | b"),
-        ("`sample.label`", "", "`x`", "a text", "a name"),
-        ("`sample.on`", "", "`true`", "true or false", "whether"),
+        ("`sample.size`", "m", "`1`", "0 < x m", "a | b", "seldom"),
+        ("`sample.label`", "", "`x`", "a text", "a name", ""),
+        ("`sample.on`", "", "`true`", "true or false", "whether", ""),
     ]
-    text = write_tables.table(("name", "unit", "default", "allowed", "meaning"), rows).splitlines()
-    assert text[0] == "| name | unit | default | allowed | meaning |"
-    assert text[1] == "| --- | --- | --- | --- | --- |"
-    assert text[2].endswith("| a \\| b |")
+    text = write_tables.table(write_tables.PARAMETER_HEAD, rows).splitlines()
+    assert text[0] == "| parameter | unit | default | allowed | meaning | when to change it |"
+    assert text[1] == "| --- | --- | --- | --- | --- | --- |"
+    assert text[2].endswith("| a \\| b | seldom |")
+
+
+def test_a_last_column_without_a_word_is_left_out() -> None:
+    assert write_tables.table(("name", "note"), [("a", ""), ("b", "")]).splitlines()[0] == "| name |"
+    assert write_tables.table(("name", "note"), [("a", ""), ("b", "x")]).splitlines()[0] == "| name | note |"
 
 
 def test_check_mode_reports_an_outdated_page_and_writes_nothing(tmp_path, monkeypatch, capsys) -> None:

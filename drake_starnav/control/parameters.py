@@ -58,7 +58,14 @@ class ControllerParameters:
         "from guiding vector to twist: law (omega = gain * error, v = max_speed cos^3 error) or pid (the paper)",
         choices=("law", "pid"),
     )
-    heading_gain: float = parameter(4.0, "turning rate per heading error", unit="1/s", above=0.0, high=50.0)
+    heading_gain: float = parameter(
+        4.0,
+        "turning rate per heading error",
+        unit="1/s",
+        above=0.0,
+        high=50.0,
+        when="lower it if the robot sways about its path",
+    )
     goal_slowdown: float = parameter(
         1.2, "speed per metre of distance to the goal on arrival", unit="1/s", above=0.0, high=50.0
     )
@@ -91,7 +98,12 @@ class ControllerParameters:
     )
     certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
     safety_margin: float = parameter(
-        0.01, "clearance that the certificate keeps beyond the robot's radius", unit="m", low=0.0, high=1.0
+        0.01,
+        "clearance that the certificate keeps beyond the robot's radius",
+        unit="m",
+        low=0.0,
+        high=1.0,
+        when="raise it for a base that does not follow its commands well",
     )
     margin_per_speed: float = parameter(
         0.0, "further clearance per speed that certified_by: points keeps", unit="s", low=0.0, high=1.0
@@ -102,7 +114,13 @@ class ControllerParameters:
         "(of every remembered hit, which lets the robot through narrower and winding gaps)",
         choices=("star", "points"),
     )
-    scan_memory: int = parameter(5, "scans that the safety star is made from", low=1, high=100)
+    scan_memory: int = parameter(
+        5,
+        "scans that the safety star is made from",
+        low=1,
+        high=100,
+        when="lower it to 2 for narrow doors: each noisy scan more makes them narrower",
+    )
     scan_spacing: float = parameter(
         0.0,
         "distance driven between two scans that are remembered; 0: the last ones, wherever taken",
@@ -110,13 +128,21 @@ class ControllerParameters:
         low=0.0,
         high=5.0,
     )
-    safety_range: float = parameter(1.2, "extent of the safety star", unit="m", above=0.0, high=20.0)
+    safety_range: float = parameter(
+        1.2,
+        "extent of the safety star",
+        unit="m",
+        above=0.0,
+        high=20.0,
+        when="raise it for a fast robot in open space, above v^2 / (2 a)",
+    )
     delay: float = parameter(
         0.0,
         "time from a command to its effect, at most one control period; the certificate allows for it",
         unit="s",
         low=0.0,
         high=1.0,
+        when="set it to the dead time of the robot's drive",
     )
 
     def __post_init__(self) -> None:

@@ -31,7 +31,14 @@ class PlannerParameters(StarParameters):
         "on arrival at the short-term goal)",
         choices=("continuous", "arrival"),
     )
-    node_spacing: float = parameter(0.7, "distance driven after which a node is added", unit="m", above=0.0, high=20.0)
+    node_spacing: float = parameter(
+        0.7,
+        "distance driven after which a node is added",
+        unit="m",
+        above=0.0,
+        high=20.0,
+        when="raise it for long drives: fewer regions, faster searches",
+    )
     arrival_distance: float = parameter(
         0.12, "distance at which a frontier counts as reached (the paper: 0.25)", unit="m", above=0.0, high=2.0
     )
@@ -47,7 +54,12 @@ class PlannerParameters(StarParameters):
     retired_radius: float = parameter(0.2, "size of a retired place", unit="m", above=0.0, high=2.0)
     progress_distance: float = parameter(0.15, "motion that counts as progress", unit="m", above=0.0, high=5.0)
     progress_timeout: float = parameter(
-        4.0, "time without progress after which the target is given up", unit="s", above=0.0, high=600.0
+        4.0,
+        "time without progress after which the target is given up",
+        unit="s",
+        above=0.0,
+        high=600.0,
+        when="raise it for a robot that takes longer for `planner.progress_distance`",
     )
     cost_to_go: str = parameter(
         "grid",
@@ -55,14 +67,32 @@ class PlannerParameters(StarParameters):
         choices=("grid", "straight"),
     )
     gates: bool = parameter(True, "where the optimistic path leaves the regions far from any frontier, try there: grid")
-    grid_resolution: float = parameter(0.05, "cell of the hit memory", unit="m", low=0.01, high=0.5)
+    grid_resolution: float = parameter(
+        0.05,
+        "cell of the hit memory",
+        unit="m",
+        low=0.01,
+        high=0.5,
+        when="raise it for worlds of more than 100 m: faster searches",
+    )
     grid_beyond: float = parameter(
         0.2, "the hit memory tells distances up to the robot's radius plus this", unit="m", low=0.0, high=2.0
     )
     near_wall_cost: float = parameter(
-        0.4, "how much dearer a metre right at an obstacle is in the cost-to-go", low=0.0, high=20.0
+        0.4,
+        "how much dearer a metre right at an obstacle is in the cost-to-go",
+        low=0.0,
+        high=20.0,
+        when="raise it to prefer wide ways to short ones",
     )
-    hysteresis: float = parameter(0.5, "bonus of the current target, against indecision", unit="m", low=0.0, high=20.0)
+    hysteresis: float = parameter(
+        0.5,
+        "bonus of the current target, against indecision",
+        unit="m",
+        low=0.0,
+        high=20.0,
+        when="raise it if the robot turns to and fro between two ways",
+    )
     path: str = parameter(
         "shortest",
         "the way to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
@@ -72,7 +102,11 @@ class PlannerParameters(StarParameters):
     string_pulling: bool = parameter(
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )
-    margin_shrinking: bool = parameter(True, "when nothing is left to explore, try again with less margin")
+    margin_shrinking: bool = parameter(
+        True,
+        "when nothing is left to explore, try again with less margin",
+        when="turn it off where the margin must be kept, even if the goal is then out of reach",
+    )
     margin_step: float = parameter(0.01, "by how much the margin shrinks", unit="m", above=0.0, high=1.0)
     margin_rounds: int = parameter(6, "how often it may shrink or be retried", low=0, high=100)
     rate: float = parameter(20.0, "updates of the planner", unit="Hz", above=0.0, high=1000.0)

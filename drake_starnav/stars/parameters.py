@@ -10,7 +10,12 @@ class StarParameters:
     """How a scan becomes a star-shaped region of free robot positions."""
 
     margin: float = parameter(
-        0.03, "clearance kept beyond the robot's radius; raise it for noisy sensors", unit="m", low=0.0, high=1.0
+        0.03,
+        "clearance kept beyond the robot's radius",
+        unit="m",
+        low=0.0,
+        high=1.0,
+        when="raise it by one or two standard deviations of a noisy lidar",
     )
     erosion: str = parameter(
         "disc",

@@ -6,6 +6,7 @@ outputs a `Guidance` may stand before the controller, and any controller that ou
 Run: python scripts/examples/02_build_the_diagram.py
 """
 
+import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
@@ -34,8 +35,8 @@ def main() -> None:
         name="yard",
         start=(0.0, 0.0, 0.0),
         goal=(4.5, 0.5),
-        cylinders=[(1.5, 0.1, 0.3), (2.0, 1.4, 0.4), (3.6, -0.3, 0.25)],
-        polygons=([(2.3, -0.5), (3.0, -0.5), (3.0, -1.2), (2.3, -1.2)],),
+        cylinders=np.array([(1.5, 0.1, 0.3), (2.0, 1.4, 0.4), (3.6, -0.3, 0.25)]),
+        polygons=(np.array([(2.3, -0.5), (3.0, -0.5), (3.0, -1.2), (2.3, -1.2)]),),
         bounds=(-1.0, -2.0, 6.0, 2.5),
     )
     robot, lidar = RobotParameters(max_speed=0.6), LidarParameters(noise=0.02)
