@@ -7,6 +7,7 @@ time, MuJoCo's casts the same beams with the sensor's range as cutoff. Medians o
 have the perception role: with the proximity role Drake takes memory with the square of their number.
 """
 
+import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -230,4 +231,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     main()

@@ -1,6 +1,6 @@
 """Draw the shipped map models/maps/studio.yaml again, the same each time: python scripts/draw_map.py [FOLDER]"""
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -68,4 +68,6 @@ def draw_studio() -> OccupancyMap:
 
 
 if __name__ == "__main__":
-    write_map(draw_studio(), (Path(sys.argv[1]) if len(sys.argv) > 1 else model_path("maps")) / "studio.yaml")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=model_path("maps"), help="default: %(default)s")
+    write_map(draw_studio(), parser.parse_args().folder / "studio.yaml")

@@ -39,6 +39,7 @@ from drake_starnav.worlds import WORLD_KINDS, World
 
 DOCS = Path(__file__).parents[1] / "docs"
 WRITTEN = "Written by `python scripts/write_tables.py`; change the code, not this file."
+DIAGRAMS = DOCS / "images" / "diagrams"
 WORLDS_PAGE = DOCS / "worlds.md"
 BEGIN = "<!-- tables: written by `python scripts/write_tables.py`; change the code, not these -->"
 END = "<!-- end of the tables -->"
@@ -103,16 +104,15 @@ def documented_ports(cls: type) -> dict[str, str]:
 
 
 def port_rows(system: System) -> list[Row]:
-    """One row (system, direction, port, carries, meaning) for each port of a system, inputs first."""
-    cls = type(system)
-    texts = documented_ports(cls)
+    """One row (direction, port, carries, meaning) for each port of a system, inputs first."""
+    texts = documented_ports(type(system))
     ports = [("in", system.get_input_port(k)) for k in range(system.num_input_ports())]
     ports += [("out", system.get_output_port(k)) for k in range(system.num_output_ports())]
     rows: list[Row] = []
     for direction, port in ports:
         name = port.get_name()
         meaning = next((text for pattern, text in texts.items() if fnmatchcase(name, pattern)), "")
-        rows.append((f"`{cls.__name__}`", direction, f"`{name}`", _carries(system, direction, port), meaning))
+        rows.append((direction, f"`{name}`", _carries(system, direction, port), meaning))
     return rows
 
 
@@ -178,19 +178,36 @@ def _summary(cls: type) -> str:
 def ports_page() -> str:
     """The text of docs/ports.md."""
     systems = all_systems()
-    what = [(f"`{type(s).__name__}`", f"`{type(s).__module__}`", _summary(type(s))) for s in systems]
-    rows = [row for system in systems for row in port_rows(system)]
-    return f"""# Systems and their ports
+    what = [(f"[`{type(s).__name__}`](#{type(s).__name__.lower()})", _summary(type(s))) for s in systems]
+    parts = [
+        f"""# Systems and their ports
 
 {WRITTEN}
+The diagrams are Drake's own (`GetGraphvizString`), drawn by `python scripts/draw_diagrams.py`.
 
 Frames: W is the world, S the lidar, B the robot's base. Lengths are in metres, angles in radians, times in seconds.
 All systems are defined for T = double only.
 
-{table(("system", "module", "what it does"), what)}
+{table(("system", "what it does"), what)}
 
-{table(("system", "", "port", "carries", "meaning"), rows)}
+The loop that `add_navigation` wires:
+
+{_picture("navigation")}
+
+The inside of its station:
+
+{_picture("station")}
 """
+    ]
+    for system in systems:
+        name, module = type(system).__name__, type(system).__module__
+        rows = table(("", "port", "carries", "meaning"), port_rows(system))
+        parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{_picture(name)}\n\n{rows}\n")
+    return "\n".join(parts)
+
+
+def _picture(name: str) -> str:
+    return f"![Ports and connections of {name}](images/diagrams/{name}.svg)"
 
 
 def parameters_page() -> str:

@@ -1,6 +1,7 @@
 """The written tables agree with the code, and the code documents all that they show."""
 
 import dataclasses
+from xml.etree import ElementTree
 
 import pytest
 from pydrake.systems.framework import PortDataType
@@ -9,7 +10,7 @@ from drake_starnav.parameters import build, parameter
 from drake_starnav.scenario import METHODS, SECTIONS, load_scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.worlds import WORLD_KINDS
-from scripts import write_tables
+from scripts import draw_diagrams, write_tables
 
 SYSTEMS = {type(system).__name__: system for system in write_tables.all_systems()}
 
@@ -29,7 +30,7 @@ def test_every_port_is_documented_and_only_ports_are(name: str) -> None:
     system = SYSTEMS[name]
     rows = write_tables.port_rows(system)
     assert len(rows) == system.num_input_ports() + system.num_output_ports()
-    for _, _, port, _, meaning in rows:
+    for _, port, _, meaning in rows:
         assert meaning, f"{name}: port {port} is not in the docstring"
     texts = list(write_tables.documented_ports(type(system)).values())
     assert set(texts) == {row[-1] for row in rows}, f"{name}: the docstring has ports that do not exist"
@@ -39,11 +40,29 @@ def test_every_port_is_documented_and_only_ports_are(name: str) -> None:
 def test_the_docstring_has_a_port_diagram_with_every_port(name: str) -> None:
     system = SYSTEMS[name]
     diagram = type(system).__doc__.split("```")[1]
-    for _, direction, port, _, _ in write_tables.port_rows(system):
+    for direction, port, _, _ in write_tables.port_rows(system):
         if direction == "in":
             assert f"{port.strip('`')} ─" in diagram
         else:
             assert f"> {port.strip('`')}" in diagram or f", {port.strip('`')}" in diagram
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_drawn_diagram_shows_the_ports_there_are(name: str) -> None:
+    picture = ElementTree.parse(write_tables.DIAGRAMS / f"{name}.svg")
+    shown = [text.text for text in picture.iter("{http://www.w3.org/2000/svg}text")]
+    system = SYSTEMS[name]
+    ports = [port.strip("`") for _, port, _, _ in write_tables.port_rows(system)]
+    assert sorted(shown) == sorted([*ports, name, *([f"name={system.get_name()}"] if system.get_name() else [])]), (
+        f"run python scripts/draw_diagrams.py: {name}.svg is out of date"
+    )
+
+
+def test_diagrams_are_drawn_alike_in_each_process() -> None:
+    first, again = draw_diagrams.graphs(), draw_diagrams.graphs()
+    assert first == again
+    assert {path.stem for path in write_tables.DIAGRAMS.glob("*.svg")} == set(first)
+    assert "drake_starnav." not in "".join(first.values())
 
 
 @pytest.mark.parametrize("name", [name for name in SYSTEMS if name != "NavigationStation"])

@@ -3,6 +3,8 @@
 Run: python scripts/examples/01_run_a_scenario.py
 """
 
+import argparse
+
 from drake_starnav import load_scenario, run_trial
 
 
@@ -17,4 +19,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     main()

@@ -6,6 +6,8 @@ outputs a `Guidance` may stand before the controller, and any controller that ou
 Run: python scripts/examples/02_build_the_diagram.py
 """
 
+import argparse
+
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -85,4 +87,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     main()

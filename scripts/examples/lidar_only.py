@@ -6,6 +6,7 @@ what the beams hit, by asking Drake which shape each point of the cloud lies on,
 Run: python scripts/examples/lidar_only.py
 """
 
+import argparse
 from collections import Counter
 
 import numpy as np
@@ -111,4 +112,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     main()

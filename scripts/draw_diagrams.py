@@ -1,0 +1,70 @@
+"""Draw every system, the navigation loop and the station's inside for docs/ports.md: python scripts/draw_diagrams.py
+
+Drake describes its systems to Graphviz, whose `dot` makes the pictures.
+"""
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+from itertools import groupby
+from pathlib import Path
+
+from pydrake.systems.framework import DiagramBuilder, System
+
+from drake_starnav.diagram import add_navigation
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import load_scenario
+from drake_starnav.station import NavigationStation
+from scripts.write_tables import DIAGRAMS, all_systems
+
+DOT = "dot"
+"""Graphviz' program for directed graphs."""
+
+
+def graphs() -> dict[str, str]:
+    """Graphviz texts by the name of their picture: one for each system, the loop, and the station's inside."""
+    systems: list[System] = all_systems()
+    texts = {type(system).__name__: system.GetGraphvizString(max_depth=0) for system in systems}
+    station = next(system for system in systems if isinstance(system, NavigationStation))
+    texts["station"] = station.GetGraphvizString(max_depth=1)
+    builder = DiagramBuilder()
+    add_navigation(builder, load_scenario("room"))
+    loop = builder.Build()
+    loop.set_name("navigation")
+    texts["navigation"] = loop.GetGraphvizString(max_depth=1)
+    return {name: tidied(text) for name, text in texts.items()}
+
+
+def tidied(text: str) -> str:
+    """The graph with class names without their modules; numbers and order do not depend on memory addresses."""
+    text = re.sub(r"drake_starnav(\.\w+)*\.(?=[A-Z])", "", text)
+    identifier = r"\b(s|_|clusters?)(\d+)"
+    numbers = list(dict.fromkeys(number for _, number in re.findall(identifier, text)))
+    text = re.sub(identifier, lambda match: f"{match[1]}{numbers.index(match[2])}", text)
+    runs = groupby(text.splitlines(), key=lambda line: " -> " in line)
+    return "\n".join(line for are_edges, lines in runs for line in (sorted(lines) if are_edges else lines))
+
+
+def main() -> int:
+    """Write the pictures; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=DIAGRAMS, metavar="FOLDER", help="default: docs/images/diagrams")
+    options = parser.parse_args()
+    try:
+        if shutil.which(DOT) is None:
+            raise StarnavError(f"there is no program `{DOT}`, which draws; allowed: one on PATH (apt install graphviz)")
+        options.out.mkdir(parents=True, exist_ok=True)
+        for name, text in graphs().items():
+            done = subprocess.run([DOT, "-Tsvg"], input=text, capture_output=True, text=True, check=True)
+            (options.out / f"{name}.svg").write_text(done.stdout, encoding="utf-8")
+    except StarnavError as error:
+        print(f"draw_diagrams.py: {error}", file=sys.stderr)
+        return 2
+    print(f"wrote {len(graphs())} diagrams to {options.out}; python scripts/write_tables.py shows them")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
