@@ -21,6 +21,8 @@ from scripts.write_tables import DIAGRAMS, all_systems
 
 DOT = "dot"
 """Graphviz' program for directed graphs."""
+FONT = ("-Gfontname=Helvetica", "-Nfontname=Helvetica", "-Gfontsize=12", "-Nfontsize=12")
+"""Every system has it, or one of the same widths."""
 
 
 def graphs() -> dict[str, str]:
@@ -57,7 +59,7 @@ def main() -> int:
             raise StarnavError(f"there is no program `{DOT}`, which draws; allowed: one on PATH (apt install graphviz)")
         options.out.mkdir(parents=True, exist_ok=True)
         for name, text in graphs().items():
-            done = subprocess.run([DOT, "-Tsvg"], input=text, capture_output=True, text=True, check=True)
+            done = subprocess.run([DOT, "-Tsvg", *FONT], input=text, capture_output=True, text=True, check=True)
             (options.out / f"{name}.svg").write_text(done.stdout, encoding="utf-8")
     except StarnavError as error:
         print(f"draw_diagrams.py: {error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Keep a run as the project's results, and write what README says of them: python scripts/record_results.py FILE...
+"""Keep a run as the project's results, and write what README and the docs say of them: python scripts/record_results.py FILE...
 
 Without a file only the texts are written again, from what benchmarks/results holds.
 """
@@ -25,7 +25,7 @@ from drake_starnav.report.tables import tables_markdown
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "benchmarks" / "results"
 SECTION = "results", "python scripts/record_results.py"
-"""Name of README's section, and the command that writes it."""
+"""Name of the sections of README and docs/benchmark.md, and the command that writes them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -79,11 +79,14 @@ def stored() -> list[Path]:
 def texts() -> dict[Path, str]:
     """What each file that depends on the results should hold."""
     results = read_results(stored())
-    readme = ROOT / "README.md"
+    pages = {ROOT / "README.md": readme_section, ROOT / "docs" / "benchmark.md": benchmark_section}
     return {
         FOLDER / "environment.json": environment(results),
         FOLDER / "summary.md": summary(results),
-        readme: with_section(readme.read_text(encoding="utf-8"), *SECTION, readme_section(results)),
+        **{
+            path: with_section(path.read_text(encoding="utf-8"), *SECTION, section(results))
+            for path, section in pages.items()
+        },
     }
 
 
@@ -104,31 +107,29 @@ def summary(results: Results) -> str:
 
 
 def readme_section(results: Results) -> str:
-    """What README says: how the first method fares in each scenario, then the others beside it."""
+    """What README says: how the first method fares in each scenario."""
     first = results.methods[0]
-    summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
-    header = results.headers[0]
-    counts = sorted({s.trials for s in summaries.values()})
+    summaries = [s for s in summarise(results.records) if s.method == first]
+    counts = sorted({s.trials for s in summaries})
     trials = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-    rows = [
-        _scenario_row(summaries[scenario, first]) for scenario in results.scenarios if (scenario, first) in summaries
-    ]
     head = ("scenario", "reached (95 % interval)", "collisions", "path / shortest (mean, median)", "mean speed",
             "least clearance")  # fmt: skip
+    table = markdown_table(head, [_scenario_row(s) for s in summaries])
+    return f"{table}\n\n{trials} trials of each, with Drake {results.headers[0]['versions']['drake']}."
+
+
+def benchmark_section(results: Results) -> str:
+    """What docs/benchmark.md says: how the run is repeated, and how all methods fare."""
+    summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
     commands = "\n".join(results.commands())
-    parts = [
-        f"{trials} trials of each kind with Drake {header['versions']['drake']} on {header['machine']['processor']} by",
-        f"```sh\n{commands}\n```",
-        f"Method `{first}`:",
-        markdown_table(head, rows),
-    ]
-    if len(results.methods) > 1:
-        parts += [
-            f"All methods on the same trials; time and path length are compared with `{first}` where both reached the "
-            "goal:",
+    return "\n\n".join(
+        (
+            f"On {results.headers[0]['machine']['processor']} by",
+            f"```sh\n{commands}\n```",
+            f"Time and path length are compared with `{results.methods[0]}` where both reached the goal:",
             _methods_table(results, summaries),
-        ]
-    return "\n\n".join(parts)
+        )
+    )
 
 
 def _scenario_row(s: Summary) -> tuple[str, ...]:

@@ -33,12 +33,14 @@ def test_costs_of_known_figures() -> None:
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch) -> Path:
-    """A checkout with nothing but a README."""
+    """A checkout with nothing but the two pages."""
     monkeypatch.setattr(record_results, "ROOT", tmp_path)
     monkeypatch.setattr(record_results, "FOLDER", tmp_path / "benchmarks" / "results")
-    (tmp_path / "README.md").write_text(
-        "before\n<!-- results: written by `python scripts/record_results.py` -->old<!-- end of results -->\nafter\n"
-    )
+    (tmp_path / "docs").mkdir()
+    for page in ("README.md", "docs/benchmark.md"):
+        (tmp_path / page).write_text(
+            "before\n<!-- results: written by `python scripts/record_results.py` -->old<!-- end of results -->\nafter\n"
+        )
     return tmp_path
 
 
@@ -60,9 +62,11 @@ def test_one_command_keeps_a_run_and_writes_what_is_said_of_it(place: Path, caps
     readme = (place / "README.md").read_text()
     assert readme.startswith("before\n") and readme.endswith("<!-- end of results -->\nafter\n")
     assert "4 of 4, 100.0 % (51.0 to 100.0)" in readme
-    assert "| star_paper |" in readme
+    page = (place / "docs" / "benchmark.md").read_text()
+    assert "| star_paper |" in page
+    assert page.startswith("before\n") and page.endswith("<!-- end of results -->\nafter\n")
     (environment,) = json.loads((record_results.FOLDER / "environment.json").read_text())
-    assert environment["command"] in readme
+    assert environment["command"] in page
     assert record_results.main(["--check"]) == 0
 
     record_results.main([str(file_of_trials(place / "next.jsonl", nodes=3))])
