@@ -1,6 +1,8 @@
 # make demo    drive the default scenario and leave its recording in out/
 # make test    run the tests
 # make check   lint, formatting and types
+# make docs    build the documentation: out/site/index.html
+# make wheels  build sdist and wheel, and try the wheel with every Python there is
 # make install only make the environment that the others use
 #
 # PYTHON=...   the interpreter for the environment; without it the best one found
@@ -10,7 +12,7 @@ VENV ?= .venv
 PYTHON ?=
 RUN = $(VENV)/bin/python
 
-.PHONY: demo test check install clean
+.PHONY: demo test check docs wheels install clean
 
 demo: install
 	@mkdir -p out
@@ -23,6 +25,14 @@ check: install
 	$(RUN) -m ruff check .
 	$(RUN) -m ruff format --check .
 	$(RUN) -m mypy
+
+docs: install
+	$(RUN) -m sphinx -W --keep-going -q docs out/site
+	@echo "open file://$(CURDIR)/out/site/index.html in a browser, no network needed"
+
+wheels: install
+	$(RUN) -m build --outdir dist
+	$(RUN) scripts/check_wheel.py dist
 
 install:
 	@sh scripts/make_venv.sh "$(VENV)" "$(PYTHON)"
