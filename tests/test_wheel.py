@@ -5,12 +5,14 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
 
 import drake_starnav
+from scripts import check_wheel
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 PACKAGE = Path(drake_starnav.__file__).parent
@@ -38,9 +40,9 @@ def run(*arguments: str | Path, cwd: Path, python_path: Path | None = None) -> s
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel built from the checkout, without network."""
+    """A wheel built from the sdist of the checkout, without network."""
     folder = tmp_path_factory.mktemp("dist")
-    run("-m", "build", "--wheel", "--no-isolation", "--outdir", folder, CHECKOUT, cwd=folder)
+    run("-m", "build", "--no-isolation", "--outdir", folder, CHECKOUT, cwd=folder)
     (path,) = folder.glob("*.whl")
     return path
 
@@ -64,6 +66,31 @@ def test_holds_the_package_the_models_and_the_licence(wheel: Path) -> None:
     assert code | data <= names
     assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
     assert {name.split("/")[0].split("-")[0] for name in names} == {"drake_starnav"}
+
+
+def test_the_sdist_has_what_tests_docs_and_scripts_need(wheel: Path) -> None:
+    (sdist,) = wheel.parent.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for folder in ("docs", "scripts", "tests", "benchmarks", "models"):
+        kept = {path for path in (CHECKOUT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+        assert {path.relative_to(CHECKOUT).as_posix() for path in kept} <= names
+    assert {"README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "Makefile"} <= names
+
+
+def test_the_matrix_script_finds_pythons_that_run(tmp_path: Path) -> None:
+    names = {"broken": "exit 1", "works": "exit 0"}
+    for name, body in names.items():
+        (tmp_path / name).mkdir()
+        launcher = tmp_path / name / "python3.12"
+        launcher.write_text(f"#!/bin/sh\n{body}\n", encoding="utf-8")
+        launcher.chmod(0o755)
+    path = f"{tmp_path / 'broken'}:{tmp_path / 'works'}"
+    assert check_wheel.interpreters(path, tmp_path / "none") == {"3.12": tmp_path / "works" / "python3.12"}
+    (tmp_path / "pyenv" / "3.13.0" / "bin").mkdir(parents=True)
+    own = tmp_path / "pyenv" / "3.13.0" / "bin" / "python"
+    own.symlink_to(tmp_path / "works" / "python3.12")
+    assert check_wheel.interpreters("", tmp_path / "pyenv") == {"3.13": own}
 
 
 def test_finds_its_models_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
