@@ -26,11 +26,12 @@ def test_python_blocks_run(page: Path, capsys: pytest.CaptureFixture) -> None:
     assert capsys.readouterr().out.strip()
 
 
-def test_yaml_blocks_are_scenarios() -> None:
-    found = blocks("yaml")
+@pytest.mark.parametrize("page", [README, ROOT / "docs" / "tuning.md"], ids=lambda page: page.name)
+def test_yaml_blocks_are_scenarios_or_parts_of_them(page: Path) -> None:
+    found = blocks("yaml", page)
     assert found
     for text in found:
-        assert parse_scenario(text, name="readme").world
+        assert parse_scenario(text if "world:" in text else f"world: !Forest\n{text}", name=page.stem).world
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks("sh", page)], ids=lambda page: page.name)
