@@ -18,6 +18,7 @@ from drake_starnav.roadmap import Observation, PlannerState
 from drake_starnav.roadmap.frontiers import edge_frontiers
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.stars.region import StarRegion
 from drake_starnav.world_figure import draw_world
 from drake_starnav.worlds import World, clearance
 
@@ -48,6 +49,12 @@ class Moment:
     pose: np.ndarray
     trail: np.ndarray
 
+    @property
+    def region(self) -> StarRegion:
+        """That of the scan."""
+        assert self.seen.region is not None
+        return self.seen.region
+
 
 def drive(scenario: Scenario, seed: int, seconds: float) -> Moment:
     """Drive for some seconds and look."""
@@ -72,7 +79,7 @@ def draw_erosion(axis: Any, moment: Moment) -> None:
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
-    parameters, region = moment.scenario.planner, moment.seen.region
+    parameters, region = moment.scenario.planner, moment.region
     hits = _hits(moment)
     radius = moment.scenario.robot.radius + parameters.margin
     discs = PatchCollection([Circle(tuple(hit), radius) for hit in hits], facecolor=ORANGE, alpha=0.06, linewidth=0.0)
@@ -84,7 +91,7 @@ def draw_erosion(axis: Any, moment: Moment) -> None:
 
 def draw_cubics(axis: Any, moment: Moment) -> None:
     """The boundary over the bearing: the free range, and the cubics that lie inside it."""
-    region = moment.seen.region
+    region = moment.region
     bearings = np.degrees(np.arange(len(region.free_range)) * 2.0 * np.pi / len(region.free_range))
     axis.fill_between(bearings, region.free_range, color=BLUE, alpha=0.15, linewidth=0.0, label="free range")
     starts = [*region.boundary.starts, len(bearings)]
@@ -99,7 +106,7 @@ def draw_cubics(axis: Any, moment: Moment) -> None:
 
 def draw_frontiers(axis: Any, moment: Moment) -> None:
     """The star-shaped region of the scan, and where unknown space may be entered."""
-    region = moment.seen.region
+    region = moment.region
     axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.2, edgecolor=BLUE, label="star-shaped region")
     frontiers = edge_frontiers(region, 0, moment.scenario.planner)
     for stand, probe in zip(frontiers.stand, frontiers.probe, strict=True):
