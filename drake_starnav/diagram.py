@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from drake_starnav.baselines import known_obstacles
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.scenario import Scenario
-from drake_starnav.station import NavigationStation
+from drake_starnav.station import NavigationStation, RobotEquipment
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
@@ -32,7 +32,7 @@ class Navigation:
     """
 
     world: World
-    station: NavigationStation
+    station: NavigationStation | RobotEquipment
     goal: LeafSystem
     perception: StarPerception | None
     planner: StarRoadmapPlanner | None
@@ -45,6 +45,7 @@ def add_navigation(
     *,
     seed: int = 0,
     world: World | None = None,
+    station: NavigationStation | RobotEquipment | None = None,
     stopwatch: Stopwatch | None = None,
     goal: LeafSystem | None = None,
 ) -> Navigation:
@@ -58,6 +59,7 @@ def add_navigation(
         scenario: the parameters.
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
+        station: already in the builder, instead of a new one: e.g. the equipment of one of several robots in a plant.
         stopwatch: where wall-clock times are noted, if anywhere.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's.
 
@@ -67,9 +69,10 @@ def add_navigation(
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
-    station = builder.AddNamedSystem(
-        "station", NavigationStation(world, scenario.robot, scenario.lidar, time_step=step, seed=seed)
-    )
+    if station is None:
+        station = builder.AddNamedSystem(
+            "station", NavigationStation(world, scenario.robot, scenario.lidar, time_step=step, seed=seed)
+        )
     goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception: StarPerception | None = None
     planner: StarRoadmapPlanner | None = None
@@ -88,7 +91,7 @@ def add_navigation(
 def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation,
+    station: NavigationStation | RobotEquipment,
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
 ) -> tuple[StarPerception, StarRoadmapPlanner]:
@@ -121,7 +124,7 @@ def _add_planning(
 def _add_certified_controller(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation,
+    station: NavigationStation | RobotEquipment,
     perception: StarPerception,
     planner: StarRoadmapPlanner,
     stopwatch: Stopwatch | None,
@@ -144,7 +147,7 @@ def _add_baseline(
     builder: DiagramBuilder,
     scenario: Scenario,
     world: World,
-    station: NavigationStation,
+    station: NavigationStation | RobotEquipment,
     goal: LeafSystem,
     planner: StarRoadmapPlanner | None,
     stopwatch: Stopwatch | None,

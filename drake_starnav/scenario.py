@@ -180,15 +180,15 @@ def parse_scenario(
     Args:
         text, name, method, overrides: as for `load_scenario`.
         place: names the text in messages.
-        folder: that the world's paths in the text are relative to; those of the overrides, and all if it is None, are
-            relative to the working directory.
+        folder: that the paths of world and robot in the text are relative to; those of the overrides, and all if it
+            is None, are relative to the working directory.
     """
     sections = _read(text, place)
     if folder is not None:
-        _make_paths_absolute(sections.get("world"), folder)
+        _make_paths_absolute(sections, folder)
     for override in overrides:
         _override(sections, override)
-    _make_paths_absolute(sections.get("world"), Path.cwd())
+    _make_paths_absolute(sections, Path.cwd())
     if method not in METHODS:
         raise unknown_name(f"method {method!r}", method, METHODS)
     for key in sections:
@@ -249,13 +249,21 @@ def _override(sections: dict[str, Any], text: str) -> None:
     sections[section][name] = parsed
 
 
-def _make_paths_absolute(world: Any, folder: Path) -> None:
-    """Let the paths of a world, as read from YAML, begin at a folder; absolute ones and package:// stay."""
+def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
+    """Let the paths of world and robot, as read from YAML, begin at a folder; absolute ones and package:// stay."""
+    world, robot = sections.get("world"), sections.get("robot")
     kind = WORLD_KINDS.get(world.tag) if isinstance(world, _Tagged) else None
     for field_ in dataclasses.fields(kind) if kind else ():
-        value = world.get(field_.name)
-        if field_.metadata.get("path") and isinstance(value, str) and value and "://" not in value:
-            world[field_.name] = str((folder / Path(value).expanduser()).resolve())
+        if field_.metadata.get("path"):
+            _make_absolute(world, field_.name, folder)
+    if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
+        _make_absolute(robot, "model", folder)
+
+
+def _make_absolute(mapping: dict[str, Any], key: str, folder: Path) -> None:
+    value = mapping.get(key)
+    if isinstance(value, str) and value and "://" not in value:
+        mapping[key] = str((folder / Path(value).expanduser()).resolve())
 
 
 def _world(mapping: Any, place: str) -> Any:

@@ -29,6 +29,80 @@ HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
+LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
+POSE_PORTS = ("pose", "state", "scan_pose")
+
+
+class RobotEquipment(Diagram):
+    """What makes a model of a plant a robot: its lidar, its localization and its wheel servo, as one diagram.
+
+    ```
+                           ┌────────────────┐
+    geometry_query ───────>│                ├──> lidar.scan, lidar.ranges, lidar.point_cloud, lidar.X_WS
+    multibody_state ──────>│ RobotEquipment ├──> localization.pose, localization.state, localization.scan_pose
+    drive.twist_command ──>│                ├──> desired_state
+                           └────────────────┘
+    ```
+
+    Ports:
+        geometry_query: `QueryObject` of the scene.
+        multibody_state: of the robot's model, from the plant.
+        drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
+        desired_state: of the robot's model, to the plant.
+
+    The lidar sees other robots in the plant, where they reach into its plane, and not its own.
+    """
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        scene_graph: SceneGraph,
+        model: ModelInstanceIndex,
+        lidar: LidarParameters,
+        *,
+        seed: int = 0,
+    ) -> None:
+        """
+        Args:
+            plant: finalized.
+            scene_graph: of the plant.
+            model: the robot, as from `add_robot`.
+            lidar: the sensor.
+            seed: of the sensor's noise.
+        """
+        super().__init__()
+        builder = DiagramBuilder()
+        inspector = scene_graph.model_inspector()
+        frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
+        self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+        sensor = builder.AddNamedSystem(
+            "lidar",
+            LidarSensor(
+                lidar,
+                parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
+                X_PS=plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame(),
+                exclude_frames=frames,
+                seed=seed,
+            ),
+        )
+        localization = builder.AddNamedSystem(
+            "localization",
+            PlanarLocalization(
+                num_positions=plant.num_positions(model),
+                num_velocities=plant.num_velocities(model),
+                scan_rate=lidar.rate,
+            ),
+        )
+        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
+        builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
+        builder.ExportInput(localization.GetInputPort("multibody_state"), "multibody_state")
+        builder.ExportInput(wheels.GetInputPort("twist_command"), "drive.twist_command")
+        for name in LIDAR_PORTS:
+            builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
+        for name in POSE_PORTS:
+            builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
+        builder.ExportOutput(wheels.GetOutputPort("desired_state"), "desired_state")
+        builder.BuildInto(self)
 
 
 class NavigationStation(Diagram):
@@ -72,44 +146,17 @@ class NavigationStation(Diagram):
         self.plant: MultibodyPlant = plant
         self.scene_graph: SceneGraph = scene_graph
         self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
-        inspector = scene_graph.model_inspector()
-        bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self.robot_model)]
-        frames = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
-        self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
-
-        base = plant.GetBodyByName("base_link", self.robot_model)
-        frame_S = plant.GetFrameByName("lidar", self.robot_model)
-        sensor = builder.AddNamedSystem(
-            "lidar",
-            LidarSensor(
-                lidar,
-                parent_frame_id=plant.GetBodyFrameIdOrThrow(base.index()),
-                X_PS=frame_S.GetFixedPoseInBodyFrame(),
-                exclude_frames=frames,
-                seed=seed,
-            ),
+        equipment = builder.AddNamedSystem(
+            "robot", RobotEquipment(plant, scene_graph, self.robot_model, lidar, seed=seed)
         )
-        builder.Connect(scene_graph.get_query_output_port(), sensor.GetInputPort("geometry_query"))
-        localization = builder.AddNamedSystem(
-            "localization",
-            PlanarLocalization(
-                num_positions=plant.num_positions(self.robot_model),
-                num_velocities=plant.num_velocities(self.robot_model),
-                scan_rate=lidar.rate,
-            ),
-        )
+        self.robot_geometries = equipment.robot_geometries
         robot_state = plant.get_state_output_port(self.robot_model)
-        builder.Connect(robot_state, localization.GetInputPort("multibody_state"))
-        wheels = builder.AddNamedSystem(
-            "wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, self.robot_model))
-        )
-        builder.Connect(wheels.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model))
-
-        builder.ExportInput(wheels.GetInputPort("twist_command"), "drive.twist_command")
-        for name in ("scan", "ranges", "point_cloud", "X_WS"):
-            builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
-        for name in ("pose", "state", "scan_pose"):
-            builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
+        builder.Connect(scene_graph.get_query_output_port(), equipment.GetInputPort("geometry_query"))
+        builder.Connect(robot_state, equipment.GetInputPort("multibody_state"))
+        builder.Connect(equipment.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model))
+        builder.ExportInput(equipment.GetInputPort("drive.twist_command"), "drive.twist_command")
+        for name in (*(f"lidar.{port}" for port in LIDAR_PORTS), *(f"localization.{port}" for port in POSE_PORTS)):
+            builder.ExportOutput(equipment.GetOutputPort(name), name)
         builder.ExportOutput(robot_state, "cheat.robot_state")
         builder.ExportOutput(plant.get_contact_results_output_port(), "cheat.contact_results")
         builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")
@@ -125,14 +172,8 @@ def add_plant(
     Returns:
         plant, scene graph, the robot's model instance, and the ground's geometry.
     """
-    config = MultibodyPlantConfig(
-        time_step=time_step,
-        contact_model="point",
-        discrete_contact_approximation="lagged",
-        use_sampled_output_ports=False,  # sampling makes each step an unrestricted update, which copies all state
-    )
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    model = _add_robot(plant, scene_graph, robot, world.start)
+    plant, scene_graph = AddMultibodyPlant(plant_config(time_step), builder)
+    model = add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)
     if world.model is None:
         add_world(plant, world)
@@ -144,25 +185,33 @@ def add_plant(
     return plant, scene_graph, model, ground
 
 
-def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
-    """The robot's model file and its text; a shipped robot's hull gets the radius of `robot.radius`."""
+def plant_config(time_step: float) -> MultibodyPlantConfig:
+    """How a plant is to be simulated so that the robots drive as they are told; `time_step` in s."""
+    return MultibodyPlantConfig(
+        time_step=time_step,
+        contact_model="point",
+        discrete_contact_approximation="lagged",
+        use_sampled_output_ports=False,  # sampling makes each step an unrestricted update, which copies all state
+    )
+
+
+def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
+    """The robot's model file; for a shipped robot also its text, in which the hull has the radius `robot.radius`."""
     path = model_path("robots", f"{robot.model}.urdf")
-    shipped = path.is_file()
-    if not shipped:
+    if not path.is_file():
         path = Path(robot.model)
-        if not path.is_file():
+        if path.suffix != ".urdf" or not path.is_file():
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
-            raise StarnavError(f"robot.model is {robot.model!r}; allowed: {names}, or the path of a URDF file")
-    text = path.read_text(encoding="utf-8")
-    if shipped:
-        ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
-        root = ElementTree.fromstring(text)
-        for element in (*root.iter("collision"), *root.iter("visual")):
-            cylinder = element.find("geometry/cylinder")
-            if element.get("name", "").startswith(HULL) and cylinder is not None:
-                cylinder.set("radius", repr(robot.radius))
-        _pull_in(root, robot.radius)
-        text = ElementTree.tostring(root, encoding="unicode")
+            raise StarnavError(f"robot.model is {robot.model!r}; allowed: {names}, or the path of a .urdf file")
+        return str(path), None
+    ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
+    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    for element in (*root.iter("collision"), *root.iter("visual")):
+        cylinder = element.find("geometry/cylinder")
+        if element.get("name", "").startswith(HULL) and cylinder is not None:
+            cylinder.set("radius", repr(robot.radius))
+    _pull_in(root, robot.radius)
+    text = ElementTree.tostring(root, encoding="unicode")
     return str(path), text
 
 
@@ -182,21 +231,66 @@ def _pull_in(root: ElementTree.Element, radius: float) -> None:
             origin.set("xyz", f"{x * share!r} {y * share!r} {z!r}")
 
 
-def _add_robot(
-    plant: MultibodyPlant, scene_graph: SceneGraph, robot: RobotParameters, start: tuple[float, float, float]
+def add_robot(
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    robot: RobotParameters,
+    start: tuple[float, float, float],
+    *,
+    name: str = "",
 ) -> ModelInstanceIndex:
+    """Add a robot, standing on the floor z = 0, to a plant not yet finalized.
+
+    Args:
+        plant: whose robots they are; see `plant_config`.
+        scene_graph: of the plant.
+        robot: its model and size.
+        start: (x, y, yaw), m and rad, W.
+        name: set before the model's own, to tell several robots apart.
+
+    Raises:
+        StarnavError: there is no such model, Drake cannot read it, or it lacks what a robot must have.
+    """
     path, text = robot_urdf(robot)
-    (model,) = Parser(plant).AddModelsFromString(text, "urdf")
-    for name in WHEELS:
-        if not plant.HasJointActuatorNamed(name, model):
-            raise StarnavError(f"robot model {path} has no actuator {name}; allowed: actuators {', '.join(WHEELS)}")
-        plant.GetJointActuatorByName(name, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
+    parser = Parser(plant, model_name_prefix=name)
+    try:
+        # a file of the user's is read where it lies, for the sake of the meshes that it names
+        (model,) = parser.AddModels(path) if text is None else parser.AddModelsFromString(text, "urdf")
+    except (RuntimeError, ValueError) as error:
+        raise StarnavError(
+            f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"
+        ) from None
+    _check_robot(plant, scene_graph, model, path)
+    for wheel in WHEELS:
+        plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
     base = plant.GetBodyByName("base_link", model)
     axle = plant.GetJointByName(WHEELS[0], model).frame_on_parent().GetFixedPoseInBodyFrame().translation()
     height = _wheel_radius(plant, scene_graph, model) - axle[2]
     X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], height])
     plant.SetDefaultFloatingBaseBodyPose(base, X_WB)
     return model
+
+
+def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, path: str) -> None:
+    """Raise a `StarnavError` that names the first thing that the model of a file lacks."""
+    for kind, names, has in (
+        ("link", ("base_link",), plant.HasBodyNamed),
+        ("frame", ("lidar",), plant.HasFrameNamed),
+        ("joint", WHEELS, plant.HasJointNamed),
+        ("actuator", WHEELS, plant.HasJointActuatorNamed),
+    ):
+        for name in names:
+            if not has(name, model):
+                raise StarnavError(f"robot model {path} has no {kind} {name}; allowed: {kind} {', '.join(names)}")
+    inspector = scene_graph.model_inspector()
+    for name in WHEELS:
+        wheel = plant.GetJointByName(name, model).child_body()
+        shapes = [type(inspector.GetShape(g)).__name__ for g in plant.GetCollisionGeometriesForBody(wheel)]
+        if shapes != ["Sphere"]:
+            raise StarnavError(
+                f"robot model {path}: link {wheel.name()} collides as {', '.join(shapes) or 'nothing'}; "
+                "allowed: one Sphere, of the wheel's radius"
+            )
 
 
 def _wheel_radius(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> float:

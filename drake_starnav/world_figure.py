@@ -41,13 +41,15 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
         axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
 
 
-def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
-    """Draw a world with its start, goal and shortest path; arguments as of `write_html`."""
+def world_axes(world: World, title: str) -> tuple[Any, Any]:
+    """A Matplotlib figure of a world seen from above, and its axes to draw more into; it opens no window.
+
+    Close it with `save_figure`.
+    """
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
-    from matplotlib.patches import Circle
 
     x0, y0, x1, y1 = world.extent
     spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
@@ -56,22 +58,48 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
     size = (width, min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)))
     figure, axis = pyplot.subplots(figsize=size, layout="constrained")
     draw_world(axis, world)
-    if path is not None:
-        axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
-    x, y, yaw = world.start
-    axis.add_patch(Circle((x, y), robot.radius, facecolor="none", edgecolor=START, linewidth=1.6, zorder=3))
-    nose = robot.radius * np.array((math.cos(yaw), math.sin(yaw)))
-    axis.plot((x, x + nose[0]), (y, y + nose[1]), color=START, linewidth=1.6, label="start: the robot", zorder=3)
-    axis.plot(*world.goal, "*", color=GOAL, markersize=13.0, label="goal", linestyle="none", zorder=3)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)
     axis.set_ylim(y0 - 0.2, y1 + 0.2)
     axis.set_aspect("equal")
     axis.set_xlabel("x in m")
     axis.set_ylabel("y in m")
     axis.set_title(title)
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(file, dpi=150)
+    return figure, axis
+
+
+def draw_robot(axis: Any, pose: tuple[float, ...] | np.ndarray, radius: float, color: str, label: str = "") -> None:
+    """Draw a robot's rim and heading: pose (x, y, yaw) in W, radius in m."""
+    from matplotlib.patches import Circle
+
+    x, y, yaw = pose
+    axis.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
+    nose = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
+    axis.plot((x, nose[0]), (y, nose[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
+
+
+def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "goal") -> None:
+    """Draw a goal, (x, y) in W."""
+    axis.plot(*goal, "*", color=GOAL, markersize=13.0, label=label or None, linestyle="none", zorder=3)
+
+
+def save_figure(figure: Any, file: Path, *, dpi: int = 80) -> None:
+    """Write a figure with one legend below it as a PNG, and close it."""
+    from matplotlib import pyplot
+
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=dpi)
     pyplot.close(figure)
+
+
+def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
+    """Draw a world with its start, goal and shortest path; arguments as of `write_html`."""
+    figure, axis = world_axes(world, title)
+    if path is not None:
+        axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
+    draw_robot(axis, world.start, robot.radius, START, "start: the robot")
+    draw_goal(axis, world.goal)
+    save_figure(figure, file, dpi=150)
 
 
 def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:

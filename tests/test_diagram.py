@@ -293,7 +293,7 @@ def test_no_system_keeps_state_of_its_own() -> None:
         }
 
     before = held()
-    assert len(before) == 9
+    assert len(before) == 10
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5)
     assert stopwatch.summary("plan")["count"] >= 1

@@ -117,8 +117,10 @@ def test_paths_are_relative_to_the_file_that_names_them(tmp_path: Path, monkeypa
     for name in ("scenarios", "maps", "here"):
         (tmp_path / name).mkdir()
     file = tmp_path / "scenarios" / "mine.yaml"
-    file.write_text("world: !RosMap {file: ../maps/mine.yaml}\n")
+    file.write_text("world: !RosMap {file: ../maps/mine.yaml}\nrobot: {model: ../robots/mine.urdf}\n")
     monkeypatch.chdir(tmp_path / "here")
+    assert load_scenario(str(file)).robot.model == str(tmp_path / "robots" / "mine.urdf")
+    assert load_scenario(str(file), overrides=["robot.model=starbot"]).robot.model == "starbot"
     assert load_scenario(str(file)).world.file == str(tmp_path / "maps" / "mine.yaml")
     monkeypatch.chdir(tmp_path)
     assert load_scenario("scenarios/mine.yaml").world.file == str(tmp_path / "maps" / "mine.yaml")

@@ -2,15 +2,23 @@
 
 import gc
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pydrake.geometry import Cylinder
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar import LidarParameters
+from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station import NavigationStation
+from drake_starnav.station import NavigationStation, RobotEquipment, add_robot, plant_config
+from drake_starnav.systems.world_geometry import add_ground
 from drake_starnav.worlds.world import World
 from tests.scans import cast
 
@@ -239,3 +247,80 @@ def test_lives_as_long_as_its_simulator() -> None:
 def test_unknown_robot_model_names_the_shipped_ones() -> None:
     with pytest.raises(StarnavError, match=r"robot.model is 'tank'; allowed: .*starbot"):
         Drive(robot=RobotParameters(model="tank"))
+
+
+def changed_starbot(folder: Path, old: str, new: str) -> str:
+    """Path of a URDF that differs from starbot's in one text, wherever that stands."""
+    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    assert old in text
+    path = folder / "changed.urdf"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"base_link"', '"chassis"', "has no link base_link"),
+        ('<frame name="lidar"', '<frame name="laser"', "has no frame lidar"),
+        ('joint name="left_wheel"', 'joint name="port_wheel"', "has no joint left_wheel"),
+        ('<actuator name="right_wheel"/>', '<actuator name="motor"/>', "has no actuator right_wheel"),
+        ('<sphere radius="0.05"/>', '<cylinder radius="0.05" length="0.03"/>', "link left_wheel collides as Cylinder"),
+        ("</robot>", "", "cannot be read"),
+    ],
+)
+def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = changed_starbot(tmp_path, old, new)
+    with pytest.raises(StarnavError, match=rf"robot model .*changed.urdf.*{message}.*; allowed: "):
+        Drive(robot=RobotParameters(model=path))
+
+
+def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "shell.obj").write_text(
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', '<mesh filename="shell.obj"/>')
+    inspector = Drive(robot=RobotParameters(model=path)).station.scene_graph.model_inspector()
+    assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}
+
+
+def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
+    """Two robots side by side in a plant of the user's own; a collar reaches into the plane of the lidars."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(plant_config(0.005), builder)
+    add_ground(plant, (-2.0, -2.0, 2.0, 2.0))
+    starts = {"a": (0.0, -0.5, 0.0), "b": (0.0, 0.5, 0.0)}
+    models = {name: add_robot(plant, scene_graph, RobotParameters(), at, name=name) for name, at in starts.items()}
+    for name, model in models.items():
+        base = plant.GetBodyByName("base_link", model)
+        plant.RegisterCollisionGeometry(
+            base, RigidTransform([0, 0, 0.1]), Cylinder(0.25, 0.1), f"collar_{name}", CoulombFriction(0.3, 0.3)
+        )
+    plant.Finalize()
+    equipment = {}
+    for name, model in models.items():
+        robot = builder.AddNamedSystem(name, RobotEquipment(plant, scene_graph, model, LIDAR))
+        builder.Connect(scene_graph.get_query_output_port(), robot.GetInputPort("geometry_query"))
+        builder.Connect(plant.get_state_output_port(model), robot.GetInputPort("multibody_state"))
+        builder.Connect(robot.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
+        equipment[name] = robot
+    simulator = Simulator(builder.Build())
+    context = simulator.get_mutable_context()
+    for name, twist in (("a", (0.4, 0.0)), ("b", (-0.4, 0.0))):
+        robot = equipment[name]
+        robot.GetInputPort("drive.twist_command").FixValue(robot.GetMyMutableContextFromRoot(context), twist)
+
+    def out(name: str, port: str) -> Any:
+        return equipment[name].GetOutputPort(port).Eval(equipment[name].GetMyContextFromRoot(context))
+
+    simulator.Initialize()
+    ranges = {name: out(name, "lidar.ranges").copy() for name in models}
+    for name, side in (("a", 0.5), ("b", -0.5)):
+        beam = int((side * math.pi - LIDAR.angle_min) / LIDAR.angle_increment)
+        assert ranges[name][beam] == pytest.approx(1.0 - 0.25, abs=1e-3)
+        assert np.isinf(ranges[name]).sum() > 0.8 * LIDAR.beams  # neither itself nor anything else
+    simulator.AdvanceTo(2.0)
+    (xa, ya, _), (xb, yb, _) = out("a", "localization.pose"), out("b", "localization.pose")
+    assert (ya, yb) == pytest.approx((-0.5, 0.5), abs=5e-3)
+    assert (xa, xb) == pytest.approx((0.8, -0.8), abs=0.05)
+    assert not set(equipment["a"].robot_geometries) & set(equipment["b"].robot_geometries)
