@@ -1,6 +1,7 @@
 """The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -51,6 +52,16 @@ class Guidance:
     def none() -> "Guidance":
         """Stand still."""
         return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
+
+    @staticmethod
+    def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
+        """Follow a path to its end, and stop there: for who plans by other means.
+
+        Args:
+            path: shape (k, 2), way points ahead, W, m.
+            regions: around the robot, for the modulation; without them it drives straight to the next way point.
+        """
+        return Guidance(np.array(path, dtype=float).reshape(-1, 2), True, RegionStack.of(tuple(regions)))
 
 
 @dataclass(frozen=True)
