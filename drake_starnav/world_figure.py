@@ -42,21 +42,16 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
 
 
 def world_axes(world: World, title: str) -> tuple[Any, Any]:
-    """A Matplotlib figure of a world seen from above, and its axes to draw more into; it opens no window.
-
-    Close it with `save_figure`.
-    """
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
+    """A Matplotlib figure of a world seen from above, for `save_figure`, and its axes to draw more into."""
+    from matplotlib.figure import Figure
 
     x0, y0, x1, y1 = world.extent
     spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
     x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
     width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
     size = (width, min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)))
-    figure, axis = pyplot.subplots(figsize=size, layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")  # without pyplot, which wants a display and keeps figures
+    axis = figure.add_subplot()
     draw_world(axis, world)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)
     axis.set_ylim(y0 - 0.2, y1 + 0.2)
@@ -83,13 +78,10 @@ def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "g
 
 
 def save_figure(figure: Any, file: Path, *, dpi: int = 80) -> None:
-    """Write a figure with one legend below it as a PNG, and close it."""
-    from matplotlib import pyplot
-
+    """Write a figure as a PNG, with one legend below."""
     figure.legend(loc="outside lower center", ncols=4, frameon=False)
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, dpi=dpi)
-    pyplot.close(figure)
 
 
 def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:

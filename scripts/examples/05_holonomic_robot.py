@@ -36,7 +36,9 @@ STEP = 0.005  # of the plant, s
 SPEED = 0.6  # m/s
 PUCK = """
 <robot name="puck">
-  <link name="beam"><inertial><mass value="0.1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="beam">
+    <inertial><mass value="0.1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
   <link name="puck">
     <inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
     <collision name="hull"><geometry><cylinder radius="0.25" length="0.1"/></geometry></collision>

@@ -29,12 +29,13 @@ SCENARIO = parse_scenario(
     """
     world: !Obstacles
       bounds: [-1, -2, 7, 2]
-      cylinders: [[2.0, 1.2, 0.3], [3.0, 0.1, 0.25], [4.2, -1.2, 0.3], [1.2, -1.2, 0.2], [5.0, 1.1, 0.2]]
+      cylinders: [[1.5, 0.9, 0.3], [3.3, -1.6, 0.4], [4.4, 1.2, 0.3]]
       start: [0, 0, 0]
       goal: [6, 0]
-    robot: {max_speed: 0.5}
+    robot: {max_speed: 0.4}
     lidar: {noise: 0}
-    controller: {safety_margin: 0.05}
+    planner: {margin: 0.16}
+    controller: {safety_margin: 0.16, near_wall_zone: 0.3}
     """,
     name="two robots",
 )
@@ -91,7 +92,7 @@ def main(png: Path | None) -> None:
         print(f"{name}: {np.hypot(*(trail[:2, -1] - worlds[name].goal)):.2f} m from its goal", end=", ")
     print(f"never nearer to each other than {gap.min():.2f} m; {status.message() or 'no contact'}")
     if png is not None:
-        figure, axis = world_axes(there, "Two robots change places: rims every 2 s and where they met")
+        figure, axis = world_axes(there, "Two robots change places; rims where they came nearest")
         for (name, trail), color in zip(trails.items(), (PATH, START), strict=True):
             axis.plot(*trail[:2], color=color, label=name)
             draw_robot(axis, trail[:, gap.argmin()], SCENARIO.robot.radius, color)
