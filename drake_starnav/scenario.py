@@ -260,7 +260,7 @@ def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
         _make_absolute(robot, "model", folder)
 
 
-def _make_absolute(mapping: dict[str, Any], key: str, folder: Path) -> None:
+def _make_absolute(mapping: Any, key: str, folder: Path) -> None:
     value = mapping.get(key)
     if isinstance(value, str) and value and "://" not in value:
         mapping[key] = str((folder / Path(value).expanduser()).resolve())

@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters files console"
-SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline"
+SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 METHOD = f"{SENSING} motion stars roadmap control baselines worlds metrics"
 SETUP = f"{METHOD} drawing scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -54,6 +54,7 @@ TABLE = {
     "motion": Room(BASE, ARRAYS),
     "models": Room("errors"),
     "polyline": Room("", ARRAYS),
+    "scan_log": Room(f"{BASE} scan", "numpy rosbags"),
     "stars": Room(f"{BASE} robot scan", ARRAYS),
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),

@@ -3,10 +3,11 @@
 `drake_starnav.make_diagram(scenario)` does the same in one line. Here each system can be exchanged: any planner that
 outputs a `Guidance` may stand before the controller, and any controller that outputs a twist behind the planner.
 
-Run: python scripts/examples/02_build_the_diagram.py
+Run: python scripts/examples/02_build_the_diagram.py [--png FILE]
 """
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -26,12 +27,13 @@ from drake_starnav import (
 )
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
 
 TIME_STEP = 0.005
 """Of the plant, s."""
 
 
-def main() -> None:
+def main(png: Path | None) -> None:
     """Build, simulate until a monitor ends the run, and print what happened."""
     world = World(
         name="yard",
@@ -84,8 +86,17 @@ def main() -> None:
     roadmap = planner.GetOutputPort("roadmap").Eval(planner.GetMyContextFromRoot(simulator.get_context()))
     print(f"{status.message() or 'out of time'} at {simulator.get_context().get_time():.2f} s", end="")
     print(f" with {len(roadmap.roadmap)} regions in the roadmap")
+    if png is not None:
+        figure, axis = world_axes(world, "A diagram built by hand: the star-shaped regions of its roadmap")
+        for number, region in enumerate(roadmap.roadmap.regions):
+            axis.fill(*region.outline().T, color=PATH, alpha=0.12, label="" if number else "region")
+        axis.plot(*record.data()[:2], ".-", color=PATH, label="driven, a dot every half second")
+        draw_robot(axis, record.data()[:3, -1], robot.radius, PATH)
+        draw_goal(axis, world.goal)
+        save_figure(figure, png)
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
-    main()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--png", type=Path, metavar="FILE", help="also draw what happened")
+    main(parser.parse_args().png)

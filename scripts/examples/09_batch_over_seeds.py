@@ -100,14 +100,14 @@ def main(png: Path | None) -> None:
     outcomes, trails = [], []
     for seed in SEEDS:
         seen, total, over = environment.reset(seed), 0.0, False
-        trail = [environment.pose]
+        poses = [environment.pose]
         while not over:
             seen, reward, terminated, truncated, info = environment.step(policy(seen))
             total, over = total + reward, terminated or truncated
-            trail.append(environment.pose)
+            poses.append(environment.pose)
         outcomes.append(info["outcome"])
-        trails.append((environment.world, np.array(trail)))
-        print(f"seed {seed}: {outcomes[-1]} after {len(trail) - 1} steps, return {total:.2f}")
+        trails.append((environment.world, np.array(poses)))
+        print(f"seed {seed}: {outcomes[-1]} after {len(poses) - 1} steps, return {total:.2f}")
     print(f"reached {outcomes.count('reached')} of {len(outcomes)}, {outcomes.count('collision')} collisions")
     if png is not None:
         figure = Figure(figsize=(9.0, 4.6), layout="constrained")

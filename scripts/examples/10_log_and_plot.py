@@ -49,9 +49,8 @@ def main(png: Path | None, csv: Path | None) -> None:
     v_command, omega_command = twist.FindLog(context).data()
     nearest = ranges.FindLog(context).data().min(axis=0) - scenario.robot.radius
     print(f"{status.message() or 'out of time'} at {context.get_time():.2f} s; {len(time)} samples of each port")
-    print(
-        f"speed off the command by {np.abs(v - v_command).mean():.3f} m/s in the mean; {np.mean(certified):.1%} certified"
-    )
+    print(f"speed off the command by {np.abs(v - v_command).mean():.3f} m/s in the mean", end="; ")
+    print(f"{np.mean(certified):.1%} of the commands certified")
     print(f"nearest hit {nearest.min():.2f} m off the hull")
     if csv is not None:
         table = np.column_stack((time, v_command, v, omega_command, omega, nearest))

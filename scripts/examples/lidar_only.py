@@ -3,13 +3,15 @@
 Nothing else of the package is used. The table, block, cylinder and bin come with Drake. For each scan the example says
 what the beams hit, by asking Drake which shape each point of the cloud lies on, and how far off it the points are.
 
-Run: python scripts/examples/lidar_only.py
+Run: python scripts/examples/lidar_only.py [--png FILE]
 """
 
 import argparse
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 from pydrake.geometry import Box
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
@@ -67,7 +69,7 @@ def add_scene(plant: MultibodyPlant) -> None:
     plant.GetJointByName("shoulder").set_default_angle(-0.4)
 
 
-def main() -> None:
+def main(png: Path | None) -> None:
     """Build the scene, let the boom swing, print what each of a few scans hit."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.002)
@@ -95,6 +97,7 @@ def main() -> None:
 
     simulator = Simulator(diagram, root)
     query_port = scene_graph.get_query_output_port()
+    clouds: dict[str, list[np.ndarray]] = {}
     for time in (0.0, 0.25, 0.5, 0.75, 1.0):
         simulator.AdvanceTo(time + 1e-3)  # just after a scan
         seen = lidar.GetMyContextFromRoot(root)
@@ -105,12 +108,26 @@ def main() -> None:
             nearest = min(query.ComputeSignedDistanceToPoint(p_WQ, 0.01), key=lambda found: abs(found.distance))
             body = plant.GetBodyFromFrameId(query.inspector().GetFrameId(nearest.id_G))
             model = plant.GetModelInstanceName(body.model_instance())
-            hits["ground" if body.index() == plant.world_body().index() else model] += 1
+            name = "ground" if body.index() == plant.world_body().index() else model
+            hits[name] += 1
+            clouds.setdefault(name, []).append(p_WQ)
             off = max(off, abs(nearest.distance))
         shares = ", ".join(f"{name} {count}" for name, count in sorted(hits.items()))
         print(f"{time:.2f} s: {points.shape[1]} hits: {shares}; at most {1e6 * off:.1f} um off a surface")
+    if png is not None:
+        figure = Figure(figsize=(7.0, 5.0), layout="constrained")
+        axis = figure.add_subplot(projection="3d")
+        for name, cloud in sorted(clouds.items()):
+            axis.plot(*np.array(cloud).T, ".", markersize=2.0, label=name)
+        axis.set(xlabel="x in m", ylabel="y in m", zlabel="z in m", title="What the beams of five scans hit")
+        axis.set_aspect("equal")
+        axis.view_init(elev=30.0, azim=-70.0)
+        figure.legend(loc="outside lower center", ncols=5, frameon=False, markerscale=5.0)
+        png.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(png, dpi=80)
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
-    main()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--png", type=Path, metavar="FILE", help="also draw what happened")
+    main(parser.parse_args().png)

@@ -1,0 +1,60 @@
+"""A recorded scan log through perception and planner, with no simulation and no Drake.
+
+`room_scans.csv`, beside this file, was recorded by a robot that was driven through a room. A log of your own may be
+such a table, or a ROS 2 bag with `/scan` and `/odom` (`pip install drake-starnav[rosbag]`).
+
+Run: python scripts/examples/11_replay_a_scan_log.py [LOG] [--goal X Y] [--radius R] [--png FILE]
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from drake_starnav import PlannerParameters, World
+from drake_starnav.roadmap import Observation, PlannerState, plan_step
+from drake_starnav.scan_log import LoggedScan, read_csv, read_rosbag
+from drake_starnav.stars.region import scan_region
+from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+
+
+def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | None) -> None:
+    """Feed the planner scan by scan, and say what it knows in the end and where it would go."""
+    parameters = PlannerParameters()
+    state = PlannerState.initial(parameters, radius)
+    for seen in log:
+        observation = Observation(scan_region(seen.scan, seen.pose, radius, parameters), seen.scan, seen.pose)
+        before = state.plans
+        state = plan_step(state, observation, seen.pose[:2], goal, seen.scan.time, parameters, radius)
+        if state.plans > before:
+            x, y = state.path[0] if len(state.path) else seen.pose[:2]
+            print(f"{seen.scan.time:5.2f} s: {state.status.value} by way of ({x:.2f}, {y:.2f})", end=", ")
+            print(f"{len(state.roadmap)} regions, {len(state.roadmap.frontiers)} frontiers")
+    print(f"{len(log)} scans, {state.plans} plans; in the end {state.status.value}")
+    if png is not None:
+        trail = np.array([seen.pose for seen in log])
+        title = "A roadmap of star-shaped regions from a recorded scan log"
+        figure, axis = world_axes(World("log", tuple(trail[0]), (goal[0], goal[1])), title)
+        for number, region in enumerate(state.roadmap.regions):
+            axis.fill(*region.outline().T, color=PATH, alpha=0.1, label="" if number else "free for the robot's centre")
+        hits = np.vstack([seen.scan.points(seen.pose) for seen in log])
+        axis.plot(*hits.T, ".", color="0.35", markersize=1.0, label="hits")
+        axis.plot(*trail[:, :2].T, color=START, label="driven")
+        axis.plot(*np.vstack((trail[-1, :2], state.path)).T, "--", color=PATH, label="planned")
+        draw_robot(axis, trail[-1], radius, START)
+        draw_goal(axis, goal)
+        axis.autoscale()
+        figure.set_size_inches(6.0, 8.5)
+        save_figure(figure, png)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    shipped = Path(__file__).with_name("room_scans.csv")
+    parser.add_argument("log", type=Path, nargs="?", default=shipped, help="a .csv file, or a bag")
+    parser.add_argument("--goal", type=float, nargs=2, metavar=("X", "Y"), default=(4.2, 7.2), help="m")
+    parser.add_argument("--radius", type=float, default=0.25, help="of the robot, m")
+    parser.add_argument("--png", type=Path, metavar="FILE", help="also draw the roadmap")
+    options = parser.parse_args()
+    read = read_csv if options.log.suffix == ".csv" else read_rosbag
+    main(read(options.log), np.array(options.goal), options.radius, options.png)
