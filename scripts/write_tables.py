@@ -53,8 +53,10 @@ def all_systems() -> list[System]:
     """One of each system of the package, with default parameters, in the order in which a scan passes them."""
     defaults = Scenario(name="defaults", world=None)
     robot, lidar, planner, controller = defaults.robot, defaults.lidar, defaults.planner, defaults.controller
+    station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar)
     return [
-        NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar),
+        station,
+        station.GetSubsystemByName("robot"),  # its `RobotEquipment`
         LidarSensor(lidar, parent_frame_id=SceneGraph.world_frame_id(), X_PS=RigidTransform()),
         PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0),
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),

@@ -33,7 +33,7 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
     print(f"{len(log)} scans, {state.plans} plans; in the end {state.status.value}")
     if png is not None:
         trail = np.array([seen.pose for seen in log])
-        title = "A roadmap of star-shaped regions from a recorded scan log"
+        title = "A roadmap from a recorded scan log"
         figure, axis = world_axes(World("log", tuple(trail[0]), (goal[0], goal[1])), title)
         for number, region in enumerate(state.roadmap.regions):
             axis.fill(*region.outline().T, color=PATH, alpha=0.1, label="" if number else "free for the robot's centre")

@@ -115,14 +115,13 @@ def main(png: Path | None) -> None:
         shares = ", ".join(f"{name} {count}" for name, count in sorted(hits.items()))
         print(f"{time:.2f} s: {points.shape[1]} hits: {shares}; at most {1e6 * off:.1f} um off a surface")
     if png is not None:
-        figure = Figure(figsize=(7.0, 5.0), layout="constrained")
-        axis = figure.add_subplot(projection="3d")
+        figure = Figure(figsize=(6.0, 6.6), layout="constrained")
+        axis = figure.add_subplot()
         for name, cloud in sorted(clouds.items()):
-            axis.plot(*np.array(cloud).T, ".", markersize=2.0, label=name)
-        axis.set(xlabel="x in m", ylabel="y in m", zlabel="z in m", title="What the beams of five scans hit")
-        axis.set_aspect("equal")
-        axis.view_init(elev=30.0, azim=-70.0)
-        figure.legend(loc="outside lower center", ncols=5, frameon=False, markerscale=5.0)
+            axis.plot(*np.array(cloud)[:, :2].T, ".", markersize=4.0, label=name)
+        axis.set(xlabel="x in m", ylabel="y in m", title="What the beams of five scans hit, from above")
+        axis.set(xlim=(-0.4, 1.6), ylim=(-1.7, 0.6), aspect="equal")
+        figure.legend(loc="outside lower center", ncols=3, frameon=False, markerscale=3.0)
         png.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(png, dpi=80)
 
