@@ -1,8 +1,8 @@
 """Scenarios: typed parameters <-> YAML.
 
-A scenario has the sections `world, robot, lidar, planner, controller, simulation, recording` and one for each baseline;
-each is a dataclass with defaults, so that a file says only what differs. The world is chosen by a tag, e.g.
-`world: !Forest {width: 20}`.
+A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, simulation, recording` and
+one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The world is chosen by
+a tag, e.g. `world: !Forest {width: 20}`.
 """
 
 import contextlib
@@ -19,6 +19,7 @@ from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters,
 from drake_starnav.control import ControllerParameters
 from drake_starnav.drawing import RecordingParameters
 from drake_starnav.errors import StarnavError
+from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.parameters import build, parameter, unknown_name
@@ -46,6 +47,8 @@ class Scenario:
     world: Any
     robot: RobotParameters = field(default_factory=RobotParameters)
     lidar: LidarParameters = field(default_factory=LidarParameters)
+    localization: LocalizationParameters = field(default_factory=LocalizationParameters)
+    drive: DriveParameters = field(default_factory=DriveParameters)
     planner: PlannerParameters = field(default_factory=PlannerParameters)
     controller: ControllerParameters = field(default_factory=ControllerParameters)
     dsm: DsmParameters = field(default_factory=DsmParameters)
@@ -59,6 +62,8 @@ class Scenario:
 SECTIONS: dict[str, type] = {
     "robot": RobotParameters,
     "lidar": LidarParameters,
+    "localization": LocalizationParameters,
+    "drive": DriveParameters,
     "planner": PlannerParameters,
     "controller": ControllerParameters,
     "dsm": DsmParameters,

@@ -10,14 +10,17 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.model_world import add_model, drop_half_spaces, floor_geometries
 from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.world_geometry import add_ground, add_world
 from drake_starnav.worlds.world import World
@@ -47,26 +50,38 @@ class NavigationStation(Diagram):
     Ports:
         drive.twist_command: vector (v, omega), m/s and rad/s.
         lidar.*: as of `LidarSensor`; the sensor frame S lies on the robot's axis.
-        localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad: the truth.
+        localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad, with its
+            declared error.
         localization.state: vector (x, y, yaw, v, omega).
-        localization.scan_pose: the pose at the time of the scan that `lidar.scan` holds.
+        localization.scan_pose: the pose at the time of the scan that arrived last (or was lost at its turn).
         cheat.robot_state: multibody state of the robot.
         cheat.contact_results: `ContactResults` of the plant.
         cheat.geometry_query: `QueryObject` of the scene.
     """
 
     def __init__(
-        self, world: World, robot: RobotParameters, lidar: LidarParameters, *, time_step: float = 0.005, seed: int = 0
+        self,
+        world: World,
+        robot: RobotParameters,
+        lidar: LidarParameters,
+        *,
+        localization: LocalizationParameters | None = None,
+        drive: DriveParameters | None = None,
+        time_step: float = 0.005,
+        seed: int = 0,
     ) -> None:
         """
         Args:
             world: obstacles, and where the robot starts.
             robot: model and size.
             lidar: the sensor.
+            localization: error of the believed pose; none by default.
+            drive: faults of the drive; none by default.
             time_step: of the plant, s.
-            seed: of the sensor's noise.
+            seed: of the sensor's noise and of the faults.
         """
         super().__init__()
+        drive = drive or DriveParameters()
         builder = DiagramBuilder()
         plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, time_step)
         self.plant: MultibodyPlant = plant
@@ -90,31 +105,48 @@ class NavigationStation(Diagram):
             ),
         )
         builder.Connect(scene_graph.get_query_output_port(), sensor.GetInputPort("geometry_query"))
-        localization = builder.AddNamedSystem(
+        where = builder.AddNamedSystem(
             "localization",
             PlanarLocalization(
                 num_positions=plant.num_positions(self.robot_model),
                 num_velocities=plant.num_velocities(self.robot_model),
                 scan_rate=lidar.rate,
+                scan_delay=lidar.delay,
+                error=localization,
+                seed=seed,
             ),
         )
         robot_state = plant.get_state_output_port(self.robot_model)
-        builder.Connect(robot_state, localization.GetInputPort("multibody_state"))
+        builder.Connect(robot_state, where.GetInputPort("multibody_state"))
         wheels = builder.AddNamedSystem(
             "wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, self.robot_model))
         )
-        builder.Connect(wheels.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model))
+        turning, command = wheels.GetOutputPort("desired_state"), wheels.GetInputPort("twist_command")
+        if drive.slip > 0.0:
+            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=drive.slip, seed=seed))
+            builder.Connect(turning, slipping.get_input_port())
+            turning = slipping.get_output_port()
+        builder.Connect(turning, plant.get_desired_state_input_port(self.robot_model))
+        if drive.delay > 0.0:
+            late = builder.AddNamedSystem("drive_delay", DiscreteTimeDelay(time_step, delay_steps(drive, time_step), 2))
+            builder.Connect(late.get_output_port(), command)
+            command = late.get_input_port()
 
-        builder.ExportInput(wheels.GetInputPort("twist_command"), "drive.twist_command")
+        builder.ExportInput(command, "drive.twist_command")
         for name in ("scan", "ranges", "point_cloud", "X_WS"):
             builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
         for name in ("pose", "state", "scan_pose"):
-            builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
+            builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
         builder.ExportOutput(robot_state, "cheat.robot_state")
         builder.ExportOutput(plant.get_contact_results_output_port(), "cheat.contact_results")
         builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")
         builder.BuildInto(self)
         self.set_name("station")
+
+
+def delay_steps(drive: DriveParameters, time_step: float) -> int:
+    """The drive's delay in steps of the plant, rounded up."""
+    return math.ceil(drive.delay / time_step - 1e-9)
 
 
 def add_plant(
@@ -145,7 +177,10 @@ def add_plant(
 
 
 def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
-    """The robot's model file and its text; a shipped robot's hull gets the radius of `robot.radius`."""
+    """The robot's model file and its text; a shipped robot's hull gets the radius of `robot.radius`.
+
+    The base's mass and inertia grow by the share `robot.mass_error`.
+    """
     path = model_path("robots", f"{robot.model}.urdf")
     shipped = path.is_file()
     if not shipped:
@@ -154,14 +189,19 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(f"robot.model is {robot.model!r}; allowed: {names}, or the path of a URDF file")
     text = path.read_text(encoding="utf-8")
-    if shipped:
+    if shipped or robot.mass_error != 0.0:
         ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
         root = ElementTree.fromstring(text)
-        for element in (*root.iter("collision"), *root.iter("visual")):
+        for element in (*root.iter("collision"), *root.iter("visual")) if shipped else ():
             cylinder = element.find("geometry/cylinder")
             if element.get("name", "").startswith(HULL) and cylinder is not None:
                 cylinder.set("radius", repr(robot.radius))
         _pull_in(root, robot.radius)
+        inertial = root.find("link[@name='base_link']/inertial")
+        if robot.mass_error != 0.0 and inertial is not None:
+            for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
+                for key, value in element.attrib.items():
+                    element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
         text = ElementTree.tostring(root, encoding="unicode")
     return str(path), text
 

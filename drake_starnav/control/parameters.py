@@ -111,6 +111,12 @@ class ControllerParameters:
         high=5.0,
     )
     safety_range: float = parameter(1.2, "extent of the safety star", unit="m", above=0.0, high=20.0)
+    scan_patience: float = parameter(
+        3.0,
+        "scan periods (beyond the lidar's declared delay) without a new scan after which the robot brakes",
+        low=1.0,
+        high=1000.0,
+    )
     delay: float = parameter(
         0.0,
         "time from a command to its effect, at most one control period; the certificate allows for it",
