@@ -229,6 +229,8 @@ def _read(text: str, place: str) -> dict[str, Any]:
         raise StarnavError(f"{place}{where}: {problem}; allowed: valid YAML") from None
     except ValueError as error:
         raise StarnavError(f"{place}: {error}; allowed: valid YAML") from None
+    except RecursionError:
+        raise StarnavError(f"{place}: it is nested too deeply; allowed: valid YAML") from None
     if not isinstance(sections, dict):
         raise StarnavError(f"{place} holds {sections!r}; allowed: a mapping with {', '.join(('world', *SECTIONS))}")
     return sections
@@ -244,7 +246,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
         raise unknown_name(f"key {key}", section, ["world", *SECTIONS])
     try:
         parsed = yaml.load(value, Loader=_Loader)
-    except (yaml.YAMLError, ValueError):
+    except (yaml.YAMLError, ValueError, RecursionError):
         raise StarnavError(f"override {text!r}: the value is not valid YAML; allowed: e.g. robot.radius=0.3") from None
     if isinstance(parsed, str):
         with contextlib.suppress(ValueError):
