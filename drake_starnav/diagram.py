@@ -1,5 +1,7 @@
 """The whole navigation loop as one Drake diagram."""
 
+import dataclasses
+import math
 from dataclasses import dataclass
 
 from pydrake.common.value import Value
@@ -8,16 +10,19 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
 from drake_starnav.errors import UnsupportedError
+from drake_starnav.faults import UNSEEN_JUMP, sensing_error, tolerating
 from drake_starnav.scenario import Scenario
-from drake_starnav.station import NavigationStation, RobotEquipment
+from drake_starnav.station import NavigationStation, RobotEquipment, delay_steps
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.worlds.world import World
 
 CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
@@ -54,6 +59,8 @@ def add_navigation(
     The lidar scans at multiples of its period; perception follows one step of the plant later, the planner two, and
     the controller's updates lie between, so that each reads what the one before it has finished.
 
+    Margins, the certificate and the perception allow for the faults that the scenario declares; see `faults`.
+
     Args:
         builder: to which the systems are added.
         scenario: the parameters.
@@ -69,9 +76,21 @@ def add_navigation(
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
+    error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot)
+    planner_parameters, controller_parameters = tolerating(scenario.planner, scenario.controller, error)
+    scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
         station = builder.AddNamedSystem(
-            "station", NavigationStation(world, scenario.robot, scenario.lidar, time_step=step, seed=seed)
+            "station",
+            NavigationStation(
+                world,
+                scenario.robot,
+                scenario.lidar,
+                localization=scenario.localization,
+                drive=scenario.drive,
+                time_step=step,
+                seed=seed,
+            ),
         )
     goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception: StarPerception | None = None
@@ -95,15 +114,17 @@ def _add_planning(
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
 ) -> tuple[StarPerception, StarRoadmapPlanner]:
-    step = scenario.simulation.time_step
+    step, lidar = scenario.simulation.time_step, scenario.lidar
     perception = builder.AddNamedSystem(
         "perception",
         StarPerception(
             scenario.robot,
             scenario.planner,
             scenario.controller,
-            rate=scenario.lidar.rate,
-            offset=step,
+            rate=lidar.rate,
+            offset=step + math.fmod(lidar.delay, 1.0 / lidar.rate),
+            delay=lidar.delay,
+            confirm=2.0 * lidar.noise if lidar.outliers > 0.0 else None,
             stopwatch=stopwatch,
         ),
     )
@@ -129,17 +150,26 @@ def _add_certified_controller(
     planner: StarRoadmapPlanner,
     stopwatch: Stopwatch | None,
 ) -> CertifiedController:
-    offset = 2 * scenario.simulation.time_step
+    offset, rate = 2 * scenario.simulation.time_step, scenario.controller.rate
     controller = builder.AddNamedSystem(
         "controller",
         CERTIFIED[scenario.controller.kind](scenario.robot, scenario.controller, offset=offset, stopwatch=stopwatch),
     )
-    for source, name, port in (
-        (planner, "guidance", "guidance"),
-        (perception, "safety_star", "safety_star"),
-        (station, "localization.state", "state"),
-    ):
-        builder.Connect(source.GetOutputPort(name), controller.GetInputPort(port))
+    star, state = perception.GetOutputPort("safety_star"), station.GetOutputPort("localization.state")
+    if scenario.localization.jump > 0.0:
+        guard = builder.AddNamedSystem("jump_guard", JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset))
+        builder.Connect(star, guard.GetInputPort("safety_star"))
+        builder.Connect(state, guard.GetInputPort("state"))
+        star = guard.get_output_port()
+    if scenario.drive.delay > 0.0:
+        delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
+        predictor = builder.AddNamedSystem("predictor", StatePredictor(delay=delay, rate=rate, offset=offset))
+        builder.Connect(state, predictor.GetInputPort("state"))
+        builder.Connect(controller.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
+        state = predictor.get_output_port()
+    builder.Connect(planner.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
+    builder.Connect(star, controller.GetInputPort("safety_star"))
+    builder.Connect(state, controller.GetInputPort("state"))
     return controller
 
 

@@ -42,7 +42,18 @@ class LidarParameters:
         high=10.0,
         when="set it to your sensor's, from its data sheet or a scan of a flat wall",
     )
-    dropout: float = parameter(0.0, "probability that a beam measures nothing and reports +inf", low=0.0, high=1.0)
+    dropout: float = parameter(0.0, "probability that a beam is lost and reports NaN", low=0.0, high=1.0)
+    outliers: float = parameter(
+        0.0,
+        "probability that a beam reports a random distance short of the true one; where it is declared, a hit without "
+        "a neighbour counts once a second scan confirms it",
+        low=0.0,
+        high=1.0,
+    )
+    delay: float = parameter(0.0, "time from a scan to its arrival", unit="s", low=0.0, high=1.0)
+    scan_loss: float = parameter(0.0, "probability that a whole scan does not arrive", low=0.0, high=1.0)
+    silence_start: float = parameter(0.0, "when the sensor falls silent", unit="s", low=0.0, high=1e6)
+    silence_duration: float = parameter(0.0, "for how long no scan is taken then", unit="s", low=0.0, high=1e6)
     quantisation: float = parameter(0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0)
     rolling: bool = parameter(False, "sweep the beams over the period before the scan, as a spinning sensor does")
 
@@ -101,18 +112,34 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
         index: number of the scan, see `scan_index`.
 
     Returns:
-        shape (n,), m: `-inf` nearer than `range_min`, `+inf` from `range_max` on or dropped, otherwise
+        shape (n,), m: `-inf` nearer than `range_min`, `+inf` from `range_max` on, NaN where lost, otherwise
         within [range_min, range_max).
     """
     p = parameters
-    errors = luck = np.zeros(0)
-    if p.noise > 0.0 or p.dropout > 0.0:
+    count = len(distances)
+    errors = luck = strays = np.zeros(0)
+    if p.noise > 0.0 or p.dropout > 0.0 or p.outliers > 0.0:
         generator = _generator(seed, index)
-        errors = generator.standard_normal(len(distances))
-        if p.dropout > 0.0:
-            luck = generator.random(len(distances))
+        errors = generator.standard_normal(count)
+        if p.dropout > 0.0 or p.outliers > 0.0:
+            luck = generator.random(count)
+        if p.outliers > 0.0:
+            strays = np.where(generator.random(count) < p.outliers, generator.random(count), np.nan)
     high = math.nextafter(p.range_max, 0.0)
-    return _reported(distances, errors, p.noise, luck, p.dropout, p.quantisation, p.range_min, high)
+    return _reported(distances, errors, p.noise, luck, p.dropout, strays, p.quantisation, p.range_min, high)
+
+
+def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
+    """Whether a scan arrives at all; a function of its number and the seed only.
+
+    Args:
+        parameters: of the sensor.
+        seed: as for `measure`.
+        index: number of the scan.
+    """
+    p = parameters
+    silent = p.silence_start - 1e-9 <= index / p.rate < p.silence_start + p.silence_duration - 1e-9
+    return not silent and (p.scan_loss == 0.0 or _generator(seed, index, stream=1).random() >= p.scan_loss)
 
 
 class _Workbench(threading.local):
@@ -125,14 +152,17 @@ class _Workbench(threading.local):
 _workbench = _Workbench()
 
 
-def _generator(seed: int, index: int) -> np.random.Generator:
-    """`Generator(Philox(key=seed, counter=...))` for one scan: its whole state is set, nothing is left of the last."""
+def _generator(seed: int, index: int, stream: int = 0) -> np.random.Generator:
+    """`Generator(Philox(key=(seed, stream), counter=...))` for one scan.
+
+    Its whole state is set, nothing is left of the last.
+    """
     generator = _workbench.generator
     # The highest counter word is the scan's own, so that no two scans share numbers.
     counter = np.array([0, 0, 0, index & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
     generator.bit_generator.state = {
         "bit_generator": "Philox",
-        "state": {"counter": counter, "key": np.array([seed, 0], dtype=np.uint64)},
+        "state": {"counter": counter, "key": np.array([seed, stream], dtype=np.uint64)},
         "buffer": np.zeros(4, dtype=np.uint64),
         "buffer_pos": 4,  # empty
         "has_uint32": 0,
@@ -142,11 +172,13 @@ def _generator(seed: int, index: int) -> np.random.Generator:
 
 
 @njit(cache=True)
-def _reported(distances, errors, noise, luck, dropout, quantisation, low, high):
+def _reported(distances, errors, noise, luck, dropout, strays, quantisation, low, high):
     """Ranges of hits are kept within [low, high], whatever noise and rounding do to them."""
     ranges = np.empty(len(distances))
     for i in range(len(distances)):
         distance = distances[i]
+        if len(strays) and not math.isnan(strays[i]):
+            distance = low + strays[i] * max(min(distance, high) - low, 0.0)
         if distance < low:
             ranges[i] = -np.inf
         elif distance > high:
@@ -158,5 +190,5 @@ def _reported(distances, errors, noise, luck, dropout, quantisation, low, high):
                 distance = np.rint(distance / quantisation) * quantisation
             ranges[i] = min(max(distance, low), high)
         if len(luck) and luck[i] < dropout:
-            ranges[i] = np.inf
+            ranges[i] = np.nan
     return ranges

@@ -44,6 +44,9 @@ class RobotParameters:
     speed_per_clearance: float = parameter(
         0.0, "largest speed gained per metre of clearance; 0: clearance does not limit it", unit="1/s", low=0.0
     )
+    mass_error: float = parameter(
+        0.0, "by which share the simulated base is heavier than its model says", above=-1.0, high=10.0
+    )
 
     def speed_limit(self, clearance: float) -> float:
         """Largest speed at a distance `clearance` (m) of the hull from the nearest obstacle, m/s."""

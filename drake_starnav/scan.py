@@ -9,6 +9,8 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError
 
+LARGEST_UNSEEN = 0.25
+"""Between two beams that say something, a thing of this width is taken to stand where the gap would hide it, m."""
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
 
@@ -17,8 +19,8 @@ class LaserScan:
     """Ranges measured in the x-y plane of the sensor frame S, counter-clockwise from `angle_min`.
 
     Range values follow REP-117: `+inf` no return within `range_max`, `-inf` an object nearer than
-    `range_min`. NaN, REP-117's invalid measurement, is refused: a beam that measured nothing must be
-    said to have measured nothing.
+    `range_min`. NaN, REP-117's invalid measurement, is refused unless `lost_beams` says that the sensor may lose
+    beams: a lost beam says nothing, neither hit nor free.
 
     Attributes:
         time: time of the measurement, s; of the last beam, if beams have their own times.
@@ -28,6 +30,7 @@ class LaserScan:
         ranges: shape (n,), m.
         time_increment: time from beam to beam, s; 0 when all are measured at once.
         scan_time: time between scans, s; 0 when there is no rate.
+        lost_beams: whether ranges may be NaN.
     """
 
     time: float
@@ -38,6 +41,7 @@ class LaserScan:
     ranges: np.ndarray
     time_increment: float = 0.0
     scan_time: float = 0.0
+    lost_beams: bool = False
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -62,11 +66,11 @@ class LaserScan:
                 f"laser scan: angle_increment {self.angle_increment:g} over {len(ranges)} beams spans {span:g} rad; "
                 "allowed: more than 0, at most one turn"
             )
-        if math.isnan(ranges.dot(ranges)):  # squares of infinities add up to infinity: only NaN makes NaN
-            bad = np.flatnonzero(np.isnan(ranges))
+        if not self.lost_beams and not self.complete:
+            bad = np.flatnonzero(self.lost)
             raise StarnavError(
                 f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
-                "allowed: metres, +inf (no return), -inf (too close)"
+                "allowed: metres, +inf (no return), -inf (too close), and NaN (lost) only with lost_beams=True"
             )
 
     def __deepcopy__(self, memo: dict) -> "LaserScan":
@@ -94,13 +98,30 @@ class LaserScan:
 
     @cached_property
     def hits(self) -> np.ndarray:
-        """Which beams came back from something, shape (n,), bool; -inf (too close) is a hit."""
+        """Which beams came back from something, shape (n,), bool; -inf (too close) is a hit, NaN (lost) is none."""
         return self.ranges < self.range_max
 
     @cached_property
+    def lost(self) -> np.ndarray:
+        """Which beams say nothing (NaN), shape (n,), bool."""
+        return np.isnan(self.ranges)
+
+    @cached_property
+    def complete(self) -> bool:
+        """Whether every beam says something."""
+        return not math.isnan(self.ranges.dot(self.ranges))  # infinities' squares are infinity: only NaN makes NaN
+
+    @cached_property
     def distances(self) -> np.ndarray:
-        """Ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0."""
-        return np.minimum(np.maximum(self.ranges, 0.0), self.range_max)
+        """Ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0.
+
+        A lost beam is bounded by its neighbours: it counts as free no farther than the nearer of the beams on both
+        sides of the run of lost ones, nor than where a thing of LARGEST_UNSEEN could stand between these two.
+        """
+        distance = np.minimum(np.maximum(self.ranges, 0.0), self.range_max)
+        if self.complete:
+            return distance
+        return _bounded(distance, self.range_max, self.angle_increment, self.full_circle)
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m.
@@ -123,6 +144,32 @@ class LaserScan:
         x, y, yaw = pose
         directions = _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
         return _placed(directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
+
+
+@njit(cache=True)
+def _bounded(distance, range_max, increment, wrap):
+    n = len(distance)
+    out = distance.copy()
+    for i in range(n):
+        if not math.isnan(distance[i]):
+            continue
+        bound, steps = range_max, 0
+        sides = 0
+        for side in (-1, 1):
+            for k in range(1, n):
+                j = i + side * k
+                if not wrap and not 0 <= j < n:
+                    break
+                if not math.isnan(distance[j % n]):
+                    bound = min(bound, distance[j % n])
+                    steps += k
+                    sides += 1
+                    break
+        if sides == 0:
+            out[i] = 0.0
+        else:
+            out[i] = min(bound, LARGEST_UNSEEN / (steps * increment))
+    return out
 
 
 @njit(cache=True)

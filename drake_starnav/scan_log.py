@@ -111,7 +111,7 @@ def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = 
     for time, message in scans:
         if times[0] <= time <= times[-1]:
             ranges = np.array(message.ranges, dtype=float)
-            ranges[np.isnan(ranges) | (ranges == 0.0)] = math.inf
+            ranges[ranges == 0.0] = math.nan  # what many drivers report of a beam that measured nothing
             scan = LaserScan(
                 time=time - times[0],
                 angle_min=float(message.angle_min),
@@ -119,6 +119,7 @@ def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = 
                 range_min=float(message.range_min),
                 range_max=float(message.range_max),
                 ranges=ranges,
+                lost_beams=True,
             )
             log.append(LoggedScan(scan, np.array([np.interp(time, times, values) for values in track])))
     return log

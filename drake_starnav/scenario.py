@@ -1,8 +1,8 @@
 """Scenarios: typed parameters <-> YAML.
 
-A scenario has the sections `world, robot, lidar, planner, controller, simulation, recording` and one for each baseline;
-each is a dataclass with defaults, so that a file says only what differs. The world is chosen by a tag, e.g.
-`world: !Forest {width: 20}`.
+A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, simulation, recording` and
+one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The world is chosen by
+a tag, e.g. `world: !Forest {width: 20}`.
 """
 
 import contextlib
@@ -19,6 +19,7 @@ from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters,
 from drake_starnav.control import ControllerParameters
 from drake_starnav.drawing import RecordingParameters
 from drake_starnav.errors import StarnavError
+from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.parameters import build, parameter, unknown_name
@@ -46,6 +47,8 @@ class Scenario:
     world: Any
     robot: RobotParameters = field(default_factory=RobotParameters)
     lidar: LidarParameters = field(default_factory=LidarParameters)
+    localization: LocalizationParameters = field(default_factory=LocalizationParameters)
+    drive: DriveParameters = field(default_factory=DriveParameters)
     planner: PlannerParameters = field(default_factory=PlannerParameters)
     controller: ControllerParameters = field(default_factory=ControllerParameters)
     dsm: DsmParameters = field(default_factory=DsmParameters)
@@ -59,6 +62,8 @@ class Scenario:
 SECTIONS: dict[str, type] = {
     "robot": RobotParameters,
     "lidar": LidarParameters,
+    "localization": LocalizationParameters,
+    "drive": DriveParameters,
     "planner": PlannerParameters,
     "controller": ControllerParameters,
     "dsm": DsmParameters,
@@ -224,6 +229,8 @@ def _read(text: str, place: str) -> dict[str, Any]:
         raise StarnavError(f"{place}{where}: {problem}; allowed: valid YAML") from None
     except ValueError as error:
         raise StarnavError(f"{place}: {error}; allowed: valid YAML") from None
+    except RecursionError:
+        raise StarnavError(f"{place}: it is nested too deeply; allowed: valid YAML") from None
     if not isinstance(sections, dict):
         raise StarnavError(f"{place} holds {sections!r}; allowed: a mapping with {', '.join(('world', *SECTIONS))}")
     return sections
@@ -239,7 +246,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
         raise unknown_name(f"key {key}", section, ["world", *SECTIONS])
     try:
         parsed = yaml.load(value, Loader=_Loader)
-    except (yaml.YAMLError, ValueError):
+    except (yaml.YAMLError, ValueError, RecursionError):
         raise StarnavError(f"override {text!r}: the value is not valid YAML; allowed: e.g. robot.radius=0.3") from None
     if isinstance(parsed, str):
         with contextlib.suppress(ValueError):

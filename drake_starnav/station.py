@@ -10,14 +10,17 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.model_world import add_model, drop_half_spaces, floor_geometries
 from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.world_geometry import add_ground, add_world
 from drake_starnav.worlds.world import World
@@ -60,6 +63,9 @@ class RobotEquipment(Diagram):
         model: ModelInstanceIndex,
         lidar: LidarParameters,
         *,
+        localization: LocalizationParameters | None = None,
+        drive: DriveParameters | None = None,
+        time_step: float = 0.005,
         seed: int = 0,
     ) -> None:
         """
@@ -68,9 +74,13 @@ class RobotEquipment(Diagram):
             scene_graph: of the plant.
             model: the robot, as from `add_robot`.
             lidar: the sensor.
-            seed: of the sensor's noise.
+            localization: error of the pose; none by default.
+            drive: delay and slip of the wheels; none by default.
+            time_step: of the plant, s.
+            seed: of the faults and the sensor's noise.
         """
         super().__init__()
+        drive = drive or DriveParameters()
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
@@ -85,23 +95,35 @@ class RobotEquipment(Diagram):
                 seed=seed,
             ),
         )
-        localization = builder.AddNamedSystem(
+        where = builder.AddNamedSystem(
             "localization",
             PlanarLocalization(
                 num_positions=plant.num_positions(model),
                 num_velocities=plant.num_velocities(model),
                 scan_rate=lidar.rate,
+                scan_delay=lidar.delay,
+                error=localization,
+                seed=seed,
             ),
         )
         wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
         builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
-        builder.ExportInput(localization.GetInputPort("multibody_state"), "multibody_state")
-        builder.ExportInput(wheels.GetInputPort("twist_command"), "drive.twist_command")
+        turning, command = wheels.GetOutputPort("desired_state"), wheels.GetInputPort("twist_command")
+        if drive.slip > 0.0:
+            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=drive.slip, seed=seed))
+            builder.Connect(turning, slipping.get_input_port())
+            turning = slipping.get_output_port()
+        if drive.delay > 0.0:
+            late = builder.AddNamedSystem("drive_delay", DiscreteTimeDelay(time_step, delay_steps(drive, time_step), 2))
+            builder.Connect(late.get_output_port(), command)
+            command = late.get_input_port()
+        builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
+        builder.ExportInput(command, "drive.twist_command")
         for name in LIDAR_PORTS:
             builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
         for name in POSE_PORTS:
-            builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
-        builder.ExportOutput(wheels.GetOutputPort("desired_state"), "desired_state")
+            builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
+        builder.ExportOutput(turning, "desired_state")
         builder.BuildInto(self)
 
 
@@ -121,24 +143,35 @@ class NavigationStation(Diagram):
     Ports:
         drive.twist_command: vector (v, omega), m/s and rad/s.
         lidar.*: as of `LidarSensor`; the sensor frame S lies on the robot's axis.
-        localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad: the truth.
+        localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad, with its
+            declared error.
         localization.state: vector (x, y, yaw, v, omega).
-        localization.scan_pose: the pose at the time of the scan that `lidar.scan` holds.
+        localization.scan_pose: the pose at the time of the scan that arrived last (or was lost at its turn).
         cheat.robot_state: multibody state of the robot.
         cheat.contact_results: `ContactResults` of the plant.
         cheat.geometry_query: `QueryObject` of the scene.
     """
 
     def __init__(
-        self, world: World, robot: RobotParameters, lidar: LidarParameters, *, time_step: float = 0.005, seed: int = 0
+        self,
+        world: World,
+        robot: RobotParameters,
+        lidar: LidarParameters,
+        *,
+        localization: LocalizationParameters | None = None,
+        drive: DriveParameters | None = None,
+        time_step: float = 0.005,
+        seed: int = 0,
     ) -> None:
         """
         Args:
             world: obstacles, and where the robot starts.
             robot: model and size.
             lidar: the sensor.
+            localization: error of the believed pose; none by default.
+            drive: faults of the drive; none by default.
             time_step: of the plant, s.
-            seed: of the sensor's noise.
+            seed: of the sensor's noise and of the faults.
         """
         super().__init__()
         builder = DiagramBuilder()
@@ -147,7 +180,17 @@ class NavigationStation(Diagram):
         self.scene_graph: SceneGraph = scene_graph
         self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
         equipment = builder.AddNamedSystem(
-            "robot", RobotEquipment(plant, scene_graph, self.robot_model, lidar, seed=seed)
+            "robot",
+            RobotEquipment(
+                plant,
+                scene_graph,
+                self.robot_model,
+                lidar,
+                localization=localization,
+                drive=drive,
+                time_step=time_step,
+                seed=seed,
+            ),
         )
         self.robot_geometries = equipment.robot_geometries
         robot_state = plant.get_state_output_port(self.robot_model)
@@ -162,6 +205,11 @@ class NavigationStation(Diagram):
         builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")
         builder.BuildInto(self)
         self.set_name("station")
+
+
+def delay_steps(drive: DriveParameters, time_step: float) -> int:
+    """The drive's delay in steps of the plant, rounded up."""
+    return math.ceil(drive.delay / time_step - 1e-9)
 
 
 def add_plant(
@@ -196,21 +244,32 @@ def plant_config(time_step: float) -> MultibodyPlantConfig:
 
 
 def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
-    """The robot's model file; for a shipped robot also its text, in which the hull has the radius `robot.radius`."""
+    """The robot's model file; its text too where that differs from the file's.
+
+    The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
+    """
     path = model_path("robots", f"{robot.model}.urdf")
-    if not path.is_file():
+    shipped = path.is_file()
+    if not shipped:
         path = Path(robot.model)
         if path.suffix != ".urdf" or not path.is_file():
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(f"robot.model is {robot.model!r}; allowed: {names}, or the path of a .urdf file")
-        return str(path), None
+        if robot.mass_error == 0.0:
+            return str(path), None
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
     root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
-    for element in (*root.iter("collision"), *root.iter("visual")):
-        cylinder = element.find("geometry/cylinder")
-        if element.get("name", "").startswith(HULL) and cylinder is not None:
-            cylinder.set("radius", repr(robot.radius))
-    _pull_in(root, robot.radius)
+    if shipped:
+        for element in (*root.iter("collision"), *root.iter("visual")):
+            cylinder = element.find("geometry/cylinder")
+            if element.get("name", "").startswith(HULL) and cylinder is not None:
+                cylinder.set("radius", repr(robot.radius))
+        _pull_in(root, robot.radius)
+    inertial = root.find("link[@name='base_link']/inertial")
+    if robot.mass_error != 0.0 and inertial is not None:
+        for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
+            for key, value in element.attrib.items():
+                element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
     text = ElementTree.tostring(root, encoding="unicode")
     return str(path), text
 

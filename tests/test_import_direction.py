@@ -31,7 +31,7 @@ class Room:
 BASE = "errors parameters files console"
 SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 METHOD = f"{SENSING} motion stars roadmap control baselines worlds metrics"
-SETUP = f"{METHOD} drawing scenario"
+SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
 EVERYTHING = f"{TOP} benchmark report"
@@ -62,7 +62,8 @@ TABLE = {
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
     "metrics": Room(BASE, "numpy"),
     "drawing": Room(METHOD, ARRAYS),
-    "scenario": Room(f"{METHOD} drawing", "numpy yaml"),
+    "faults": Room(METHOD, ARRAYS),
+    "scenario": Room(f"{METHOD} drawing faults", "numpy yaml"),
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),
     "diagram": Room(f"{SETUP} systems station", DRAKE),
@@ -80,7 +81,7 @@ TABLE = {
 }
 """From the ground up: a room may only import rooms that stand above it here."""
 
-WITHOUT_DRAKE = set(f"{METHOD} drawing scenario".split())
+WITHOUT_DRAKE = set(f"{METHOD} drawing faults scenario".split())
 
 
 def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar import LidarParameters, measure, scan_index
+from drake_starnav.lidar import LidarParameters, arrives, measure, scan_index
 
 EXACT = LidarParameters(noise=0.0)
 
@@ -55,12 +55,40 @@ def test_noise_is_that_of_a_fresh_generator_in_any_thread():
         assert np.array_equal(found, fresh(*scan))
 
 
-def test_dropout_measures_nothing_at_the_given_rate():
+def test_dropout_loses_beams_at_the_given_rate():
     lidar = LidarParameters(beams=10000, noise=0.0, dropout=0.2)
     ranges = measure(np.full(10000, 2.0), lidar, 0, 7)
-    assert set(ranges) == {2.0, np.inf}
-    assert np.isinf(ranges).mean() == pytest.approx(0.2, abs=0.02)
-    assert np.isinf(measure(np.full(10, 2.0), LidarParameters(beams=10, dropout=1.0), 0, 0)).all()
+    assert set(ranges[~np.isnan(ranges)]) == {2.0}
+    assert np.isnan(ranges).mean() == pytest.approx(0.2, abs=0.02)
+    assert np.isnan(measure(np.full(10, 2.0), LidarParameters(beams=10, dropout=1.0), 0, 0)).all()
+
+
+def test_outliers_fall_short_of_the_truth_at_the_given_rate():
+    exact = LidarParameters(beams=10000, noise=0.0, outliers=0.1)
+    for truth in (2.0, np.inf):
+        ranges = measure(np.full(10000, truth), exact, 0, 7)
+        stray = ranges != truth
+        assert stray.mean() == pytest.approx(0.1, abs=0.01)
+        assert (ranges[stray] >= exact.range_min).all() and (ranges[stray] < min(truth, exact.range_max)).all()
+        assert np.ptp(ranges[stray]) > 0.95 * (min(truth, exact.range_max) - exact.range_min)
+
+
+def test_beams_that_neither_stray_nor_are_lost_measure_as_without_faults():
+    distances = np.full(360, 2.0)
+    plain = measure(distances, LidarParameters(), 3, 4)
+    faulty = measure(distances, LidarParameters(dropout=0.2, outliers=0.1), 3, 4)
+    same = faulty == plain
+    assert 0.6 < same.mean() < 0.85 and (np.isnan(faulty[~same]) | (faulty[~same] < 2.1)).all()
+
+
+def test_whole_scans_are_lost_by_chance_and_while_the_sensor_is_silent():
+    lossy = LidarParameters(scan_loss=0.3)
+    lost = [not arrives(lossy, 5, k) for k in range(3000)]
+    assert np.mean(lost) == pytest.approx(0.3, abs=0.03)
+    assert lost[:50] == [not arrives(lossy, 5, k) for k in range(50)]
+    assert all(arrives(LidarParameters(), 5, k) for k in range(100))
+    silent = LidarParameters(silence_start=1.0, silence_duration=0.5)
+    assert [k for k in range(100) if not arrives(silent, 5, k)] == list(range(20, 30))
 
 
 def test_quantisation_rounds_to_multiples():

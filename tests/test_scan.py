@@ -1,12 +1,14 @@
 import copy
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scan import LaserScan
+from drake_starnav.scan import LARGEST_UNSEEN, LaserScan
 from tests.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -81,7 +83,6 @@ def test_the_model_value_saw_nothing():
         ({"angle_increment": 0.0}, r"angle_increment 0 over 8 beams"),
         ({"angle_increment": -0.1}, r"more than 0, at most one turn"),
         ({"angle_increment": 1.0}, r"spans 7 rad"),
-        ({"ranges": [1.0, np.nan, 1.0, np.nan]}, r"ranges\[1\] is NaN \(2 of 4 beams\)"),
     ],
 )
 def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, message):
@@ -99,5 +100,50 @@ def test_times_within_a_scan_are_not_negative():
         LaserScan(**fields, ranges=np.ones(4), time_increment=float("nan"))
 
 
-def test_infinities_of_both_signs_are_no_nan():
-    LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 0.0]))
+def test_lost_beams_are_neither_hit_nor_free():
+    seen = LaserScan(
+        0.0,
+        -math.pi,
+        2.0 * math.pi / 8,
+        0.0,
+        4.0,
+        [np.nan, 3.0, 1.0, np.inf, np.nan, np.nan, np.nan, 2.0],
+        lost_beams=True,
+    )
+    assert seen.lost.tolist() == [True, False, False, False, True, True, True, False]
+    assert not seen.hits[seen.lost].any() and len(seen.points()) == 3
+    single, triple = LARGEST_UNSEEN / (2 * math.pi / 4), LARGEST_UNSEEN / (4 * math.pi / 4)
+    np.testing.assert_allclose(seen.distances, [single, 3.0, 1.0, 4.0, triple, triple, triple, 2.0])
+
+
+def test_nan_is_refused_where_no_beam_may_be_lost():
+    with pytest.raises(StarnavError, match=r"ranges\[1\] is NaN \(1 of 4 beams\); allowed: metres, \+inf"):
+        LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1.0, np.nan, 1.0, 2.0]))
+
+
+def test_infinities_of_both_signs_are_not_lost():
+    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 0.0])).complete
+
+
+@given(seeds, st.floats(0.0, 1.0))
+def test_a_lost_beam_counts_as_free_no_farther_than_its_neighbours(seed, share):
+    rng = np.random.default_rng(seed)
+    whole = cast(scattered(rng), beams=180)
+    lost = rng.random(180) < share
+    seen = dataclasses.replace(whole, ranges=np.where(lost, np.nan, whole.ranges), lost_beams=True)
+    np.testing.assert_array_equal(seen.distances[~lost], whole.distances[~lost])
+    told = np.flatnonzero(~lost)
+    for i in np.flatnonzero(lost):
+        if len(told) == 0:
+            assert seen.distances[i] == 0.0
+            continue
+        after, before = told[np.argmin((told - i) % 180)], told[np.argmin((i - told) % 180)]
+        assert seen.distances[i] <= min(whole.distances[after], whole.distances[before])
+        if len(told) > 1:
+            gap = ((after - before) % 180) * whole.angle_increment
+            assert seen.distances[i] * gap <= LARGEST_UNSEEN + 1e-9
+
+
+def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
+    seen = LaserScan(0.0, 0.0, 0.01, 0.0, 5.0, [np.nan, 2.0, 2.0, 1.0, np.nan, np.nan], lost_beams=True)
+    assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]

@@ -14,6 +14,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
@@ -232,6 +233,74 @@ def test_two_contexts_of_one_station_do_not_disturb_each_other() -> None:
         context = simulator.get_context()
         assert np.array_equal(station.GetOutputPort("cheat.robot_state").Eval(context), state)
         assert np.array_equal(station.GetOutputPort("lidar.ranges").Eval(context), ranges)
+
+
+def test_a_late_drive_does_the_same_later() -> None:
+    prompt, late = Drive(), Drive(drive=DriveParameters(delay=0.052))
+    for drive in (prompt, late):
+        drive.command(0.6, 0.4)
+    prompt.advance(OFF_GRID)
+    late.advance(OFF_GRID + 0.055)  # whole steps of the plant
+    assert late.truth() == pytest.approx(prompt.truth(), abs=2e-3)
+    assert np.hypot(*(late.truth()[:2] - START[:2])) > 0.2
+
+
+def test_wheels_lose_no_more_than_the_declared_share() -> None:
+    slip, drive = 0.2, Drive(drive=DriveParameters(slip=0.2), seed=3)
+    drive.command(0.5, 0.0)
+    speeds, rates = [], []
+    for _ in range(6):
+        drive.advance(0.9)
+        speeds.append(drive.truth()[3])
+        rates.append(abs(drive.truth()[4]))
+        drive.advance(0.1)
+    assert min(speeds) >= (1.0 - slip) * 0.5 - 2e-3 and max(speeds) <= 0.5 + 2e-3 and np.ptp(speeds) > 0.01
+    assert 0.01 < max(rates) <= slip * 0.5 / 0.25  # the wheels are farther apart than the robot's radius
+
+
+def test_a_heavier_base_obeys_too() -> None:
+    light, heavy = Drive(), Drive(robot=RobotParameters(mass_error=0.5))
+    masses = [drive.station.plant.GetBodyByName("base_link").default_mass() for drive in (light, heavy)]
+    assert masses[1] == pytest.approx(1.5 * masses[0])
+    for drive in (light, heavy):
+        drive.command(0.5, 0.0)
+        drive.advance(SETTLED)
+    assert heavy.truth()[3] == pytest.approx(light.truth()[3], abs=2e-3)
+
+
+def test_the_scan_s_pose_is_as_late_as_the_scan() -> None:
+    drive = Drive(lidar=LidarParameters(noise=0.0, delay=0.12))
+    drive.command(0.8, 0.3)
+    drive.advance(0.122)
+    for k in range(20):
+        assert drive.out("lidar.scan").time == pytest.approx(0.05 * k)
+        assert drive.out("localization.scan_pose") == pytest.approx(planar(drive.out("lidar.X_WS")), abs=5e-4)
+        drive.advance(0.05)
+
+
+def test_drift_is_a_share_of_the_way_and_velocity_stays_true() -> None:
+    drive = Drive(localization=LocalizationParameters(drift=0.05), seed=2)
+    drive.command(0.8, 0.0)
+    drive.advance(3.0)
+    way = np.hypot(*(drive.truth()[:2] - START[:2]))
+    assert np.hypot(*(drive.out("localization.pose") - drive.truth()[:3])[:2]) == pytest.approx(0.05 * way, rel=0.02)
+    assert drive.out("localization.state")[3:] == pytest.approx(drive.truth()[3:], abs=1e-9)
+    drive.command(0.0, 1.0)
+    before, believed = drive.truth()[2], drive.out("localization.pose")[2]
+    drive.advance(2.0)
+    angle = turned(drive.truth()[2], before)
+    assert abs(turned(drive.out("localization.pose")[2], believed) - angle) == pytest.approx(0.05 * angle, rel=0.05)
+
+
+def test_the_believed_position_jumps_by_the_declared_step() -> None:
+    drive = Drive(localization=LocalizationParameters(jump=0.3, jump_interval=0.5))
+    errors = []
+    for _ in range(3):
+        drive.advance(0.45)
+        errors.append((drive.out("localization.pose") - drive.truth()[:3])[:2])
+        drive.advance(0.05 + 1e-3)
+    steps = np.hypot(*np.diff([(0.0, 0.0), *errors], axis=0).T)
+    assert steps == pytest.approx([0.0, 0.3, 0.3], abs=1e-6)
 
 
 def test_lives_as_long_as_its_simulator() -> None:

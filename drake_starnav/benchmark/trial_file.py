@@ -7,7 +7,7 @@ import lzma
 import os
 import platform
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -20,6 +20,10 @@ from drake_starnav.errors import StarnavError
 FORMAT = 1
 """Of the file; a header has it under the key `format`."""
 Header = dict[str, Any]
+HEADER_KINDS = {"format": int, "versions": dict, "seed": int, "cases": list}
+CASE_KINDS = {"scenario": str, "method": str, "text": str}
+RECORD_KINDS = {"scenario": str, "method": str, "trial": int, "outcome": str}
+"""What must at least be in a header, in each of its cases and in a record."""
 
 
 def make_header(
@@ -207,10 +211,9 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
     for number, line in enumerate(data.splitlines(), start=1):
         try:
             entry = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             entry = None
-        needed = {"format", "versions", "seed", "cases"} if number == 1 else {"scenario", "method", "trial", "outcome"}
-        if not isinstance(entry, dict) or not needed <= entry.keys():
+        if not (_is_header(entry) if number == 1 else _holds(entry, RECORD_KINDS)):
             what = "the header of a file of trials" if number == 1 else "a trial"
             raise StarnavError(f"{place} line {number} is not {what}; allowed: a file written by benchmark.py")
         entries.append(entry)
@@ -223,6 +226,15 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
             raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
         seen.add(record_key(record))
     return header, records
+
+
+def _is_header(entry: Any) -> bool:
+    return _holds(entry, HEADER_KINDS) and all(_holds(case, CASE_KINDS) for case in entry["cases"])
+
+
+def _holds(entry: Any, kinds: Mapping[str, type]) -> bool:
+    """Whether an entry is a mapping with values of certain kinds."""
+    return isinstance(entry, dict) and all(isinstance(entry.get(key), kind) for key, kind in kinds.items())
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:

@@ -136,6 +136,12 @@ class ControllerParameters:
         high=20.0,
         when="raise it for a fast robot in open space, above v^2 / (2 a)",
     )
+    scan_patience: float = parameter(
+        3.0,
+        "scan periods (beyond the lidar's declared delay) without a new scan after which the robot brakes",
+        low=1.0,
+        high=1000.0,
+    )
     delay: float = parameter(
         0.0,
         "time from a command to its effect, at most one control period; the certificate allows for it",

@@ -137,7 +137,7 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
     """The hits, and points between neighbouring hits that the robot cannot pass between, shape (n, 2), W, m.
 
     A disc does not fit between two points nearer than its diameter, be there a wall between them or not. A wall seen at
-    a flat angle thus stays a wall although its hits are far apart.
+    a flat angle thus stays a wall although its hits are far apart. Lost beams are skipped.
 
     Args:
         scan: in S.
@@ -145,9 +145,11 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
         pose: (x, y, yaw) of S in W.
         robot_radius: m.
     """
-    everywhere = np.ones(len(distance), np.bool_)
-    points = scan.points_at(distance, everywhere, pose)
-    return _impassable(points, distance < scan.range_max, scan.full_circle, 2.0 * robot_radius)
+    told = ~scan.lost
+    if not told.any():
+        return np.zeros((0, 2))
+    points = scan.points_at(distance, told, pose)
+    return _impassable(points, distance[told] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
 
 
 def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:

@@ -57,9 +57,9 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
-    connected hits, so that no slit is left between consecutive beams.
+    connected hits, so that no slit is left between consecutive beams. Lost beams are skipped.
     """
-    return _half_gaps(distance, scan.range_max, scan.angle_increment, scan.full_circle)
+    return _half_gaps(distance, scan.lost, scan.range_max, scan.angle_increment, scan.full_circle)
 
 
 def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
@@ -163,15 +163,20 @@ def _moving_average(distance, range_max, half_width, wrap):
 
 
 @njit(cache=True)
-def _half_gaps(distance, range_max, increment, wrap):
+def _half_gaps(distance, lost, range_max, increment, wrap):
     n = len(distance)
     out = np.zeros(n)
-    cosine = math.cos(increment)
-    for i in range(n if wrap else n - 1):
-        j = i + 1 if i + 1 < n else 0
+    for i in range(n):
+        steps = 1
+        while steps < n and lost[(i + steps) % n]:
+            steps += 1
+        j = (i + steps) % n
+        if lost[i] or (j <= i and not wrap):
+            continue
         a, b = distance[i], distance[j]
         if a >= range_max or b >= range_max:
             continue
+        cosine = math.cos(steps * increment)
         chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
         if chord < CONNECTED_CHORD:
             out[i] = max(out[i], 0.5 * chord)

@@ -236,7 +236,7 @@ def segment_covered(center, bearing_0, values, reach, x0, y0, x1, y1, step):
     for k in range(len(reach) - 1, -1, -1):  # regions whose disc of reach touches the segment, newest first
         px, py = center[k, 0] - x0, center[k, 1] - y0
         t = 0.0
-        if length > 0.0:
+        if length > 1e-12:  # its square is no less than the smallest number
             t = (px * (x1 - x0) + py * (y1 - y0)) / (length * length)
             t = min(max(t, 0.0), 1.0)
         px -= t * (x1 - x0)

@@ -18,6 +18,8 @@ from drake_starnav.stars.parameters import StarParameters
 
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this take part in the near-wall term, m."""
+NEAREST = 0.001
+"""A hit that is too close to be measured is taken to lie this far along its beam, so that it has a direction, m."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class SafetyStar:
         hits: shape (n, 2), all hits of the remembered scans, unfiltered.
         half_gaps: shape (n,), half the chord from each to its neighbour on the same surface, m.
         seen: whether `hits` are those of scans: without, they certify no motion.
+        time: when the last scan was taken, s.
     """
 
     center: np.ndarray
@@ -44,6 +47,7 @@ class SafetyStar:
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
     seen: bool = False
+    time: float = -math.inf
 
     def __deepcopy__(self, memo: dict) -> "SafetyStar":
         return self
@@ -85,8 +89,8 @@ class ScanMemory:
         """
         distance = scan.distances
         gap = half_gaps(scan, distance)
-        near = distance < min(reach, scan.range_max)
-        points = scan.points_at(distance, near, pose)
+        near = (distance < min(reach, scan.range_max)) & scan.hits
+        points = scan.points_at(np.maximum(distance, NEAREST), near, pose)
         last = len(self.points)
         if last > 1 and math.dist(self.places[-1], self.places[-2]) < spacing:
             last -= 1
@@ -123,8 +127,13 @@ def safety_star(
     center = np.array(pose[:2], dtype=float)
     within = reach + radius + CONNECTED_CHORD  # what is farther bounds nothing
     points, gaps = np.concatenate(memory.points), np.concatenate(memory.half_gaps)
+    if not scan.complete:  # behind its lost beams the latest scan certifies nothing
+        bounded = scan.lost & (scan.distances < scan.range_max)
+        edge = scan.points_at(np.maximum(scan.distances, NEAREST), bounded, pose)
+        points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     hits = point_hits(points, gaps, center, bearing_0, within, samples)
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
-    near = distance < min(NEAR_HIT_RANGE, scan.range_max)
+    near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
     near_hits = scan.points_at(distance, near, pose)
-    return SafetyStar(center, bearing_0, eroded_range(hits, radius, limit), near_hits, points, gaps, seen=True)
+    values = eroded_range(hits, radius, limit)
+    return SafetyStar(center, bearing_0, values, near_hits, points, gaps, seen=True, time=scan.time)

@@ -12,10 +12,13 @@ from pydrake.perception import PointCloud
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, ValueProducer
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar import LidarParameters, measure, scan_index
+from drake_starnav.lidar import LidarParameters, arrives, measure, scan_index
 from drake_starnav.raycast import Fan
 from drake_starnav.scan import LaserScan
 from drake_starnav.systems.geometry_slices import SceneSlices
+
+TAKEN = 13
+"""Numbers that say when and where a scan was taken."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,8 @@ class LidarSensor(LeafSystem):
 
     Ports:
         geometry_query: abstract, `QueryObject` of the scene.
-        scan: abstract, `LaserScan`, m and rad, in S. Before the first scan, one that measured nothing.
-        ranges: vector of size `beams`, m, as in `scan`: `+inf` no return, `-inf` too close.
+        scan: abstract, `LaserScan`, m and rad, in S. Before the first scan, one whose beams are all lost.
+        ranges: vector of size `beams`, m, as in `scan`: `+inf` no return, `-inf` too close, NaN lost.
         point_cloud: abstract, `pydrake.perception.PointCloud` of the finite ranges, m, in S, or in the world frame W
             with `point_cloud_frame="W"`.
         X_WS: abstract, `RigidTransform` of S in the world frame W at the time of the scan.
@@ -55,6 +58,9 @@ class LidarSensor(LeafSystem):
     discrete state: its ranges, and its time and `X_WS`. With
     `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still
     changes only at multiples of 1/rate. The noise depends on the seed and the number of the scan alone.
+
+    A sampled scan appears at the outputs `delay` seconds after it was taken, with the time and `X_WS` of its taking;
+    one that does not arrive leaves the last one there.
 
     With `rolling`, beam i of n is measured at the share (i + 1)/n of the time since the previous scan (the first scan
     is taken at once), the last one at the scan's time, from where the sensor is then if it moves evenly; the other
@@ -95,6 +101,11 @@ class LidarSensor(LeafSystem):
             raise StarnavError(f"lidar: seed is {seed}; allowed: a whole number, 0 <= seed < 2**64")
         if parameters.rolling and not sampled:
             raise StarnavError("lidar.rolling is True with sampled=False; allowed: rolling with sampled=True")
+        if (parameters.delay or parameters.scan_loss or parameters.silence_duration) and not sampled:
+            raise StarnavError(
+                f"lidar.delay is {parameters.delay:g}, lidar.scan_loss {parameters.scan_loss:g}, "
+                f"lidar.silence_duration {parameters.silence_duration:g} with sampled=False; allowed: 0, 0, 0"
+            )
         if role not in (Role.kProximity, Role.kPerception, Role.kIllustration):
             raise StarnavError(f"lidar: role is {role}; allowed: Role.kProximity, Role.kPerception, Role.kIllustration")
         if point_cloud_frame not in ("S", "W"):
@@ -106,6 +117,7 @@ class LidarSensor(LeafSystem):
         self._seed = int(seed)
         self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
         self._header = {
+            "lost_beams": True,
             "angle_min": parameters.angle_min,
             "angle_increment": parameters.angle_increment,
             "range_min": parameters.range_min,
@@ -125,12 +137,20 @@ class LidarSensor(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.inf)), RigidTransform())
+        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.nan)), RigidTransform())
         if sampled:
+            unseen = _packed(math.nan, nothing.X_WS)
             self._ranges = self.DeclareDiscreteState(nothing.scan.ranges)
-            self._taken = self.DeclareDiscreteState(_packed(math.nan, nothing.X_WS))
+            self._taken = self.DeclareDiscreteState(unseen)
+            self._swept = self.DeclareDiscreteState(unseen)  # the end of the last sweep, whether it arrives or not
+            self._waiting = [
+                self.DeclareDiscreteState(np.concatenate((unseen, nothing.scan.ranges)))
+                for _ in range(math.ceil(parameters.delay * parameters.rate) + 1 if parameters.delay > 0.0 else 0)
+            ]
             self.DeclareInitializationDiscreteUpdateEvent(self._update)
             self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
+            if parameters.delay > 0.0:
+                self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, parameters.delay, self._release)
             calc, needs = self._recall, {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
         else:
             calc, needs = self._measure, {self._query_port.ticket(), self.time_ticket()}
@@ -176,12 +196,32 @@ class LidarSensor(LeafSystem):
         query = self._query_port.Eval(context)
         X_WS, X_WS_begin = self._pose(query), None
         if self._parameters.rolling:
-            last, X_WS_last = _unpacked(context.get_discrete_state(self._taken).value())
+            last, X_WS_last = _unpacked(context.get_discrete_state(self._swept).value())
             # No sweep leads to the first scan, nor to its repetition right after initialization.
             if last < context.get_time():
                 X_WS_begin = X_WS_last
-        values.set_value(self._ranges, self._cast(context, query, X_WS, X_WS_begin))
-        values.set_value(self._taken, _packed(context.get_time(), X_WS))
+        taken = _packed(context.get_time(), X_WS)
+        values.set_value(self._swept, taken)
+        index = scan_index(context.get_time(), self._parameters.rate)
+        if not arrives(self._parameters, self._seed, index):
+            return EventStatus.Succeeded()
+        ranges = self._cast(context, query, X_WS, X_WS_begin)
+        if self._waiting:
+            values.set_value(self._waiting[index % len(self._waiting)], np.concatenate((taken, ranges)))
+        else:
+            values.set_value(self._ranges, ranges)
+            values.set_value(self._taken, taken)
+        return EventStatus.Succeeded()
+
+    def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
+        """Let the scan that was taken `delay` ago appear, if it arrives."""
+        p = self._parameters
+        index = scan_index(context.get_time() - p.delay, p.rate)
+        if not arrives(p, self._seed, index):
+            return EventStatus.DidNothing()
+        scan = context.get_discrete_state(self._waiting[index % len(self._waiting)]).value().copy()
+        values.set_value(self._taken, scan[:TAKEN])
+        values.set_value(self._ranges, scan[TAKEN:])
         return EventStatus.Succeeded()
 
     def _recall(self, context: Context) -> _Measurement:

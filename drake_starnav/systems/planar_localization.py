@@ -1,4 +1,4 @@
-"""Where a floating robot is in the plane."""
+"""Where a floating robot is in the plane, and where it believes to be."""
 
 import math
 from collections.abc import Sequence
@@ -6,9 +6,15 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
+from drake_starnav.faults import LocalizationParameters, composed, drifted, jumped, now_in
+from drake_starnav.lidar import scan_index
+
+DRIFT_PERIOD = 0.02
+"""The believed pose takes up its error this often, s."""
+
 
 class PlanarLocalization(LeafSystem):
-    """Reads the planar pose and twist of a robot from its multibody state: the truth, without error.
+    """Reads the planar pose and twist of a robot from its multibody state: the truth, or with a declared error.
 
     ```
                         ┌────────────────────┐
@@ -23,37 +29,104 @@ class PlanarLocalization(LeafSystem):
             velocities (angular and translational, in W, first).
         pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
         state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, m/s, omega about W's z, rad/s.
-        scan_pose: vector (x, y, yaw), the pose held since the last scan was taken; discrete state.
+        scan_pose: vector (x, y, yaw), the pose at which the scan was taken that arrived last; discrete state.
+
+    With an error, W is where the robot believes the world frame to be, and the error accumulates in discrete state;
+    v and omega stay true.
     """
 
-    def __init__(self, *, num_positions: int, num_velocities: int, scan_rate: float) -> None:
+    def __init__(
+        self,
+        *,
+        num_positions: int,
+        num_velocities: int,
+        scan_rate: float,
+        scan_delay: float = 0.0,
+        error: LocalizationParameters | None = None,
+        seed: int = 0,
+    ) -> None:
         """
         Args:
             num_positions, num_velocities: of the model instance.
             scan_rate: of the lidar, Hz.
+            scan_delay: of the lidar, s.
+            error: of the believed pose; none by default.
+            seed: of the error, a non-negative whole number below 2**64.
         """
         super().__init__()
+        self._error, self._seed = error or LocalizationParameters(), seed
+        self._scan_rate, self._scan_delay = scan_rate, scan_delay
         self._num_positions = num_positions
         self._multibody_state = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
         depends = {self._multibody_state.ticket()}
+        if not self._error.exact:
+            self._anchor = self.DeclareDiscreteState(6)  # a true pose, and where the robot believed to be there
+            depends.add(self.discrete_state_ticket(self._anchor))
         self.DeclareVectorOutputPort("pose", 3, self._calc_pose, depends)
         self.DeclareVectorOutputPort("state", 5, self._calc_state, depends)
-        self.DeclareStateOutputPort("scan_pose", self.DeclareDiscreteState(3))
-        self.DeclareInitializationDiscreteUpdateEvent(self._hold)
+        self._scan_pose = self.DeclareDiscreteState(3)
+        self._waiting = [
+            self.DeclareDiscreteState(3)
+            for _ in range(math.ceil(scan_delay * scan_rate) + 1 if scan_delay > 0.0 else 0)
+        ]
+        self.DeclareStateOutputPort("scan_pose", self._scan_pose)
+        self.DeclareInitializationDiscreteUpdateEvent(self._start)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, 0.0, self._hold)
+        if scan_delay > 0.0:
+            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, scan_delay, self._release)
+        if not self._error.exact:
+            self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
-    def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
-        values.set_value(np.array(planar_pose(self._multibody_state.Eval(context).tolist())))
+    def _start(self, context: Context, values: DiscreteValues) -> EventStatus:
+        pose = self._true_pose(context)
+        if not self._error.exact:
+            values.set_value(self._anchor, np.concatenate((pose, pose)))
+        for group in (self._scan_pose, *self._waiting):
+            values.set_value(group, pose)
         return EventStatus.Succeeded()
 
+    def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
+        index = scan_index(context.get_time(), self._scan_rate)
+        group = self._waiting[index % len(self._waiting)] if self._waiting else self._scan_pose
+        values.set_value(group, self._believed_pose(context))
+        return EventStatus.Succeeded()
+
+    def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
+        index = scan_index(context.get_time() - self._scan_delay, self._scan_rate)
+        group = self._waiting[index % len(self._waiting)]
+        values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())
+        return EventStatus.Succeeded()
+
+    def _drift(self, context: Context, values: DiscreteValues) -> EventStatus:
+        anchor, now = context.get_discrete_state(self._anchor).value(), self._true_pose(context)
+        believed = drifted(anchor[3:], anchor[:3], now, self._error.drift, self._seed)
+        time, interval = context.get_time(), self._error.jump_interval
+        jump = math.floor(time / interval + 1e-9)
+        if jump > 0 and jump > math.floor((time - DRIFT_PERIOD) / interval + 1e-9):
+            believed[:2] += jumped(self._error.jump, self._seed, jump)
+        values.set_value(self._anchor, np.concatenate((now, believed)))
+        return EventStatus.Succeeded()
+
+    def _true_pose(self, context: Context) -> np.ndarray:
+        return np.array(planar_pose(self._multibody_state.Eval(context).tolist()))
+
+    def _believed_pose(self, context: Context) -> np.ndarray:
+        pose = self._true_pose(context)
+        if self._error.exact:
+            return pose
+        anchor = context.get_discrete_state(self._anchor).value()
+        return composed(anchor[3:], now_in(anchor[:3], pose))
+
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array(planar_pose(self._multibody_state.Eval(context).tolist())))
+        output.SetFromVector(self._believed_pose(context))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         x = self._multibody_state.Eval(context).tolist()
         px, py, yaw = planar_pose(x)
         omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
         speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
+        if not self._error.exact:
+            px, py, yaw = self._believed_pose(context)
         output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
 
 

@@ -10,6 +10,7 @@ from drake_starnav.roadmap import Observation, PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import free_range, smoothed_distances
+from drake_starnav.stars.outliers import HitHistory, without_strays
 from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.stopwatch import Stopwatch
@@ -20,6 +21,7 @@ class _Perceived:
     observation: Observation
     safety: SafetyStar
     memory: ScanMemory
+    history: HitHistory
 
     def __deepcopy__(self, memo: dict) -> "_Perceived":
         return self  # immutable: Drake's copies of abstract state cost nothing
@@ -39,9 +41,11 @@ class StarPerception(LeafSystem):
         scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre.
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
         star: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
-        safety_star: abstract, `SafetyStar` from the last `controller.scan_memory` scans.
+        safety_star: abstract, `SafetyStar` from the last `controller.scan_memory` scans; one that certifies nothing
+            when the last scan is older than the delay and `controller.scan_patience` scan periods.
 
-    Updates periodically at the lidar's rate, `offset` seconds after it; the last scans are abstract state.
+    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen; the
+    last scans are abstract state.
     """
 
     def __init__(
@@ -52,6 +56,8 @@ class StarPerception(LeafSystem):
         *,
         rate: float,
         offset: float,
+        delay: float = 0.0,
+        confirm: float | None = None,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -61,36 +67,51 @@ class StarPerception(LeafSystem):
             controller: of the safety star.
             rate: of the lidar, Hz.
             offset: from the lidar's update to this one, s; at least one step of the plant.
+            delay: from a scan to its arrival, s.
+            confirm: where not None, lonely hits count once a second scan confirms them, up to this noise, m.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
         self._robot, self._planner, self._controller = robot, planner, controller
         self._stopwatch = stopwatch or Stopwatch()
+        self._confirm = confirm
+        self._expiry = delay + controller.scan_patience / rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
-        nothing = _Perceived(Observation.none(), SafetyStar.none(), ScanMemory())
+        nothing = _Perceived(Observation.none(), SafetyStar.none(), ScanMemory(), HitHistory())
         self._state = self.DeclareAbstractState(Value(nothing))
         depends = {self.abstract_state_ticket(self._state)}
         self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), self._calc_star, depends)
-        self.DeclareAbstractOutputPort("safety_star", lambda: Value(nothing.safety), self._calc_safety_star, depends)
+        self.DeclareAbstractOutputPort(
+            "safety_star",
+            lambda: Value(nothing.safety),
+            self._calc_safety_star,
+            depends | {self.time_ticket()},
+        )
         self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
 
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)
+        before = context.get_abstract_state(self._state).get_value()
+        if scan.time <= before.safety.time:
+            return EventStatus.DidNothing()
         pose = self._pose.Eval(context).copy()
         controller, radius = self._controller, self._robot.radius
         with self._stopwatch.measure("scan"):
+            history = before.history
+            if self._confirm is not None:
+                history = history.remembered(scan.points(pose))
+                scan = without_strays(scan, pose, before.history, self._confirm)
             distance = smoothed_distances(scan, self._planner)
             profile = free_range(scan, distance, radius, self._planner)
             with self._stopwatch.measure("fit"):
                 region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)
             safe_radius = radius + controller.safety_margin
-            memory = context.get_abstract_state(self._state).get_value().memory
-            memory = memory.remembered(
+            memory = before.memory.remembered(
                 scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
             )
             safety = safety_star(memory, scan, distance, pose, safe_radius, controller.safety_range, self._planner)
-        seen = _Perceived(Observation(region, scan, pose), safety, memory)
+        seen = _Perceived(Observation(region, scan, pose), safety, memory, history)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()
 
@@ -98,4 +119,6 @@ class StarPerception(LeafSystem):
         output.set_value(context.get_abstract_state(self._state).get_value().observation)
 
     def _calc_safety_star(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._state).get_value().safety)
+        safety = context.get_abstract_state(self._state).get_value().safety
+        fresh = context.get_time() <= safety.time + self._expiry
+        output.set_value(safety if fresh else SafetyStar.none())

@@ -133,7 +133,38 @@ def test_both_modes_measure_the_same_at_a_sample():
     diagram, lidar = build(noisy, seed=4, sampled=False)
     context = diagram.CreateDefaultContext()
     context.SetTime(sampled.time)
-    assert np.array_equal(scan_of(lidar, context).ranges, sampled.ranges)
+    assert np.array_equal(scan_of(lidar, context).ranges, sampled.ranges, equal_nan=True)
+
+
+@pytest.mark.parametrize("delay", [0.013, 0.05, 0.1, 0.12])
+def test_a_late_scan_is_that_of_its_taking(delay):
+    late = LidarParameters(noise=0.0, delay=delay)
+    diagram, lidar = build(late)
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(delay - 1e-3)
+    assert scan_of(lidar, simulator.get_context()).lost.all()
+    for k in (0, 1, 2, 7):
+        for until in (0.05 * k + delay + 1e-3, 0.05 * (k + 1) + delay - 1e-3):
+            simulator.AdvanceTo(until)
+            scan = scan_of(lidar, simulator.get_context())
+            assert scan.time == pytest.approx(0.05 * k)
+            assert scan.ranges[FORWARD] == pytest.approx(2.5 - SPEED * 0.05 * k, abs=1e-9)
+            assert scan_of(lidar, simulator.get_context(), "X_WS").translation()[0] == pytest.approx(SPEED * 0.05 * k)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.07])
+def test_a_lost_scan_leaves_the_last_one_there(delay):
+    silent = LidarParameters(noise=0.0, delay=delay, silence_start=0.2, silence_duration=0.3)
+    diagram, lidar = build(silent)
+    simulator = Simulator(diagram)
+    for taken, held in ((0.15, 0.15), (0.2, 0.15), (0.45, 0.15), (0.5, 0.5)):
+        simulator.AdvanceTo(taken + delay + 1e-3)
+        assert scan_of(lidar, simulator.get_context()).time == pytest.approx(held)
+
+
+def test_scans_that_come_late_or_never_need_a_sampled_sensor():
+    with pytest.raises(StarnavError, match=r"lidar.delay is 0.1, .* with sampled=False; allowed: 0, 0, 0"):
+        build(LidarParameters(delay=0.1), sampled=False)
 
 
 def test_ports_tell_the_same():

@@ -1,5 +1,7 @@
 """A scan goes in, the planner's region and the controller's safety star come out."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pydrake.common.value import Value
@@ -33,13 +35,20 @@ class Perceived:
 
     def see(self, world: World, pose: np.ndarray = POSE) -> LaserScan:
         """Put a scan of the world before the next update."""
-        scan = cast(world, pose)
-        self.system.GetInputPort("scan").FixValue(self.context, Value(scan))
+        self.world, self.shown = world, pose
+        scan = self._show()
         self.system.GetInputPort("pose").FixValue(self.context, pose)
         return scan
 
-    def update(self) -> None:
-        """Let one period pass."""
+    def _show(self) -> LaserScan:
+        scan = dataclasses.replace(cast(self.world, self.shown), time=self.context.get_time())
+        self.system.GetInputPort("scan").FixValue(self.context, Value(scan))
+        return scan
+
+    def update(self, silent: bool = False) -> None:
+        """Let one period pass, with another scan like the last one at its beginning."""
+        if not silent:
+            self._show()
         self.simulator.AdvanceTo(self.context.get_time() + 1.0 / RATE)
 
     def out(self, name: str):
@@ -66,7 +75,7 @@ def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
     scan = perceived.see(POST)
     perceived.update()
     star = perceived.out("star")
-    assert star.scan is scan
+    assert np.array_equal(star.scan.ranges, scan.ranges)
     assert np.array_equal(star.pose, POSE)
     expected = scan_region(scan, POSE, ROBOT.radius, PLANNER)
     assert np.array_equal(star.region.boundary.values, expected.boundary.values)
@@ -138,3 +147,37 @@ def test_each_scan_is_processed_once() -> None:
         for _ in range(2):
             perceived.out("star"), perceived.out("safety_star")
     assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3, "fit": 3}
+
+
+def test_a_scan_that_was_seen_is_not_taken_for_a_new_one() -> None:
+    stopwatch = Stopwatch()
+    perceived = Perceived(stopwatch)
+    perceived.see(POST)
+    perceived.update()
+    first = perceived.out("star")
+    perceived.update(silent=True)
+    assert perceived.out("star") is first and len(stopwatch.seconds["scan"]) == 1
+
+
+def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
+    perceived = Perceived()
+    perceived.see(EMPTY)
+    perceived.update()
+    for _ in range(round(CONTROLLER.scan_patience) - 1):
+        assert perceived.out("safety_star").values.max() > 0.5
+        perceived.update(silent=True)
+    perceived.update(silent=True)
+    assert not perceived.out("safety_star").values.any() and not perceived.out("safety_star").seen
+    assert perceived.out("star").region is not None  # the planner keeps what it knows
+    perceived.update()
+    assert perceived.out("safety_star").values.max() > 0.5
+
+
+def test_a_scan_without_a_valid_beam_certifies_nothing() -> None:
+    perceived = Perceived()
+    scan = perceived.see(EMPTY)
+    lost = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.nan), lost_beams=True)
+    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(lost))
+    perceived.update(silent=True)
+    assert not perceived.out("safety_star").values.any()
+    assert not perceived.out("star").region.boundary.values.any()

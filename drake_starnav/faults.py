@@ -1,0 +1,165 @@
+"""What may go wrong with a robot: declared bounds, the seeded errors they stand for, and the margins they call for.
+
+The faults of the lidar are parameters of the lidar, `mass_error` one of the robot; those of localisation and drive are
+here. A declared fault is simulated, and `tolerating` raises margins and memory so that navigation allows for it; what
+is not declared is neither simulated nor allowed for. With the defaults nothing changes.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.parameters import parameter
+from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.robot import RobotParameters
+
+NOMINAL_NOISE = 0.01
+"""Range noise that the margins allow for as they are, m."""
+UNSEEN_JUMP = 0.02
+"""A step of the pose that differs by more than this from what the robot commanded is taken for a jump, m."""
+DRIFT_MEMORY = 1.0
+"""Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
+
+
+@dataclass(frozen=True)
+class LocalizationParameters:
+    """How the pose that the robot believes differs from the truth."""
+
+    drift: float = parameter(
+        0.0,
+        "error of the believed position as a share of the distance travelled, and of the heading as a share of the "
+        "angle turned",
+        low=0.0,
+        high=0.5,
+    )
+    jump: float = parameter(0.0, "how far the believed position jumps at times", unit="m", low=0.0, high=5.0)
+    jump_interval: float = parameter(10.0, "time from jump to jump", unit="s", low=0.1, high=1e6)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the believed pose is the truth."""
+        return self.drift == 0.0 and self.jump == 0.0
+
+
+@dataclass(frozen=True)
+class DriveParameters:
+    """How the robot's motion differs from what is commanded."""
+
+    delay: float = parameter(
+        0.0, "time from a command to its effect, rounded up to whole plant steps", unit="s", low=0.0, high=1.0
+    )
+    slip: float = parameter(
+        0.0, "largest share of its speed that a wheel loses; drawn for each wheel anew every second", low=0.0, high=0.5
+    )
+
+
+def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
+    """The believed pose after the robot went from one true pose to another.
+
+    The error has one direction relative to the robot, and one sign of the heading, for a whole trial, so that it adds
+    up as that of a badly calibrated odometry does.
+
+    Args:
+        believed: (x, y, yaw) at the true pose `before`, m and rad.
+        before, now: true poses (x, y, yaw) in W; little motion lies between them.
+        drift: error as a share of the distance travelled and of the angle turned.
+        seed: a non-negative whole number below 2**64.
+
+    Returns:
+        shape (3,).
+    """
+    along, across, turn = now_in(before, now)
+    angle, sign = _direction(seed)
+    along, across = along + drift * along * math.cos(angle), across + drift * along * math.sin(angle)
+    return composed(believed, (along, across, turn * (1.0 + drift * sign)))
+
+
+def jumped(jump: float, seed: int, index: int) -> np.ndarray:
+    """By how much the believed position jumps, shape (2,), m: its size is given, its direction drawn.
+
+    Args:
+        jump: size, m.
+        seed: a non-negative whole number below 2**64.
+        index: number of the jump.
+    """
+    angle = np.random.Generator(np.random.Philox(key=np.array([seed, 3], np.uint64), counter=index)).uniform(
+        -math.pi, math.pi
+    )
+    return jump * np.array((math.cos(angle), math.sin(angle)))
+
+
+def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
+    """Which share of its speed each wheel keeps, shape (2,): left and right.
+
+    Args:
+        slip: largest share that is lost.
+        seed: a non-negative whole number below 2**64.
+        index: number of the second.
+    """
+    return 1.0 - slip * np.random.Generator(np.random.Philox(key=np.array([seed, 4], np.uint64), counter=index)).random(
+        2
+    )
+
+
+def now_in(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
+    """A pose (x, y, yaw) as seen from another one."""
+    dx, dy, yaw = float(pose[0] - frame[0]), float(pose[1] - frame[1]), float(frame[2])
+    turn = math.remainder(float(pose[2]) - yaw, 2.0 * math.pi)
+    return dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw), turn
+
+
+def composed(frame: np.ndarray, step: tuple[float, float, float]) -> np.ndarray:
+    """The pose, shape (3,), that is at `step` (x, y, yaw) in another one; its yaw within a half turn."""
+    x, y, yaw = frame
+    dx, dy, turn = step
+    return np.array(
+        (
+            x + dx * math.cos(yaw) - dy * math.sin(yaw),
+            y + dx * math.sin(yaw) + dy * math.cos(yaw),
+            math.remainder(yaw + turn, 2.0 * math.pi),
+        )
+    )
+
+
+def sensing_error(
+    lidar: LidarParameters, localization: LocalizationParameters, drive: DriveParameters, robot: RobotParameters
+) -> float:
+    """What the declared faults add to the error that the margins already allow for, m.
+
+        e = max(0, noise - 0.01)                             range noise beyond the nominal
+          + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
+          + min(jump, 0.02)                                  a jump too small to be noticed
+          + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
+
+    with the robot's radius r, largest speed v and acceleration a. Lost and stray beams, delays and lost scans need no
+    margin: they are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass.
+    """
+    v, a = robot.max_speed, robot.max_acceleration
+    return (
+        max(lidar.noise - NOMINAL_NOISE, 0.0)
+        + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
+        + min(localization.jump, UNSEEN_JUMP)
+        + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
+    )
+
+
+def tolerating(
+    planner: PlannerParameters, controller: ControllerParameters, error: float
+) -> tuple[PlannerParameters, ControllerParameters]:
+    """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins."""
+    if error == 0.0:
+        return planner, controller
+    return (
+        dataclasses.replace(planner, margin=planner.margin + error),
+        dataclasses.replace(controller, safety_margin=controller.safety_margin + error),
+    )
+
+
+def _direction(seed: int) -> tuple[float, float]:
+    """Direction of a trial's drift relative to the robot, rad, and the sign of its heading's."""
+    generator = np.random.Generator(np.random.Philox(key=np.array([seed, 2], np.uint64)))
+    return generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0

@@ -1,0 +1,56 @@
+"""No certificate across a jump of the believed pose."""
+
+import math
+
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+
+from drake_starnav.stars.safety import SafetyStar
+
+
+class JumpGuard(LeafSystem):
+    """Withholds the safety star from when the believed pose has jumped until a later scan has come.
+
+    ```
+                    ┌───────────┐
+    safety_star ───>│ JumpGuard ├──> safety_star
+    state ─────────>│           │
+                    └───────────┘
+    ```
+
+    Ports:
+        safety_star: abstract, `SafetyStar`; as output, one that certifies nothing where it lies in the frame of before.
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
+
+    The last position and the time of the last jump are discrete state, brought up to date before each command.
+    """
+
+    def __init__(self, *, tolerance: float, rate: float, offset: float) -> None:
+        """
+        Args:
+            tolerance: a step that differs by more than this from what the speed makes of it is a jump, m.
+            rate, offset: of the watch, Hz and s: those of the controller's updates.
+        """
+        super().__init__()
+        self._period, self._tolerance = 1.0 / rate, tolerance
+        self._star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._now = self.DeclareVectorInputPort("state", 5)
+        self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
+        self.DeclareAbstractOutputPort("safety_star", lambda: Value(SafetyStar.none()), self._calc_star)
+        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / rate, offset, self._update)
+
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        values.set_value(0, self._watched(context))
+        return EventStatus.Succeeded()
+
+    def _watched(self, context: Context) -> tuple[float, float, float]:
+        last_x, last_y, jump_time = context.get_discrete_state(0).value()
+        x, y, yaw, v, _ = self._now.Eval(context)
+        way = v * self._period
+        step = math.hypot(x - last_x - way * math.cos(yaw), y - last_y - way * math.sin(yaw))
+        jumped = step > self._tolerance  # never before the first position, which is NaN
+        return x, y, context.get_time() if jumped else jump_time
+
+    def _calc_star(self, context: Context, output: AbstractValue) -> None:
+        star = self._star.Eval(context)
+        output.set_value(star if star.time >= self._watched(context)[2] else SafetyStar.none())

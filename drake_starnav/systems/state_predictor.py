@@ -1,0 +1,53 @@
+"""The state at which a late command will find the robot."""
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+
+from drake_starnav.control.pending import pending_count, predicted_pose
+
+
+class StatePredictor(LeafSystem):
+    """Moves the robot's state on by the commands that are on their way, for a controller whose commands act late.
+
+    ```
+                      ┌────────────────┐
+    state ───────────>│ StatePredictor ├──> predicted_state
+    twist_command ───>│                │
+                      └────────────────┘
+    ```
+
+    Ports:
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W, now.
+        twist_command: vector (v, omega), the controller's last command; it must not depend on this system directly.
+        predicted_state: vector (x, y, yaw, v, omega) when the controller's next command takes effect.
+
+    The commands before the last are discrete state, updated together with the controller.
+    """
+
+    def __init__(self, *, delay: float, rate: float, offset: float) -> None:
+        """
+        Args:
+            delay: from a command to its effect, s; more than 0.
+            rate, offset: of the controller's updates, Hz and s.
+        """
+        super().__init__()
+        self._delay, self._period = delay, 1.0 / rate
+        self._count = pending_count(delay, self._period)
+        self._now = self.DeclareVectorInputPort("state", 5)
+        self._command = self.DeclareVectorInputPort("twist_command", 2)
+        self.DeclareDiscreteState(2 * self._count)
+        self.DeclareVectorOutputPort("predicted_state", 5, self._calc_state)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._period, offset, self._update)
+
+    def _twists(self, context: Context) -> np.ndarray:
+        """The last commands, oldest first; the newest is still that of the period that ends now."""
+        earlier = context.get_discrete_state(0).value().reshape(-1, 2)
+        return np.vstack((earlier[1:], self._command.Eval(context)))
+
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        values.set_value(0, self._twists(context).ravel())
+        return EventStatus.Succeeded()
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        pose = predicted_pose(self._now.Eval(context)[:3], self._twists(context), self._delay, self._period)
+        output.SetFromVector(np.concatenate((pose, self._command.Eval(context))))

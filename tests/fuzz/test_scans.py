@@ -1,0 +1,55 @@
+"""Whatever a scan holds, it is refused in one sentence, or perceived without certifying what it did not see."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.stars.outliers import HitHistory, without_strays
+from drake_starnav.stars.region import scan_region
+from drake_starnav.stars.safety import ScanMemory, safety_star
+from tests.fuzz.inputs import fuzzed
+from tests.scans import RADIUS
+
+PARAMETERS = PlannerParameters(bearings=90)
+numbers = st.one_of(st.floats(), st.floats(-1.0, 7.0))
+arrays = hnp.arrays(float, hnp.array_shapes(max_dims=2, max_side=40), elements=numbers)
+ranges = hnp.arrays(
+    float, 36, elements=st.one_of(st.floats(0.0, 4.0), st.sampled_from([np.inf, -np.inf, np.nan, 0.0, 4.0, -1.0]))
+)
+
+
+@fuzzed
+@given(numbers, numbers, numbers, numbers, numbers, arrays, numbers, numbers)
+def test_any_fields_make_a_scan_or_are_refused(time, start, step, low, high, found, increment, period):
+    try:
+        scan = LaserScan(time, start, step, low, high, found, increment, period)
+    except StarnavError as error:
+        assert "allowed" in str(error)
+        return
+    assert np.isfinite(scan.distances).all() and scan.distances.min() >= 0.0
+    assert scan.points().shape == (scan.hits.sum(), 2)
+
+
+@fuzzed
+@given(ranges, st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))
+def test_any_ranges_are_perceived(found, pose):
+    pose = np.array(pose)
+    scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
+    scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))
+    region = scan_region(scan, pose, RADIUS, PARAMETERS)
+    memory = ScanMemory().remembered(scan, pose, 2.0, 5)
+    star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, RADIUS, 1.2, PARAMETERS)
+    for values in (region.boundary.values, star.values):
+        assert np.isfinite(values).all() and values.min() >= 0.0
+    samples = np.arange(36) * len(star.values) // 36
+    assert (star.values[samples] <= np.maximum(scan.distances - RADIUS, 0.0) + 1e-9).all()
+    seen = Observation(region, scan, pose)
+    state = PlannerState.initial(PARAMETERS, RADIUS)
+    for time in (0.0, 0.1):
+        state = plan_step(state, seen, pose[:2], np.zeros(2), time, PARAMETERS, RADIUS)
+    assert np.isfinite(state.path).all()

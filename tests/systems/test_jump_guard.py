@@ -1,0 +1,55 @@
+"""After a jump only scans from after it certify motion."""
+
+import dataclasses
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.systems.jump_guard import JumpGuard
+
+RATE = 50.0
+OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1.0), np.zeros((0, 2)), seen=True, time=0.0)
+
+
+class Guarded:
+    """A guard whose inputs are fixed by hand."""
+
+    def __init__(self) -> None:
+        self.system = JumpGuard(tolerance=0.02, rate=RATE, offset=0.0)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.scanned(0.0)
+
+    def scanned(self, time: float) -> None:
+        star = dataclasses.replace(OPEN, time=time)
+        self.system.GetInputPort("safety_star").FixValue(self.context, Value(star))
+
+    def certifies(self, x: float, y: float = 0.0, v: float = 0.0) -> bool:
+        """Let one period pass, the robot at (x, y) at its end."""
+        self.simulator.AdvanceTo(self.context.get_time() + 1.0 / RATE)
+        self.system.GetInputPort("state").FixValue(self.context, [x, y, 0.0, v, 0.0])
+        return self.system.get_output_port().Eval(self.context).seen
+
+
+def guarded() -> Guarded:
+    guard = Guarded()
+    guard.system.GetInputPort("state").FixValue(guard.context, np.zeros(5))
+    return guard
+
+
+def test_driving_is_no_jump() -> None:
+    guard = guarded()
+    assert all(guard.certifies(0.8 * k / RATE, v=0.8) for k in range(1, 20))
+
+
+def test_a_jump_withholds_the_star_until_a_later_scan() -> None:
+    guard = guarded()
+    assert guard.certifies(0.0)
+    assert not guard.certifies(0.03)
+    assert not guard.certifies(0.03)
+    guard.scanned(0.02)  # taken before the jump
+    assert not guard.certifies(0.03)
+    guard.scanned(0.1)
+    assert guard.certifies(0.03)

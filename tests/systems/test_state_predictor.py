@@ -1,0 +1,34 @@
+"""The predictor keeps the commands that are on their way."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from drake_starnav.systems.state_predictor import StatePredictor
+
+PERIOD, OFFSET = 0.02, 0.01
+
+
+def predicted(delay: float, time: float) -> np.ndarray:
+    """x and v of what is predicted at a time, by commands k = 1, 2, ... m/s sent at OFFSET, OFFSET + PERIOD, ..."""
+    builder = DiagramBuilder()
+    breaks = OFFSET + PERIOD * np.arange(-1, 51) + 1e-6  # what an update at a break sees is the command before it
+    speeds = np.vstack((np.arange(52.0), np.zeros(52)))
+    commands = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(breaks, speeds)))
+    state = builder.AddSystem(ConstantVectorSource(np.zeros(5)))
+    system = builder.AddSystem(StatePredictor(delay=delay, rate=1.0 / PERIOD, offset=OFFSET))
+    builder.Connect(state.get_output_port(), system.GetInputPort("state"))
+    builder.Connect(commands.get_output_port(), system.GetInputPort("twist_command"))
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(time)
+    return system.get_output_port().Eval(system.GetMyContextFromRoot(simulator.get_context()))[[0, 3]]
+
+
+@pytest.mark.parametrize("delay, way", [(0.02, 5 * 0.02), (0.03, 4 * 0.01 + 5 * 0.02), (0.06, (3 + 4 + 5) * 0.02)])
+def test_the_last_commands_are_still_to_come(delay, way):
+    # just before the 6th command is sent
+    assert predicted(delay, OFFSET + 5 * PERIOD) == pytest.approx([way, 5.0])

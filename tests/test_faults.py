@@ -1,0 +1,99 @@
+"""Declared faults: what they do to a pose, and what margin they call for."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.faults import (
+    DriveParameters,
+    LocalizationParameters,
+    composed,
+    drifted,
+    jumped,
+    now_in,
+    sensing_error,
+    tolerating,
+    wheel_shares,
+)
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from tests.scans import seeds
+
+NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
+poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1)).map(np.array)
+
+
+@given(poses, poses)
+def test_a_pose_seen_from_another_is_that_pose(frame, pose):
+    found = composed(frame, now_in(frame, pose))
+    np.testing.assert_allclose(found[:2], pose[:2], atol=1e-9)
+    assert math.remainder(found[2] - pose[2], 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(seeds, poses, st.floats(0.0, 0.3), st.floats(0.0, 0.5), st.floats(-0.5, 0.5))
+def test_drift_is_the_declared_share_of_distance_and_angle(seed, before, drift, way, turn):
+    now = composed(before, (way, 0.0, turn))
+    error = now_in(now, drifted(before, before, now, drift, seed))
+    assert math.hypot(*error[:2]) == pytest.approx(drift * way, abs=1e-9)
+    assert abs(error[2]) == pytest.approx(drift * abs(turn), abs=1e-9)
+
+
+@given(seeds, st.floats(0.0, 2.0), st.integers(0, 1000))
+def test_jumps_have_the_declared_size(seed, jump, index):
+    assert np.hypot(*jumped(jump, seed, index)) == pytest.approx(jump)
+    assert np.array_equal(jumped(jump, seed, index), jumped(jump, seed, index))
+
+
+@given(seeds, st.floats(0.0, 0.5), st.integers(0, 1000))
+def test_wheels_keep_at_least_what_is_not_declared_lost(seed, slip, index):
+    shares = wheel_shares(slip, seed, index)
+    assert ((1.0 - slip <= shares) & (shares <= 1.0)).all()
+
+
+def test_without_faults_nothing_changes():
+    planner, controller = PlannerParameters(), ControllerParameters()
+    assert sensing_error(*NO_FAULT) == 0.0
+    assert tolerating(planner, controller, 0.0) == (planner, controller)
+
+
+@pytest.mark.parametrize(
+    "index, changes, error",
+    [
+        (0, {"noise": 0.03}, 0.02),
+        (0, {"noise": 0.005}, 0.0),
+        (0, {"dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
+        (1, {"drift": 0.02}, 0.02 * 0.8),
+        (1, {"jump": 0.01}, 0.01),
+        (1, {"jump": 1.0}, 0.02),
+        (2, {"delay": 0.1}, 0.0),
+        (2, {"slip": 0.05}, 0.05 * 0.8 / 0.25 * 0.8 * 0.64 / 6.0),
+        (3, {"mass_error": 0.2}, 0.0),
+    ],
+)
+def test_each_fault_s_part_of_the_margin(index, changes, error):
+    declared = list(NO_FAULT)
+    declared[index] = dataclasses.replace(declared[index], **changes)
+    assert sensing_error(*declared) == pytest.approx(error)
+    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error)
+    assert planner.margin == pytest.approx(PlannerParameters().margin + error)
+    assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
+
+
+@given(st.floats(0.0, 0.05), st.floats(0.0, 0.05), st.floats(-1.0, 1.0))
+def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, start):
+    """One wheel loses `slip`, the other `other`, of a robot that brakes straight from full speed."""
+    robot = RobotParameters()
+    wheels, step = robot.radius * np.array((-0.5, 0.5)), 1e-3
+    pose, v = np.zeros(3), robot.max_speed
+    while v > 0.0:
+        left, right = v * (1.0 - slip), v * (1.0 - other)
+        pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
+        v -= robot.max_acceleration * step
+    bound = sensing_error(LidarParameters(), LocalizationParameters(), DriveParameters(slip=max(slip, other)), robot)
+    assert abs(pose[1]) <= bound * 1.01 + 1e-6
