@@ -101,15 +101,8 @@ def test_times_within_a_scan_are_not_negative():
 
 
 def test_lost_beams_are_neither_hit_nor_free():
-    seen = LaserScan(
-        0.0,
-        -math.pi,
-        2.0 * math.pi / 8,
-        0.0,
-        4.0,
-        [np.nan, 3.0, 1.0, np.inf, np.nan, np.nan, np.nan, 2.0],
-        lost_beams=True,
-    )
+    ranges = [np.nan, 3.0, 1.0, np.inf, np.nan, np.nan, np.nan, 2.0]
+    seen = LaserScan(0.0, -math.pi, 2.0 * math.pi / 8, 0.0, 4.0, ranges, lost_beams=True)
     assert seen.lost.tolist() == [True, False, False, False, True, True, True, False]
     assert not seen.hits[seen.lost].any() and len(seen.points()) == 3
     single, triple = LARGEST_UNSEEN / (2 * math.pi / 4), LARGEST_UNSEEN / (4 * math.pi / 4)

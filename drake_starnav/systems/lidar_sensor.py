@@ -117,7 +117,6 @@ class LidarSensor(LeafSystem):
         self._seed = int(seed)
         self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
         self._header = {
-            "lost_beams": True,
             "angle_min": parameters.angle_min,
             "angle_increment": parameters.angle_increment,
             "range_min": parameters.range_min,
@@ -175,7 +174,7 @@ class LidarSensor(LeafSystem):
         return self._parameters
 
     def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
-        return LaserScan(time=time, ranges=ranges, **self._header)
+        return LaserScan(time=time, ranges=ranges, lost_beams=True, **self._header)
 
     def _pose(self, query: QueryObject) -> RigidTransform:
         return query.GetPoseInWorld(self._parent) @ self._X_PS
