@@ -20,11 +20,15 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.scan import LaserScan as LaserScan
     from drake_starnav.scenario import Scenario as Scenario
     from drake_starnav.scenario import load_scenario as load_scenario
+    from drake_starnav.scenario import parse_scenario as parse_scenario
     from drake_starnav.scenario import scenario_names as scenario_names
     from drake_starnav.simulation import Trial as Trial
     from drake_starnav.simulation import run_trial as run_trial
     from drake_starnav.stars import StarRegion as StarRegion
     from drake_starnav.station import NavigationStation as NavigationStation
+    from drake_starnav.station import RobotEquipment as RobotEquipment
+    from drake_starnav.station import add_robot as add_robot
+    from drake_starnav.station import plant_config as plant_config
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.collision_monitor import CollisionMonitor as CollisionMonitor
     from drake_starnav.systems.dsm_controller import DsmController as DsmController
@@ -64,6 +68,8 @@ _PUBLIC = {
     "StarRoadmapVisualizer": "systems.star_roadmap_visualizer",
     "NavigationStation": "station",
     "RobotEquipment": "station",
+    "add_robot": "station",
+    "plant_config": "station",
     "add_navigation": "diagram",
     "make_diagram": "diagram",
     "Trial": "simulation",

@@ -25,8 +25,15 @@ from pydrake.systems.primitives import (
     ZeroOrderHold,
 )
 
-from drake_starnav import DsmController, LidarSensor, StarPerception, StarRoadmapPlanner, load_scenario, make_world
-from drake_starnav.station import plant_config
+from drake_starnav import (
+    DsmController,
+    LidarSensor,
+    StarPerception,
+    StarRoadmapPlanner,
+    load_scenario,
+    make_world,
+    plant_config,
+)
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.world_geometry import add_world
