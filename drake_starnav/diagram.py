@@ -124,7 +124,7 @@ def _add_planning(
             rate=lidar.rate,
             offset=step + math.fmod(lidar.delay, 1.0 / lidar.rate),
             delay=lidar.delay,
-            confirm=2.0 * lidar.noise if lidar.outliers > 0.0 else None,
+            confirm=lidar.noise if lidar.outliers > 0.0 else None,
             stopwatch=stopwatch,
         ),
     )

@@ -6,6 +6,7 @@ is doubted counts as lost, not as free: its neighbours bound it, and so what the
 """
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +16,14 @@ from drake_starnav.scan import LaserScan
 
 NEIGHBOUR_BEAMS = 2
 """Neighbours are looked for so many beams to either side."""
-NEIGHBOUR_DISTANCE = 0.10
+NEIGHBOUR_DISTANCE = 0.05
 """A hit nearer than this to another one of the same scan lies on the same surface, m."""
 NEIGHBOUR_CHORDS = 4.0
 """... or nearer than so many times the distance between two beams there."""
-CONFIRMING_DISTANCE = 0.04
-"""A hit of an earlier scan nearer than this confirms a hit, m."""
-CONFIRMING_CHORDS = 1.0
-"""... or nearer than so many times the distance between two beams there."""
+CONFIRMING_BEAMS = 1.5
+"""A hit of an earlier scan confirms a hit if it lies off its beam by at most so many distances between two beams ..."""
+CONFIRMING_DISTANCE = 0.03
+"""... and is nearer or farther by at most this, or by so much, m."""
 CONFIRMING_SCANS = 4
 """So many earlier scans may confirm a hit."""
 
@@ -45,45 +46,56 @@ class HitHistory:
         return HitHistory((*self.points[-CONFIRMING_SCANS + 1 :], points))
 
 
-def without_strays(scan: LaserScan, pose: np.ndarray, history: HitHistory, slack: float = 0.0) -> LaserScan:
-    """The scan with every hit lost (NaN) that neither a neighbouring beam nor an earlier scan confirms.
+def without_strays(
+    scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0
+) -> tuple[LaserScan, LaserScan]:
+    """The scan with doubted hits lost (NaN): as the certificate may trust it, and as the roadmap should.
 
     Args:
         scan: in the sensor frame S.
         pose: (x, y, yaw) of S in W when it was taken.
         history: hits of the scans before it.
-        slack: how much farther apart two hits of one surface may lie because of noise, m.
+        noise: standard deviation of the ranges, m.
+
+    Returns:
+        without the hits that neither a neighbouring beam nor an earlier scan confirms, for the certificate; and without
+        those that not both of them confirm (one does if there is no earlier scan), for the roadmap, which forgets
+        nothing.
     """
     index = np.flatnonzero(scan.hits)
-    points = scan.points(pose)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
-    reach = scan.distances[index] * scan.angle_increment
-    doubted = _doubted(
-        points,
+    beside, before = _confirmed(
+        scan.points(pose),
+        np.array(pose[:2], dtype=float),
+        scan.distances[index],
         index,
-        np.maximum(NEIGHBOUR_DISTANCE, NEIGHBOUR_CHORDS * reach) + slack,
         earlier,
-        np.maximum(CONFIRMING_DISTANCE, CONFIRMING_CHORDS * reach) + slack,
+        scan.angle_increment,
         len(scan.ranges),
         scan.full_circle,
+        2.0 * noise,
     )
-    if not doubted.any():
+    trusted = beside & before if len(earlier) else beside
+    return _lost(scan, index[~(beside | before)]), _lost(scan, index[~trusted])
+
+
+def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
+    if not len(beams):
         return scan
     ranges = scan.ranges.copy()
-    ranges[index[doubted]] = np.nan
+    ranges[beams] = np.nan
     return dataclasses.replace(scan, ranges=ranges, lost_beams=True)
 
 
 @njit(cache=True)
-def _doubted(points, index, beside, earlier, before, beams, wrap):
+def _confirmed(points, center, distance, index, earlier, increment, beams, wrap, slack):
     n = len(points)
-    out = np.ones(n, np.bool_)
+    beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for i in range(n):
         x, y = points[i, 0], points[i, 1]
+        reach = max(NEIGHBOUR_DISTANCE, NEIGHBOUR_CHORDS * distance[i] * increment) + slack
         for side in (-1, 1):
-            for k in range(
-                1, min(NEIGHBOUR_BEAMS, n - 1) + 1
-            ):  # hits are sorted by beam: no more than these can be near
+            for k in range(1, min(NEIGHBOUR_BEAMS, n - 1) + 1):  # hits are sorted by beam: none farther on is nearer
                 j = i + side * k
                 if not wrap and not 0 <= j < n:
                     break
@@ -92,13 +104,17 @@ def _doubted(points, index, beside, earlier, before, beams, wrap):
                     apart %= beams
                 if apart > NEIGHBOUR_BEAMS:
                     break
-                dx, dy = points[j % n, 0] - x, points[j % n, 1] - y
-                if dx * dx + dy * dy <= beside[i] * beside[i]:
-                    out[i] = False
-        if out[i]:
-            for j in range(len(earlier)):
-                dx, dy = earlier[j, 0] - x, earlier[j, 1] - y
-                if dx * dx + dy * dy <= before[i] * before[i]:
-                    out[i] = False
-                    break
-    return out
+                if math.hypot(points[j % n, 0] - x, points[j % n, 1] - y) <= reach:
+                    beside[i] = True
+        if distance[i] <= 0.0:
+            continue
+        # along the beam and across it
+        ux, uy = (x - center[0]) / distance[i], (y - center[1]) / distance[i]
+        across = CONFIRMING_BEAMS * distance[i] * increment
+        along = max(CONFIRMING_DISTANCE, across) + slack
+        for j in range(len(earlier)):
+            dx, dy = earlier[j, 0] - x, earlier[j, 1] - y
+            if abs(dx * ux + dy * uy) <= along and abs(dy * ux - dx * uy) <= across:
+                before[i] = True
+                break
+    return beside, before

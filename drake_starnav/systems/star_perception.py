@@ -68,7 +68,7 @@ class StarPerception(LeafSystem):
             rate: of the lidar, Hz.
             offset: from the lidar's update to this one, s; at least one step of the plant.
             delay: from a scan to its arrival, s.
-            confirm: where not None, lonely hits count once a second scan confirms them, up to this noise, m.
+            confirm: where not None, stray hits are sorted out as `without_strays` does at this noise, m.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
@@ -98,19 +98,19 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         controller, radius = self._controller, self._robot.radius
         with self._stopwatch.measure("scan"):
-            history = before.history
+            history, near = before.history, scan  # what the certificate sees
             if self._confirm is not None:
                 history = history.remembered(scan.points(pose))
-                scan = without_strays(scan, pose, before.history, self._confirm)
+                near, scan = without_strays(scan, pose, before.history, self._confirm)
             distance = smoothed_distances(scan, self._planner)
             profile = free_range(scan, distance, radius, self._planner)
             with self._stopwatch.measure("fit"):
                 region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)
             safe_radius = radius + controller.safety_margin
             memory = before.memory.remembered(
-                scan, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
+                near, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
             )
-            safety = safety_star(memory, scan, distance, pose, safe_radius, controller.safety_range, self._planner)
+            safety = safety_star(memory, near, distance, pose, safe_radius, controller.safety_range, self._planner)
         seen = _Perceived(Observation(region, scan, pose), safety, memory, history)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()

@@ -40,7 +40,7 @@ def test_any_fields_make_a_scan_or_are_refused(time, start, step, low, high, fou
 def test_any_ranges_are_perceived(found, pose):
     pose = np.array(pose)
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
-    scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))
+    scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
     region = scan_region(scan, pose, RADIUS, PARAMETERS)
     memory = ScanMemory().remembered(scan, pose, 2.0, 5)
     star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, RADIUS, 1.2, PARAMETERS)
