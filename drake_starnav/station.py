@@ -48,10 +48,10 @@ class RobotEquipment(Diagram):
     ```
 
     Ports:
-        geometry_query: `QueryObject` of the scene.
-        multibody_state: of the robot's model, from the plant.
+        geometry_query: abstract, `QueryObject` of the scene.
+        multibody_state: vector of the robot's model, from the plant.
         drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
-        desired_state: of the robot's model, to the plant.
+        desired_state: vector of the robot's model, to the plant.
 
     The lidar sees other robots in the plant, where they reach into its plane, and not its own.
     """

@@ -27,6 +27,7 @@ from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.planar_localization import PlanarLocalization
@@ -34,6 +35,8 @@ from drake_starnav.systems.slider_goal import SliderGoal
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.worlds import WORLD_KINDS, World
 
@@ -65,6 +68,9 @@ def all_systems() -> list[System]:
         BaselineController(robot, controller, defaults.foa, offset=0.01),
         MpcController(robot, controller, offset=0.01),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
+        StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
+        JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
+        WheelSlip(slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=(), period=0.02),
         ArrivalMonitor(tolerance=0.3, period=0.02),
         SliderGoal((1.0, 0.0), lambda: None),

@@ -48,7 +48,7 @@ def test_method_options_are_real_parameters(method: str) -> None:
 def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None:
     kinds = dataclasses.fields(ControllerParameters)[0].metadata["choices"]
     assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds)
-    assert set(kinds) - {"star"} <= set(SECTIONS)
+    assert set(kinds) - {"star", "mpc"} <= set(SECTIONS)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
         ("world: !Forest {}\nlidar: {beams: 0}", ["lidar.beams", "0", "3 <= x"]),
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
         ("world: !Forest {}\nplanner: {frontiers: egdes}", ["planner.frontiers", "edges, dbscan"]),
-        ("world: !Forest {}\ncontroller: {kind: dwb}", ["controller.kind", "dwb", "star, dsm, foa, dwa, apf"]),
+        ("world: !Forest {}\ncontroller: {kind: dwb}", ["controller.kind", "dwb", "star, mpc, dsm, foa, dwa, apf"]),
         ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
         ("world: !Forest {}\ncontroller: {certificate: 3}", ["controller.certificate", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),

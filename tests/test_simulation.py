@@ -110,7 +110,7 @@ def test_baselines_drive_around_an_obstacle(method: str) -> None:
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.0
     assert trial.command["count"] > 0
-    planned = method == "foa_roadmap"
+    planned = method in ("foa_roadmap", "mpc")
     assert (trial.nodes > 0) == (trial.plan["count"] > 0) == planned
     assert trial.state_hash == run_trial(scenario, method=method, seed=3).state_hash
 
@@ -118,7 +118,8 @@ def test_baselines_drive_around_an_obstacle(method: str) -> None:
 def test_a_baseline_without_a_planner_can_be_recorded(tmp_path) -> None:
     scenario = parse_scenario(SMALL + "simulation: {timeout: 0.5}", name="small", method="dwa")
     run_trial(scenario, method="dwa", html=tmp_path / "dwa.html")
-    assert "small · dwa · seed 0 · timeout" in (tmp_path / "dwa.html").read_text(encoding="utf-8")
+    page = (tmp_path / "dwa.html").read_text(encoding="utf-8")
+    assert "method dwa, seed 0" in page and "timeout after 0.5" in page
 
 
 def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
