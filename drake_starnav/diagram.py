@@ -77,7 +77,9 @@ def add_navigation(
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
     error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot)
-    planner_parameters, controller_parameters = tolerating(scenario.planner, scenario.controller, error)
+    planner_parameters, controller_parameters = tolerating(
+        scenario.planner, scenario.controller, error, scenario.localization
+    )
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
         station = builder.AddNamedSystem(

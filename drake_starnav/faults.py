@@ -21,6 +21,8 @@ NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
 UNSEEN_JUMP = 0.02
 """A step of the pose that differs by more than this from what the robot commanded is taken for a jump, m."""
+CONTRADICTION = 0.1
+"""Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m."""
 DRIFT_MEMORY = 1.0
 """Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
 
@@ -148,9 +150,17 @@ def sensing_error(
 
 
 def tolerating(
-    planner: PlannerParameters, controller: ControllerParameters, error: float
+    planner: PlannerParameters,
+    controller: ControllerParameters,
+    error: float,
+    localization: LocalizationParameters | None = None,
 ) -> tuple[PlannerParameters, ControllerParameters]:
-    """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins."""
+    """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
+
+    Where the localisation is not exact, old regions are held against new scans.
+    """
+    if localization is not None and not localization.exact:
+        planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
     if error == 0.0:
         return planner, controller
     return (

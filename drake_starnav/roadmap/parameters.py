@@ -102,6 +102,14 @@ class PlannerParameters(StarParameters):
     string_pulling: bool = parameter(
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )
+    contradiction: float = parameter(
+        0.0,
+        "regions that a new scan's hits cut deeper into than this are cut back or dropped; 0 for never. Where drift or "
+        "jumps are declared, at least 0.1",
+        unit="m",
+        low=0.0,
+        high=5.0,
+    )
     margin_shrinking: bool = parameter(
         True,
         "when nothing is left to explore, try again with less margin",

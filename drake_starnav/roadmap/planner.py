@@ -7,6 +7,7 @@ from enum import Enum
 
 import numpy as np
 
+from drake_starnav.roadmap.consistency import reconciled
 from drake_starnav.roadmap.fastest_path import Headway
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
@@ -177,6 +178,7 @@ def plan_step(
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     if tried or node_is_due(state, region, position, parameters):
+        roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         if tried and target is not None:
             if parameters.retire_dead_ends:

@@ -44,8 +44,8 @@ class StarPerception(LeafSystem):
         safety_star: abstract, `SafetyStar` from the last `controller.scan_memory` scans; one that certifies nothing
             when the last scan is older than the delay and `controller.scan_patience` scan periods.
 
-    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen; the
-    last scans are abstract state.
+    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen and
+    that says anything; the last scans are abstract state.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class StarPerception(LeafSystem):
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)
         before = context.get_abstract_state(self._state).get_value()
-        if scan.time <= before.safety.time:
+        if scan.time <= before.safety.time or scan.lost.all():
             return EventStatus.DidNothing()
         pose = self._pose.Eval(context).copy()
         controller, radius = self._controller, self._robot.radius

@@ -173,11 +173,22 @@ def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
     assert perceived.out("safety_star").values.max() > 0.5
 
 
-def test_a_scan_without_a_valid_beam_certifies_nothing() -> None:
+def test_a_scan_without_a_valid_beam_is_none() -> None:
     perceived = Perceived()
     scan = perceived.see(EMPTY)
     lost = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.nan), lost_beams=True)
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(lost))
     perceived.update(silent=True)
     assert not perceived.out("safety_star").values.any()
-    assert not perceived.out("star").region.boundary.values.any()
+    assert perceived.out("star").region is None  # a planner that sees nothing waits
+    perceived.update()
+    assert perceived.out("safety_star").values.any()
+
+
+def test_hits_too_close_on_all_sides_certify_nothing() -> None:
+    perceived = Perceived()
+    scan = perceived.see(EMPTY)
+    close = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), -np.inf))
+    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(close))
+    perceived.update(silent=True)
+    assert perceived.out("safety_star").seen and not perceived.out("safety_star").values.any()

@@ -1,0 +1,93 @@
+"""Old regions give way to new scans where they disagree, and only there."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from drake_starnav.roadmap.consistency import cut_back, reconciled, seen_through
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended
+from drake_starnav.stars.region import scan_region
+from drake_starnav.worlds.world import World
+from tests.scans import RADIUS, cast, explored, seeds, segment_distance, wandered
+
+PARAMETERS = PlannerParameters(contradiction=0.1)
+WALLS = (-3.0, -2.0, 3.0, 2.0)
+ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 0.8, 0.3)], bounds=WALLS)
+PLACES = np.array([(-1.5, 0.0), (0.0, 0.0), (1.0, -0.5)])
+HERE = np.array((0.5, -0.2, 0.3))
+
+
+def shifted(roadmap, offset):
+    """A roadmap whose robot believed to be elsewhere by `offset` when it made it."""
+    moved = [(scan, pose + (*offset, 0.0)) for scan, pose in roadmap.scans]
+    out = StarRoadmap.empty(PARAMETERS, RADIUS)
+    for scan, pose in moved:
+        out = extended(out, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+    return out
+
+
+@given(seeds)
+def test_where_nothing_has_moved_no_node_is_dropped(seed):
+    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    pose = roadmap.scans[0][1]
+    assert len(reconciled(roadmap, cast(world, pose), pose, PARAMETERS, RADIUS)) == len(roadmap)
+
+
+def test_without_the_parameter_all_stays():
+    roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), (0.5, 0.3))
+    assert reconciled(roadmap, cast(ROOM, HERE), HERE, PlannerParameters(), RADIUS) is roadmap
+
+
+@given(seeds)
+def test_a_cut_region_is_clear_of_the_new_hits(seed):
+    world, roadmap = wandered(seed, nodes=3, parameters=PARAMETERS)
+    moved = shifted(roadmap, (0.2, 0.1))
+    pose = roadmap.scans[0][1]
+    scan = cast(world, pose)
+    for region in moved.regions:
+        if np.hypot(*(scan.points(pose) - region.center).T).min() < RADIUS + region.margin:
+            continue  # its centre is no place for the robot: from there all ways out are ways away
+        values = cut_back(region, scan, pose, RADIUS + region.margin)
+        assert (values <= region.free_range).all()
+        angle = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
+        tips = region.center + values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+        tips = tips[values > 0.0]
+        away = segment_distance(scan.points(pose)[None], region.center, tips[:, None])
+        assert away.size == 0 or away.min() >= RADIUS + region.margin - 1e-9
+
+
+@pytest.mark.parametrize("offset", [(0.3, 0.0), (-0.2, 0.25), (0.5, 0.3)])
+def test_a_map_that_has_drifted_gives_way_to_what_is_seen(offset):
+    roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), offset)
+    scan = cast(ROOM, HERE)
+    found = reconciled(roadmap, scan, HERE, PARAMETERS, RADIUS)
+    assert len(found) < len(roadmap)
+    for region in found.regions:
+        slack = region.free_range - cut_back(region, scan, HERE, RADIUS + region.margin - PARAMETERS.contradiction)
+        assert slack.max() <= PARAMETERS.contradiction
+    # ghosts of the old walls are gone with their nodes
+    ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
+    assert (found.hits.distance(ahead) > RADIUS).all()
+
+
+def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
+    empty = dataclasses.replace(ROOM, cylinders=[])
+    roadmap = explored(empty, PLACES[:1], PARAMETERS)
+    pose = np.array((-1.5, 0.0, 0.0))
+    found = reconciled(roadmap, cast(ROOM, pose), pose, PARAMETERS, RADIUS)
+    assert len(found) == 1
+    before, after = roadmap.regions[0], found.regions[0]
+    inside = np.array([(1.0, 0.8), (0.9, 0.5)]), np.array([(-2.0, 1.0), (0.0, -1.0)])
+    assert before.contains(inside[0]).all() and not after.contains(inside[0]).any()
+    assert after.contains(inside[1]).all()
+
+
+def test_hits_in_free_space_are_told_from_those_behind_walls():
+    scan = cast(ROOM, HERE)
+    assert seen_through(scan, HERE, scan, HERE, 0.05) == 0.0
+    beyond = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
+    assert seen_through(cast(beyond, HERE), HERE, scan, HERE, 0.05) == 0.0
+    assert seen_through(scan, HERE, cast(beyond, HERE), HERE, 0.05) == 1.0
