@@ -6,8 +6,10 @@ space. The new scan is right about what surrounds the robot now.
 """
 
 import dataclasses
+import math
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
@@ -39,22 +41,31 @@ def cut_back(region: StarRegion, scan: LaserScan, pose: np.ndarray, radius: floa
 
 
 def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np.ndarray, slack: float) -> float:
-    """The share of an old scan's hits that lie where a new scan saw free space, at least `slack` (m) before its hits.
+    """The share of an old scan's hits that lie in the midst of what a new scan saw free: by `slack` (m) on all sides.
 
     Only hits in the new scan's reach count; 0 where too few of them contradict it.
     """
     offset = old.points(old_pose) - pose[:2]
     distance = np.hypot(offset[:, 0], offset[:, 1])
-    bearing = np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min
-    beam = np.floor(np.mod(bearing, 2.0 * np.pi) / scan.angle_increment).astype(int)
-    inside = beam < len(scan.ranges) - (0 if scan.full_circle else 1)
-    beam = beam[inside]
-    free = np.minimum(scan.distances[beam], scan.distances[(beam + 1) % len(scan.ranges)])
-    through = distance[inside] < free - slack
-    judged = distance[inside] < scan.range_max
-    if through.sum() < FEWEST_HITS:
-        return 0.0
-    return float(through.sum() / judged.sum())
+    bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min, 2.0 * np.pi)
+    beam = bearing / scan.angle_increment
+    judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
+    free = _free_around(beam, distance, scan.distances, scan.angle_increment, slack, scan.full_circle)
+    through = judged & (distance < free - slack)
+    return 0.0 if through.sum() < FEWEST_HITS else float(through.sum() / judged.sum())
+
+
+@njit(cache=True)
+def _free_around(beam, distance, ranges, increment, slack, wrap):
+    """The shortest range among the beams that pass a place at `beam` and `distance` within `slack`."""
+    n = len(ranges)
+    out = np.full(len(beam), np.inf)
+    for i in range(len(beam)):
+        half = min(slack / max(distance[i], slack) / increment, 0.25 * n)
+        for k in range(int(math.floor(beam[i] - half)), int(math.ceil(beam[i] + half)) + 1):
+            if wrap or 0 <= k < n:
+                out[i] = min(out[i], ranges[k % n])
+    return out
 
 
 def reconciled(

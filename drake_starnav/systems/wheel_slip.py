@@ -20,7 +20,8 @@ class WheelSlip(LeafSystem):
     ```
 
     Ports:
-        desired_state, slipping_state: vectors (0, 0, left, right) as of `WheelSpeedCommand`, rad/s.
+        desired_state: vector (0, 0, left, right) as of `WheelSpeedCommand`, rad/s.
+        slipping_state: vector, the same with less speed.
     """
 
     def __init__(self, *, slip: float, seed: int) -> None:

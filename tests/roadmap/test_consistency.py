@@ -36,6 +36,16 @@ def test_where_nothing_has_moved_no_node_is_dropped(seed):
     assert len(reconciled(roadmap, cast(world, pose), pose, PARAMETERS, RADIUS)) == len(roadmap)
 
 
+@given(seeds)
+def test_a_small_error_of_the_pose_drops_no_node(seed):
+    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(-np.pi, np.pi)
+    moved = shifted(roadmap, (0.04 * np.cos(angle), 0.04 * np.sin(angle)))
+    pose = roadmap.scans[0][1]
+    assert len(reconciled(moved, cast(world, pose), pose, PARAMETERS, RADIUS)) >= len(moved) - 1
+
+
 def test_without_the_parameter_all_stays():
     roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), (0.5, 0.3))
     assert reconciled(roadmap, cast(ROOM, HERE), HERE, PlannerParameters(), RADIUS) is roadmap
