@@ -21,8 +21,11 @@ NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
 UNSEEN_JUMP = 0.02
 """A step of the pose that differs by more than this from what the robot commanded is taken for a jump, m."""
-CONTRADICTION = 0.1
-"""Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m."""
+CONTRADICTION = 0.2
+"""Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
+
+Twice the distance of two beams at 5 m: less is contradicted by what the older scan saw too coarsely.
+"""
 DRIFT_MEMORY = 1.0
 """Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
 

@@ -105,7 +105,7 @@ class PlannerParameters(StarParameters):
     contradiction: float = parameter(
         0.0,
         "regions that a new scan's hits cut deeper into than this are cut back or dropped; 0 for never. Where drift or "
-        "jumps are declared, at least 0.1",
+        "jumps are declared, at least 0.2",
         unit="m",
         low=0.0,
         high=5.0,
