@@ -192,6 +192,7 @@ def run_trial(
     )
     for each in observers:
         each.finish(caption_lines(trial), Motion(log.FindLog(context).sample_times(), driven[:, :3]))
+    navigation.station.release_geometries()
     return trial
 
 

@@ -42,6 +42,21 @@ def test_robot_arrives_around_an_obstacle(small_trial) -> None:
         assert 0.0 < times["p50_s"] <= times["p99_s"]
 
 
+def test_the_memory_of_geometries_is_given_back() -> None:
+    class Keep:
+        def add_to(self, builder, navigation, scenario) -> None:
+            self.inspector = navigation.station.scene_graph.model_inspector()
+
+        def start(self) -> None:
+            assert self.inspector.num_geometries() > 5
+
+        def finish(self, lines, motion) -> None: ...
+
+    keep = Keep()
+    run_trial(parse_scenario(SMALL + "simulation: {timeout: 0.1}\n", name="small"), seed=3, observer=keep)
+    assert keep.inspector.num_geometries() == 0
+
+
 def test_same_seed_same_trajectory_other_seed_other(small_trial) -> None:
     scenario = parse_scenario(SMALL, name="small")
     assert run_trial(scenario, seed=3).state_hash == small_trial.state_hash

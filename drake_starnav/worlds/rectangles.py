@@ -8,7 +8,7 @@ SHELL = 3
 """Solid cells this far from the passable ones are enough of an outside that nobody sees, cells."""
 
 
-def solid_rectangles(solid: np.ndarray, smallest_pocket: int = 0) -> np.ndarray:
+def solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
     """Few rectangles whose union bounds the passable cells exactly as all solid cells do.
 
     Every solid cell at a passable one is covered, and no passable cell; rectangles may overlap. What nobody can
@@ -16,17 +16,16 @@ def solid_rectangles(solid: np.ndarray, smallest_pocket: int = 0) -> np.ndarray:
 
     Args:
         solid: shape (ny, nx), bool. What lies beyond the grid is not covered.
-        smallest_pocket: passable cells in components (over edges) of fewer cells than this count as out of reach.
+        places: shape (k, 2), int, rows and columns of passable cells. If given, passable cells that are joined to none
+            of them (over edges) count as out of reach.
 
     Returns:
         Shape (n, 4), int: first row, first column, end row, end column; the ends are exclusive.
     """
     solid = np.asarray(solid, dtype=bool)
-    if smallest_pocket > 0:
+    if places is not None:
         labels, _ = ndimage.label(~solid)
-        sizes = np.bincount(labels.ravel())
-        sizes[0] = smallest_pocket
-        solid = solid | (sizes < smallest_pocket)[labels]
+        solid = ~np.isin(labels, labels[tuple(places.T)])
     at_passable = ndimage.binary_dilation(~solid, ndimage.generate_binary_structure(2, 1))
     shell = ndimage.binary_dilation(~solid, np.ones((3, 3)), iterations=SHELL)
     behind, _ = ndimage.label(solid & ~shell)

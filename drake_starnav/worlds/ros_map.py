@@ -1,5 +1,7 @@
 """A world from an occupancy map, as ROS's map_server reads it."""
 
+import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,8 +18,8 @@ from drake_starnav.worlds.rectangles import solid_rectangles
 from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
 from drake_starnav.worlds.world import World
 
-MOST_BOXES = 5000
-"""More take Drake minutes and gigabytes to register."""
+MOST_BOXES = 3000
+"""More take Drake minutes and gigabytes to register: it notes of each pair of shapes whether it may collide."""
 _TRIES = 200  # random starts, before the map counts as too small
 
 
@@ -80,7 +82,7 @@ class RosMap:
             name=path.stem,
             start=(start[0], start[1], start[2]),
             goal=(goal[0], goal[1]),
-            polygons=_polygons(grid, solid, closed, robot_radius, path),
+            polygons=_polygons(grid, solid, closed, (start[:2], goal), robot_radius, path),
             timeout=self.timeout,
         )
         if self.start or self.goal:
@@ -121,19 +123,46 @@ class RosMap:
 
 
 def _polygons(
-    grid: OccupancyMap, solid: np.ndarray, closed: bool, robot_radius: float, path: Path
+    grid: OccupancyMap,
+    solid: np.ndarray,
+    closed: bool,
+    ends: Iterable[list[float]],
+    robot_radius: float,
+    path: Path,
 ) -> tuple[np.ndarray, ...]:
-    """The walls as rectangles in W, each of shape (4, 2); what no robot can be in is no hole in them."""
-    smallest = int(np.pi * (robot_radius / grid.resolution) ** 2)
-    rectangles = solid_rectangles(np.pad(solid, 1, constant_values=closed), smallest) - 1.0
-    if len(rectangles) > MOST_BOXES:
-        raise StarnavError(
-            f"map {path} needs {len(rectangles)} boxes for its walls; allowed: at most {MOST_BOXES} "
-            "(a map with larger cells or less noise)"
+    """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them.
+
+    Where a noisy map needs too many rectangles, notches that are narrower than the robot's radius are filled, no wider
+    ones than necessary.
+    """
+    widest = int(robot_radius / grid.resolution)
+    padding = widest + 1
+    padded = np.pad(solid, padding, constant_values=closed)
+    places = np.array([grid.cell_at((x, y)) for x, y in ends]) + padding
+    needed = len(rectangles := solid_rectangles(padded, places))
+    notch = 1
+    while len(rectangles) > MOST_BOXES:
+        notch += 1
+        if notch > widest:
+            raise StarnavError(
+                f"map {path} needs {needed} boxes for its walls, and {len(rectangles)} with all notches narrower than "
+                f"the robot's radius filled; allowed: at most {MOST_BOXES} (a map with larger cells or less noise)"
+            )
+        rectangles = solid_rectangles(_without_notches(padded, notch), places)
+    if notch > 1:
+        warnings.warn(
+            f"map {path}: notches of up to {notch} cells are filled, so that {len(rectangles)} boxes make its walls "
+            f"instead of {needed}",
+            stacklevel=2,
         )
-    i0, j0, i1, j1 = rectangles.T
+    i0, j0, i1, j1 = rectangles.T - float(padding)
     corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
     return tuple(grid.to_world(corners))
+
+
+def _without_notches(solid: np.ndarray, width: int) -> np.ndarray:
+    """The solid cells and those free ones that lie in no free square of `width` + 1 cells."""
+    return ~ndimage.binary_opening(~solid, np.ones((width + 1, width + 1)))
 
 
 class _Places:

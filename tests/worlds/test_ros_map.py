@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import RosMap, clearance, make_world, ros_map, shortest_path
@@ -50,7 +52,7 @@ def test_walls_are_where_cells_are(folder: Path, origin, unknown: str) -> None:
     write_map(grid, folder / "m.yaml")
     world = make_world(RosMap(file=str(folder / "m.yaml"), unknown=unknown, min_distance=0.1), 0, 0.11)
     solid = cells == OCCUPIED if unknown == "free" else cells != FREE
-    # the middle room is larger than any pocket: what is beside it stays
+    # the middle room holds start and goal: what is beside it stays
     points = rng.uniform((5.0, 5.0), (25.0, 15.0), (300, 2))
     rows, columns = np.nonzero(solid)
     if unknown == "occupied":  # so is all beyond the map
@@ -112,6 +114,12 @@ def test_the_way_may_lead_around_the_map_where_that_is_free(folder: Path) -> Non
     assert len({(world.start[0] < 0.75) == (world.goal[0] < 0.75) for world in worlds}) == 2
 
 
+def test_a_room_without_a_door_needs_no_boxes(folder: Path) -> None:
+    noisy = [row[:22] + "".join("#" if k % 3 else c for k, c in enumerate(row[22:])) for row in TWO_ROOMS]
+    world = make_world(map_of(noisy, folder, start=[1.0, 1.0, 0.0]), 0, RADIUS)
+    assert len(world.polygons) == 4
+
+
 def test_pockets_in_a_noisy_wall_need_no_boxes(folder: Path) -> None:
     noisy = [*TWO_ROOMS]
     noisy[1] = "?#.#.##..#.####.#..#.#.#.#.##.#.#####.#?"
@@ -147,9 +155,36 @@ def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: s
 
 
 def test_more_boxes_than_drake_can_take_are_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ros_map, "MOST_BOXES", 4)
-    with pytest.raises(StarnavError, match="needs 5 boxes .*at most 4"):
+    monkeypatch.setattr(ros_map, "MOST_BOXES", 3)
+    with pytest.raises(StarnavError, match="needs 4 boxes .* 4 with all notches .*at most 3"):
         make_world(map_of(TWO_ROOMS, folder), 0, RADIUS)
+
+
+def test_notches_are_filled_where_the_walls_need_too_many_boxes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    notched = with_door(TWO_ROOMS, 9)
+    notched[2] = "?#" + "..##" * 9 + "#?"
+    ends = {"start": [1.0, 1.0, 0.0], "goal": [3.0, 1.0]}
+    exact = make_world(map_of(notched, folder, **ends), 0, RADIUS)
+    monkeypatch.setattr(ros_map, "MOST_BOXES", 9)
+    with pytest.warns(UserWarning, match=f"notches of up to 2 cells .* boxes .* instead of {len(exact.polygons)}"):
+        filled = make_world(map_of(notched, folder, **ends), 0, RADIUS)
+    assert len(filled.polygons) <= 9 < len(exact.polygons)
+    points = np.random.default_rng(0).uniform((0.3, 0.3), (3.7, 1.5), (300, 2))
+    room = clearance(filled, points) >= RADIUS  # places for the robot stay as they are
+    assert 50 < room.sum() < 300
+    np.testing.assert_array_equal(room, clearance(exact, points) >= RADIUS)
+
+
+@given(st.integers(0, 10_000), st.integers(1, 5))
+def test_a_notch_is_what_no_square_fits_into(seed: int, width: int) -> None:
+    solid = np.pad(np.random.default_rng(seed).random((15, 20)) < 0.1, width, constant_values=True)
+    found = ros_map._without_notches(solid, width)
+    expected = np.ones_like(solid)
+    for i, j in np.ndindex(solid.shape[0] - width, solid.shape[1] - width):
+        window = slice(i, i + width + 1), slice(j, j + width + 1)
+        if not solid[window].any():
+            expected[window] = False
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_the_shipped_map_is_as_drawn() -> None:
