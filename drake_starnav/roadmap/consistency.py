@@ -7,6 +7,7 @@ space. The new scan is right about what surrounds the robot now.
 
 import dataclasses
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numba import njit
@@ -109,12 +110,47 @@ def reconciled(
         kept.append((region, old, old_pose))
     if len(kept) == len(roadmap) and all(a is b for a, (b, _, _) in zip(roadmap.regions, kept, strict=True)):
         return roadmap
+    return _remade(roadmap, kept, parameters, robot_radius)
+
+
+def blocked(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+    """The roadmap with no region that lets the robot touch a place (2,) in W, as if a thin post stood there.
+
+    Regions are made from smoothed scans with the planner's margin; where the controller certifies no motion from place
+    to place although they overlap, they are wrong for this robot, and so is every path through there.
+    """
+    roadmap = dataclasses.replace(roadmap, blocked=np.vstack((roadmap.blocked, place)))
+    regions = [clear_of(region, roadmap.blocked, parameters, robot_radius) for region in roadmap.regions]
+    nodes = [(region, *seen) for region, seen in zip(regions, roadmap.scans, strict=True)]
+    return _remade(roadmap, nodes, parameters, robot_radius)
+
+
+def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
+    """The part of a region in which the robot stays off places (k, 2) in W, with the region's margin."""
+    radius = robot_radius + region.margin
+    near = np.hypot(*(places - region.center).T) < float(region.free_range.max()) + radius
+    if not near.any():
+        return region
+    free = region.free_range
+    hits = point_hits(places[near], np.zeros(near.sum()), region.center, region.bearing_0, np.inf, len(free))
+    narrower = dataclasses.replace(parameters, margin=region.margin)
+    return fit_region((eroded_range(hits, radius, free), region.limit), region.center, region.bearing_0, narrower)
+
+
+def _remade(
+    roadmap: StarRoadmap,
+    nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> StarRoadmap:
+    """A roadmap of these nodes (region, scan, pose) that keeps what was tried in vain."""
     out = dataclasses.replace(
         StarRoadmap.empty(parameters, robot_radius),
         margin=roadmap.margin,
         retired=roadmap.retired,
         closed=roadmap.closed,
+        blocked=roadmap.blocked,
     )
-    for region, old, old_pose in kept:
-        out = extended(out, region, old, old_pose, parameters, robot_radius)
+    for region, scan, pose in nodes:
+        out = extended(out, region, scan, pose, parameters, robot_radius)
     return out

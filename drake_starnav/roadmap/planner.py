@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from drake_starnav.roadmap.consistency import reconciled
+from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.fastest_path import Headway
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
@@ -19,6 +19,12 @@ OUTSIDE_TOLERANCE = 0.03
 """The robot counts as having left the regions only when this far outside, m."""
 PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
+AT_GOAL = 0.3
+"""A robot this near to its goal is there, m."""
+SILENT_SHARE = 0.5
+"""A scan is old after this share of the time in which progress is expected."""
+BLOCKED_AHEAD = 0.05
+"""A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -156,7 +162,8 @@ def plan_step(
 
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing`, when the target
     frontier's probe is seen, on arrival at the target, and when no progress was made for `progress_timeout`.
-    In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired.
+    In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired; without progress
+    the place just ahead is blocked too.
 
     Args:
         state: before; it is not changed.
@@ -170,9 +177,9 @@ def plan_step(
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     region = seen.region
-    if region.margin != state.roadmap.margin and len(state.roadmap):
-        region = _narrower(seen, state.roadmap.margin, parameters, robot_radius)
-    state, stalled = _watched(state, position, time, parameters)
+    if len(state.roadmap) and (region.margin != state.roadmap.margin or len(state.roadmap.blocked)):
+        region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
+    state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
@@ -180,6 +187,10 @@ def plan_step(
     if tried or node_is_due(state, region, position, parameters):
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+        if stalled and parameters.retire_dead_ends and len(state.path):
+            ahead = _ahead(position, state.path[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
+            roadmap = blocked(roadmap, ahead, parameters, robot_radius)
+            region = clear_of(region, ahead[None, :], parameters, robot_radius)
         if tried and target is not None:
             if parameters.retire_dead_ends:
                 roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
@@ -210,29 +221,49 @@ def _after_trying(
         return roadmap
     margin = roadmap.regions[-1].margin - parameters.margin_step
     while arrived and parameters.margin_shrinking and margin > -1e-9:
-        region = _narrower(seen, max(margin, 0.0), parameters, robot_radius)
+        region = _narrower(seen, roadmap, max(margin, 0.0), parameters, robot_radius)
         if region.contains(target[1]):
             return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
     return retired(roadmap, target[0], parameters.retired_radius, target[1])
 
 
+def _ahead(position: np.ndarray, place: np.ndarray, distance: float) -> np.ndarray:
+    """The point at a distance (m) from a position towards a place, shape (2,)."""
+    way = place - position
+    return position + way * (distance / max(float(np.hypot(*way)), 1e-9))
+
+
 def _watched(
-    state: PlannerState, position: np.ndarray, time: float, parameters: PlannerParameters
+    state: PlannerState, seen: Observation, position: np.ndarray, time: float, parameters: PlannerParameters
 ) -> tuple[PlannerState, bool]:
-    """The state with its progress watch brought up to date, and whether the watch has run out."""
+    """The state with its progress watch brought up to date, and whether the watch has run out.
+
+    A robot at its goal, or one that gets no scans, has reason to stand.
+    """
     moved = not _distance(position, state.progress_position) <= parameters.progress_distance
+    silent = time - seen.scan.time > SILENT_SHARE * parameters.progress_timeout
+    at_goal = (
+        state.status is PlannerStatus.APPROACHING
+        and len(state.path) > 0
+        and _distance(position, state.path[-1]) < AT_GOAL
+    )
     stalled = not moved and time - state.progress_time > parameters.progress_timeout
-    if moved:
-        state = dataclasses.replace(state, progress_position=position.copy(), progress_time=time)
+    if moved or silent or at_goal:
+        state, stalled = dataclasses.replace(state, progress_position=position.copy(), progress_time=time), False
     elif stalled:
         state = dataclasses.replace(state, progress_time=time)
     return state, stalled
 
 
-def _narrower(seen: Observation, margin: float, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
-    """The region of the latest scan with the margin that the roadmap has come to."""
-    return scan_region(seen.scan, seen.pose, robot_radius, dataclasses.replace(parameters, margin=margin))
+def _narrower(
+    seen: Observation, roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float
+) -> StarRegion:
+    """The region of the latest scan with a margin that the roadmap has come to, clear of what is blocked."""
+    region = seen.region
+    if region is None or region.margin != margin:
+        region = scan_region(seen.scan, seen.pose, robot_radius, dataclasses.replace(parameters, margin=margin))
+    return clear_of(region, roadmap.blocked, parameters, robot_radius)
 
 
 def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
@@ -292,7 +323,7 @@ def _planned(
         rounds += 1
         margin = max(roadmap.margin - parameters.margin_step, 0.0)
         roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
-        region = _narrower(seen, margin, parameters, robot_radius)
+        region = _narrower(seen, roadmap, margin, parameters, robot_radius)
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         current = None
     target = None

@@ -37,6 +37,7 @@ class StarRoadmap:
         frontiers: where the unknown may be entered.
         retired: shape (k, 3): x, y, radius of places that were tried and led nowhere.
         closed: shape (k, 2), their probes: the cost-to-go takes these for obstacles.
+        blocked: shape (b, 2), where the robot could not go on although regions allow it: none of them covers these.
         hits: distances to the hits of all node scans.
         margin: clearance that the regions keep beyond the robot's radius, m.
     """
@@ -49,6 +50,7 @@ class StarRoadmap:
     frontiers: Frontiers
     retired: np.ndarray
     closed: np.ndarray
+    blocked: np.ndarray
     hits: HitMemory
     margin: float
 
@@ -70,6 +72,7 @@ class StarRoadmap:
             frontiers=Frontiers.none(),
             retired=np.zeros((0, 3)),
             closed=np.zeros((0, 2)),
+            blocked=np.zeros((0, 2)),
             hits=HitMemory.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
             margin=parameters.margin,
         )
@@ -112,7 +115,7 @@ def extended(
     elif len(old):
         newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
         old = old.where(uncovered(old.probe, newest, slack=slack))
-        old = old.where(_alive(old, region, roadmap.retired, hits, robot_radius))
+        old = old.where(_alive(old, region, roadmap, hits, robot_radius))
     if parameters.frontiers == "edges":
         new = edge_frontiers(region, index, parameters)
     else:
@@ -120,7 +123,7 @@ def extended(
     if len(new):
         beyond = new.probe if parameters.prune_covered else new.stand  # the paper has no probes
         new = new.where(uncovered(beyond, stack.arrays, skip=index, slack=slack))
-        new = new.where(_alive(new, region, roadmap.retired, hits, robot_radius))
+        new = new.where(_alive(new, region, roadmap, hits, robot_radius))
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
@@ -174,12 +177,14 @@ def rebuilt(roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, 
 
 
 def _alive(
-    frontiers: Frontiers, region: StarRegion, retired_places: np.ndarray, hits: HitMemory, robot_radius: float
+    frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: HitMemory, robot_radius: float
 ) -> np.ndarray:
-    """Which frontiers are not where the robot stands, not retired, and not behind a wall that was hit."""
+    """Which frontiers are not where the robot stands, not retired, and not behind a wall that was hit or is blocked."""
     keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
     keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
-    for x, y, radius in retired_places:
+    for x, y in roadmap.blocked:
+        keep &= np.hypot(frontiers.probe[:, 0] - x, frontiers.probe[:, 1] - y) > robot_radius
+    for x, y, radius in roadmap.retired:
         keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
     return keep
 

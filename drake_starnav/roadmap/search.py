@@ -166,7 +166,7 @@ def optimistic_cost(
         high,
         robot_radius,
         parameters.near_wall_cost,
-        roadmap.closed,
+        np.vstack((roadmap.closed, roadmap.blocked)),
         None if spent is None else np.append(spent, 0.0),
     )
 

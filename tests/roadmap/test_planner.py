@@ -1,6 +1,7 @@
 """The planner in a closed loop with a robot that moves along the path exactly."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -37,24 +38,39 @@ VAULT = World(
 )
 
 
-def drive(world: World, parameters: PlannerParameters, steps: int, speed: float = 0.8) -> list[PlannerState]:
-    """The planner's states until the goal is reached, or it gives up, or the steps are used up."""
+def drive(
+    world: World,
+    parameters: PlannerParameters,
+    steps: int,
+    speed: float = 0.8,
+    refused: Callable[[np.ndarray], bool] = lambda place: False,
+    silent: bool = False,
+    stop: bool = True,
+) -> list[PlannerState]:
+    """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
+
+    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing.
+    """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = PlannerState.initial(parameters, RADIUS), []
     for k in range(steps):
         pose = np.array((*position, 0.3 * np.sin(0.1 * k)))
-        scan = cast(world, pose)
-        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+        if k == 0 or not silent:
+            scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
+            seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
         state = plan_step(state, seen, position, goal, PERIOD * k, parameters, RADIUS)
         states.append(state)
-        if state.status is PlannerStatus.UNREACHABLE or np.hypot(*(position - goal)) < 0.05:
+        if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):
             break
         left = speed * PERIOD
         for point in state.path:
             offset = point - position
             away = float(np.hypot(*offset))
             step = min(left, away)
-            position = position + offset * (step / max(away, 1e-12))
+            moved = position + offset * (step / max(away, 1e-12))
+            if refused(moved):
+                break
+            position = moved
             left -= step
         if state.roadmap.margin == parameters.margin:
             assert distance(world, position[None])[0] > RADIUS - SLACK
@@ -110,6 +126,34 @@ def test_a_robot_that_makes_no_progress_gives_up_its_target():
     assert not len(first.roadmap.retired) and len(last.roadmap.retired) == 1
     np.testing.assert_allclose(last.roadmap.retired[0, :2], first.target[0])
     assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
+
+
+def test_where_it_cannot_go_on_no_region_leads_any_more():
+    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
+    (place,) = last.roadmap.blocked
+    assert RADIUS + PARAMETERS.margin < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
+    ring = RADIUS * np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 60)])
+    for region in last.roadmap.regions:
+        assert not region.contains(place + ring).any()
+        assert region.contains(BAFFLES.start[:2])
+
+
+def test_a_passage_that_cannot_be_driven_is_left_for_another():
+    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 1.2), (2.0, 3.0))]
+    world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
+    states = drive(world, PARAMETERS, 900, refused=lambda place: 1.9 < place[0] < 2.2 and place[1] < 1.0)
+    assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
+    assert 1 <= len(states[-1].roadmap.blocked) <= 3
+    open_door = drive(world, PARAMETERS, 900)
+    assert len(open_door) < 150 and not len(open_door[-1].roadmap.blocked)
+
+
+def test_a_robot_with_reason_to_stand_gives_nothing_up():
+    unseen = drive(BAFFLES, PARAMETERS, steps=200, speed=0.0, silent=True)[-1]
+    assert len(unseen.roadmap) == 1 and not len(unseen.roadmap.retired) and not len(unseen.roadmap.blocked)
+    world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
+    arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.blocked)
 
 
 def test_nodes_are_added_every_node_spacing():
