@@ -13,7 +13,14 @@ project = "drake_starnav"
 author = copyright = "The drake_starnav authors"
 release = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
 
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+autodoc_default_options = {"members": True}
+autoclass_content = "both"
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
+napoleon_custom_sections = [("Ports", "params_style")]
+napoleon_use_ivar = True
+default_role = "code"
 myst_heading_anchors = 3  # pages link to headings as on a forge: parameters.md#lidar
 html_theme = "furo"
 html_title = f"{project} {release}"
@@ -49,7 +56,20 @@ def on_include(app: Any, path: Path, name: str, source: list[str]) -> None:
     source[0] = without_outside_links(source[0], ROOT / Path(path).parent)
 
 
+def on_docstring(app: Any, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
+    """Autodoc has read a docstring: drawings fenced as in Markdown become literal blocks."""
+    inside, out = False, []
+    for line in lines:
+        if line.strip() == "```":
+            inside = not inside
+            out += ["::", ""] if inside else [""]
+        else:
+            out.append(f"    {line}" if inside else line)
+    lines[:] = out
+
+
 def setup(app: Any) -> None:
     """Sphinx calls this once."""
     app.connect("source-read", on_page)
     app.connect("include-read", on_include)
+    app.connect("autodoc-process-docstring", on_docstring, priority=100)  # before Napoleon

@@ -4,6 +4,7 @@ import ast
 import importlib
 import inspect
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -45,3 +46,10 @@ def test_numerics_do_without_drake() -> None:
     environment = {**os.environ, "PYTHONPATH": str(SOURCE.parents[1])}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_each_public_name_is_on_the_page_of_the_public_interface() -> None:
+    page = (SOURCE.parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\.\. auto\w+:: drake_starnav\.(\w+)$", page, re.MULTILINE)) == sorted(
+        drake_starnav.__all__
+    )
