@@ -21,6 +21,8 @@ PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
 AT_GOAL = 0.3
 """A robot this near to its goal is there, m."""
+KNOWN_SHARE = 0.5
+"""On known ground, where a node is nearer than this share of the spacing, the robot needs none, however far it drives."""
 SILENT_SHARE = 0.5
 """A scan is old after this share of the time in which progress is expected."""
 BLOCKED_AHEAD = 0.05
@@ -274,7 +276,9 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
         return False
     driven = _distance(position, state.node_position)
     if driven > parameters.node_spacing:
-        return True
+        away = np.hypot(*(state.roadmap.stack.center - position).T)
+        if away.min() > KNOWN_SHARE * parameters.node_spacing:
+            return True
     shape = (region.center, region.bearing_0, region.boundary.values)
     if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
         return True
