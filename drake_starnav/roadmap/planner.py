@@ -21,8 +21,6 @@ PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
 AT_GOAL = 0.3
 """A robot this near to its goal is there, m."""
-KNOWN_SHARE = 0.5
-"""On known ground, where a node is nearer than this share of the spacing, the robot needs none, however far it drives."""
 SILENT_SHARE = 0.5
 """A scan is old after this share of the time in which progress is expected."""
 BLOCKED_AHEAD = 0.05
@@ -275,14 +273,19 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     if parameters.growth == "arrival":
         return False
     driven = _distance(position, state.node_position)
-    if driven > parameters.node_spacing:
-        away = np.hypot(*(state.roadmap.stack.center - position).T)
-        if away.min() > KNOWN_SHARE * parameters.node_spacing:
-            return True
+    if driven > parameters.node_spacing and not _node_nearby(state.roadmap, position, parameters.node_spacing):
+        return True
     shape = (region.center, region.bearing_0, region.boundary.values)
     if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
         return True
     return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
+
+
+def _node_nearby(roadmap: StarRoadmap, position: np.ndarray, distance: float) -> bool:
+    """Whether the robot is on known ground: nearer than a distance (m) to a node in whose region it is."""
+    stack = roadmap.stack
+    near = np.flatnonzero(np.hypot(*(stack.center - position).T) <= distance)
+    return any(covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position) for k in near)
 
 
 def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
