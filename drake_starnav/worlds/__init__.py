@@ -11,6 +11,7 @@ from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.corridor import Corridor
 from drake_starnav.worlds.crowd import Crowd
+from drake_starnav.worlds.dynabarn import DynaBarn
 from drake_starnav.worlds.forest import Forest
 from drake_starnav.worlds.maze import Maze
 from drake_starnav.worlds.model import Model
@@ -22,7 +23,8 @@ from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
-    kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd)
+    kind.__name__: kind
+    for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd, DynaBarn)
 }
 
 __all__ = ["WORLD_KINDS", "World", "clearance", "convex_parts", "make_world", "shortest_path", *WORLD_KINDS]
