@@ -13,6 +13,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialInertia
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from drake_starnav import drawing
 from drake_starnav.systems.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.worlds.movers import Movers, mover_states
 
@@ -20,7 +21,6 @@ MOVERS = "movers"
 """Name of the model instance that all movers of a plant are in."""
 MOVER_MASS = 200.0
 """Much more than a robot's, kg."""
-MOVER_COLOR = [0.90, 0.75, 0.20, 1.0]
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0])}
 
 
@@ -52,7 +52,7 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
             parent = body
         shape, name = Cylinder(radius, OBSTACLE_HEIGHT), f"mover_{k}"
         plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
-        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", MOVER_COLOR)
+        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*drawing.MOVERS.color, 1.0])
     robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]
     others = before - {g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)}
     moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - before))
