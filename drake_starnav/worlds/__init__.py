@@ -15,6 +15,7 @@ from drake_starnav.worlds.dynabarn import DynaBarn
 from drake_starnav.worlds.forest import Forest
 from drake_starnav.worlds.maze import Maze
 from drake_starnav.worlds.model import Model
+from drake_starnav.worlds.movers import Movers, mover_states
 from drake_starnav.worlds.obstacles import Obstacles
 from drake_starnav.worlds.paper_forest import PaperForest
 from drake_starnav.worlds.room import Room
@@ -27,7 +28,10 @@ WORLD_KINDS: dict[str, type] = {
     for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd, DynaBarn)
 }
 
-__all__ = ["WORLD_KINDS", "World", "clearance", "convex_parts", "make_world", "shortest_path", *WORLD_KINDS]
+__all__ = [
+    "WORLD_KINDS", "Movers", "World", "clearance", "convex_parts", "make_world", "mover_states", "shortest_path",
+    *WORLD_KINDS,
+]  # fmt: skip
 
 
 def make_world(kind: Any, seed: int, robot_radius: float) -> World:

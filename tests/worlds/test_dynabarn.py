@@ -8,10 +8,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import DynaBarn, clearance, make_world
-from drake_starnav.worlds.dynabarn_like import GOAL, START
-from drake_starnav.worlds.movers import mover_clearance, mover_states
-from scripts.make_dynabarn_worlds import file_text
+from drake_starnav.worlds import DynaBarn, make_world, mover_states
 
 BENCHMARK = Path(__file__).parents[3] / "shared" / "data" / "dynabarn_00_29.json"
 CONTENT = {
@@ -49,27 +46,6 @@ def test_a_world_is_as_the_file_has_it(tmp_path: Path) -> None:
     along = wall[2] - wall[1]
     assert np.hypot(*along) == pytest.approx(4.0)
     assert np.arctan2(along[1], along[0]) == pytest.approx(0.5 + 0.5 * np.pi)
-
-
-def test_shipped_worlds_are_what_their_script_writes() -> None:
-    for number in range(12):
-        world = make_world(DynaBarn(id=number), 3, 0.25)
-        assert (world.start, world.goal) == (START, GOAL)
-        assert 5 <= len(world.movers) <= 19
-        assert 0.5 <= world.movers.max_speed <= 2.0
-        times = np.arange(0.0, 100.0, 0.1)
-        assert mover_clearance(world.movers, np.tile(START[:2], (len(times), 1)), times).min() > 0.45
-        assert clearance(world, np.array([world.goal]))[0] > 0.7
-    shipped, few = (json.loads(text) for text in (_shipped(), file_text(2, seed=0)))
-    assert shipped["meta"]["source"] == "scripts/make_dynabarn_worlds.py --worlds 12 --seed 0"
-    assert few["worlds"] == shipped["worlds"][:2]
-    assert few["trajectories"].items() <= shipped["trajectories"].items()
-
-
-def _shipped() -> str:
-    from drake_starnav.models import model_path
-
-    return model_path("worlds", "dynabarn_like.json").read_text(encoding="utf-8")
 
 
 @pytest.mark.skipif(not BENCHMARK.is_file(), reason=f"the benchmark's worlds are not at {BENCHMARK}")
