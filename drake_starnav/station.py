@@ -19,12 +19,11 @@ from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.model_world import add_model, drop_half_spaces, floor_geometries
-from drake_starnav.systems.mover_bodies import MOVERS, MoverDrive, add_movers
+from drake_starnav.systems.mover_bodies import add_mover_drive, add_movers
 from drake_starnav.systems.planar_localization import PlanarLocalization
 from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.world_geometry import add_ground, add_world
-from drake_starnav.worlds.movers import Movers
 from drake_starnav.worlds.world import World
 
 WHEELS = ("left_wheel", "right_wheel")
@@ -195,7 +194,7 @@ class NavigationStation(Diagram):
             ),
         )
         self.robot_geometries = equipment.robot_geometries
-        self.mover_geometries = _add_mover_drive(builder, plant, world.movers)
+        self.mover_geometries = add_mover_drive(builder, plant, world.movers)
         robot_state = plant.get_state_output_port(self.robot_model)
         builder.Connect(scene_graph.get_query_output_port(), equipment.GetInputPort("geometry_query"))
         builder.Connect(robot_state, equipment.GetInputPort("multibody_state"))
@@ -240,24 +239,11 @@ def add_plant(
         add_world(plant, world)
     else:
         add_model(plant, scene_graph, world.model)
-    if len(world.movers):
-        add_movers(plant, scene_graph, world.movers, model)
+    add_movers(plant, scene_graph, world.movers, model)
     plant.Finalize()
     if world.model is not None:
         drop_half_spaces(plant, scene_graph)
     return plant, scene_graph, model, ground
-
-
-def _add_mover_drive(builder: DiagramBuilder, plant: MultibodyPlant, movers: Movers) -> list[GeometryId]:
-    """Let the movers of a plant follow their paths; returns their collision geometries."""
-    if not len(movers):
-        return []
-    model = plant.GetModelInstanceByName(MOVERS)
-    drive = builder.AddNamedSystem("mover_drive", MoverDrive(movers, time_step=plant.time_step()))
-    builder.Connect(plant.get_state_output_port(model), drive.GetInputPort("state"))
-    builder.Connect(drive.GetOutputPort("forces"), plant.get_actuation_input_port(model))
-    bodies = (plant.get_body(index) for index in plant.GetBodyIndices(model))
-    return [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
 
 
 def plant_config(time_step: float) -> MultibodyPlantConfig:

@@ -7,11 +7,11 @@ push, as heavy as they are, and what a robot holds them up is made good in the n
 """
 
 import numpy as np
-from pydrake.geometry import CollisionFilterDeclaration, Cylinder, GeometrySet, Role, SceneGraph
+from pydrake.geometry import CollisionFilterDeclaration, Cylinder, GeometryId, GeometrySet, Role, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialInertia
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
 
 from drake_starnav import drawing
 from drake_starnav.systems.world_geometry import OBSTACLE_HEIGHT
@@ -33,6 +33,8 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
         movers: their radii, and the paths at whose beginnings they are.
         robot: the robot's model.
     """
+    if not len(movers):
+        return
     model = plant.AddModelInstance(MOVERS)
     starts, _ = mover_states(movers, np.zeros(1))
     inspector = scene_graph.model_inspector()
@@ -58,6 +60,18 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
     moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - before))
     declaration = CollisionFilterDeclaration().ExcludeWithin(moving).ExcludeBetween(moving, GeometrySet(list(others)))
     scene_graph.collision_filter_manager().Apply(declaration)
+
+
+def add_mover_drive(builder: DiagramBuilder, plant: MultibodyPlant, movers: Movers) -> list[GeometryId]:
+    """Let what `add_movers` added follow its paths, once the plant is finalized; returns the collision geometries."""
+    if not len(movers):
+        return []
+    model = plant.GetModelInstanceByName(MOVERS)
+    drive = builder.AddNamedSystem("mover_drive", MoverDrive(movers, time_step=plant.time_step()))
+    builder.Connect(plant.get_state_output_port(model), drive.GetInputPort("state"))
+    builder.Connect(drive.GetOutputPort("forces"), plant.get_actuation_input_port(model))
+    bodies = (plant.get_body(index) for index in plant.GetBodyIndices(model))
+    return [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
 
 
 class MoverDrive(LeafSystem):

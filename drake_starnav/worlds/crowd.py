@@ -52,9 +52,8 @@ class Crowd:
         return dataclasses.replace(world, movers=Movers(radii, paths))
 
     def _draw(self, rng: np.random.Generator) -> World:
-        places = rng.uniform(
-            (2.0, 1.0), (self.width - 2.0, self.height - 1.0), (rng.integers(*_COLUMNS, endpoint=True), 2)
-        )
+        count = rng.integers(*_COLUMNS, endpoint=True)
+        places = rng.uniform((2.0, 1.0), (self.width - 2.0, self.height - 1.0), (count, 2))
         walls = []
         for _ in range(rng.integers(*_WALLS, endpoint=True)):
             middle = rng.uniform((3.0, 2.0), (self.width - 3.0, self.height - 2.0))
@@ -75,10 +74,8 @@ class Crowd:
         speed, winding = rng.uniform(self.min_speed, self.max_speed), rng.random() < 0.5
         for _ in range(_TRIES):
             position = rng.uniform(radius, (self.width - radius, self.height - radius))
-            if (
-                math.dist(position, world.start[:2]) < _HEAD_START
-                or clearance(world, position[None])[0] < radius + 0.05
-            ):
+            room = clearance(world, position[None])[0] - radius
+            if room < _ROOM or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue
             path = wander(world, position, radius, speed, winding, rng)
             if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:

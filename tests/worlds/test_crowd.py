@@ -41,8 +41,8 @@ def test_start_is_free_and_the_goal_becomes_so(kind: Crowd, seed: int) -> None:
     world = make_world(kind, seed, RADIUS)
     at_start, _ = mover_states(world.movers, np.zeros(1))
     assert np.hypot(*(at_start[0] - world.start[:2]).T).min() >= 1.8
+    positions, _ = mover_states(world.movers, TIMES)
     for k in range(len(world.movers)):
-        positions, _ = mover_states(world.movers, TIMES)
         near = np.hypot(*(positions[:, k] - world.goal).T) < world.movers.radii[k] + RADIUS
         spells = np.diff(np.flatnonzero(np.diff(np.concatenate(([0], near, [0])))))[::2]
         assert spells.max(initial=0) * 0.05 <= 10.2
