@@ -306,7 +306,8 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
 def show_world(arguments: Sequence[str] | None = None) -> int:
     """Draw the world of one scenario; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="show_world.py", description="Draw a scenario's world with start, goal and shortest path."
+        prog="show_world.py",
+        description="Draw a scenario's world with start, goal, shortest path and the paths of what moves.",
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
@@ -338,7 +339,8 @@ def _show_world(options: argparse.Namespace) -> int:
     title = f"{scenario.name} · seed {options.seed} · {length}"
     write = write_png if file.suffix == ".png" else write_html
     write(world, scenario.robot, None if found is None else found[1], title, file)
-    print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons\nwrote {file}")
+    moving = f", {len(world.movers)} that move" if len(world.movers) else ""
+    print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
     return REACHED
 
 

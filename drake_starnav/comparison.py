@@ -31,7 +31,8 @@ from drake_starnav.simulation import run_trial
 from drake_starnav.systems.meshcat_stage import MeshcatStage
 from drake_starnav.systems.model_world import add_model, make_world_with_footprints
 from drake_starnav.systems.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.systems.world_geometry import add_world
+from drake_starnav.systems.world_geometry import OBSTACLE_HEIGHT, add_world
+from drake_starnav.worlds.movers import mover_states
 from drake_starnav.worlds.world import World
 
 COLORS: tuple[Color, ...] = (
@@ -109,7 +110,8 @@ def record_comparison(
         entries.append(Entry(method, witness.outcome, witness.motion, COLORS[k % len(COLORS)]))
     scenario = next(iter(scenarios.values()))
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), comparison_layers(entries))
+    layers = drawing.with_movers(comparison_layers(entries), world)
+    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers)
     return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
 
 
@@ -156,6 +158,7 @@ def replay(
         _add_robot(meshcat, paths[entry.method], radius, entry.color, STACKED * (len(entries) - k))
     start_recording(meshcat, parameters)
     stage.move("goal", np.array(world.goal), 0.0)
+    _play_movers(meshcat, world, max(entry.motion.duration for entry in entries), parameters)
     for entry in entries:
         _play(meshcat, stage, entry, paths[entry.method], layers[f"trails/{entry.method}"].height, parameters)
     finish_recording(meshcat, html, caption, cameras)
@@ -177,6 +180,17 @@ def _play(
         if k > 0 and (k % every == 0 or k == len(times) - 1):
             points = poses[(k - 1) // every * every : k + 1, :2]
             stage.add(layer, drawing.ribbon(points, parameters.line_width, height), time + FRAME_SLACK)
+
+
+def _play_movers(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
+    """Keyframes of the obstacles that move."""
+    times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
+    positions, _ = mover_states(world.movers, times)
+    for k, radius in enumerate(world.movers.radii):
+        path = f"{WORLD_PREFIX}/mover_{k}"
+        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*drawing.MOVERS.color))
+        for time, (x, y) in zip(times, positions[:, k], strict=True):
+            meshcat.SetTransform(path, RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT]), time + FRAME_SLACK)
 
 
 def _publish_world(meshcat: Meshcat, world: World) -> None:

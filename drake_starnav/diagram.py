@@ -202,8 +202,9 @@ def _add_baseline(
         builder.Connect(planner.GetOutputPort("short_term_goal"), controller.GetInputPort("short_term_goal"))
     if kind == "dsm":
         count = len(world.polygons)
-        if count or world.model is not None:
-            what = f"{count} polygon{'s' * (count > 1)}" if count else "a model file"
+        if count or world.model is not None or len(world.movers):
+            others = "a model file" if world.model is not None else "obstacles that move"
+            what = f"{count} polygon{'s' * (count > 1)}" if count else others
             raise UnsupportedError(
                 f"controller.kind dsm in world {world.name}, which has {what}; "
                 "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"

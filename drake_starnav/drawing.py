@@ -8,6 +8,7 @@ import numpy as np
 from drake_starnav.parameters import parameter
 from drake_starnav.roadmap.frontiers import Frontiers, uncovered
 from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.worlds.world import World
 
 MITRE_LIMIT = 2.0
 """A ribbon is at most this many times wider at a corner than along its sides."""
@@ -76,8 +77,16 @@ LAYERS = {
 }
 """Name in Meshcat's panel -> what it is, lowest first."""
 
+MOVERS = Layer("obstacle that moves", (0.90, 0.75, 0.20), "disc", 0.5)
+"""They are part of the scene; see `with_movers`."""
+
 SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
+
+
+def with_movers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
+    """The layers of a legend, and the obstacles that move if a world has some."""
+    return {**layers, "movers": MOVERS} if len(world.movers) else layers
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class LiveRun:
         controls: its buttons.
         simulator: of the diagram.
         outcome: why the run ended, in words; empty while it has not.
-        collided: whether by a collision.
+        collided: whether because the robot touched an obstacle, or one that moves touched it.
     """
 
     def __init__(
@@ -158,7 +158,7 @@ class LiveRun:
             status = self.simulator.AdvanceTo(self.time + STEP)
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
-                self._end(f"collision after {self.time:.1f} s")
+                self._end(f"{status.message().split()[0]} after {self.time:.1f} s")
             else:
                 self._tell()
         return not self.outcome

@@ -13,6 +13,9 @@ from typing import Any
 
 from drake_starnav.errors import StarnavError
 
+LARGEST = 1e300
+"""Numbers whose size is larger count as infinite."""
+
 
 def parameter(
     default: Any,
@@ -64,6 +67,11 @@ def allowed_text(field: dataclasses.Field) -> str:
     return f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
 
 
+def is_finite(value: float) -> bool:
+    """Whether a number is one that can be reckoned with; a whole number may be too large for that."""
+    return abs(value) <= LARGEST
+
+
 def check_parameters(parameters: Any, place: str) -> None:
     """Raise `StarnavError` for the first value out of its declared limits.
 
@@ -80,7 +88,7 @@ def check_parameters(parameters: Any, place: str) -> None:
         if meta.get("choices"):
             good = value in meta["choices"]
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            good = math.isfinite(value)
+            good = is_finite(value)
             good = good and not (meta.get("low") is not None and value < meta["low"])
             good = good and not (meta.get("high") is not None and value > meta["high"])
             good = good and not (meta.get("above") is not None and value <= meta["above"])
@@ -95,7 +103,7 @@ def convert(value: Any, kind: Any, place: str) -> Any:
     if kind is int and isinstance(value, int) and not isinstance(value, bool):
         return value
     if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return math.copysign(math.inf, value) if abs(value) > 1e300 else float(value)
+        return float(value) if not abs(value) > LARGEST else math.inf if value > 0 else -math.inf
     if kind is str and isinstance(value, str):
         return value
     if typing.get_origin(kind) is list and isinstance(value, list):

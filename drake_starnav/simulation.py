@@ -21,16 +21,19 @@ from drake_starnav.polyline import simplified
 from drake_starnav.scenario import Scenario
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.systems.collision_monitor import COLLISION, CollisionMonitor
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.planar_localization import planar_states
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
+from drake_starnav.worlds.movers import mover_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 MONITOR_PERIOD = 0.02
-"""Arrival and contact are checked this often; the clearance is judged at every step of the plant afterwards, s."""
+"""Arrival and contact are checked this often; the clearance is judged at every step of the plant afterwards, s.
+
+Contact where obstacles move is checked at every step, as it tells whether the robot stood."""
 PROGRESS_PERIOD = 0.5
 """Simulated time between two reports of progress, s."""
 SHORTEST_PATH_SLACK = 0.005
@@ -46,14 +49,16 @@ class Trial:
     """The result of one run; the field names are those of its JSON form.
 
     Attributes:
-        outcome: reached, collision, timeout or unreachable.
+        outcome: reached, collision, struck (by a moving obstacle, while the robot stood), timeout or unreachable.
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
-        shortest_path_m: by an omniscient robot of the same radius; None where there is no way, or obstacles move.
+        shortest_path_m: by an omniscient robot of the same radius among what stands; None where there is no way, or a
+            model file's obstacles move.
         straight_line_m: from the start to the goal.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
-        min_clearance_m: least distance of the hull to an obstacle that does not move; negative in a collision.
+        min_clearance_m: least distance of the hull to an obstacle, but to none of a model file that moves; negative in
+            a collision.
         mean_speed_mps: path length over time.
         mean_clearance_m, jerk_mps3, yaw_rate_change_radps2, twist_energy_m2ps, stops, stuck_s: see `MotionMetrics`.
         nodes: in the roadmap at the end; 0 without one.
@@ -152,9 +157,10 @@ def run_trial(
     context = simulator.get_context()
     states = log.FindLog(context).data()
     driven = planar_states(states.T, navigation.station.plant.num_positions(navigation.station.robot_model))
-    clearances = clearance(world, driven[:, :2]) - scenario.robot.radius
-    least = float(clearances.min())
-    outcome = "collision" if least < 0.0 else message
+    standing = clearance(world, driven[:, :2])
+    outcome = COLLISION if standing.min() < scenario.robot.radius else message
+    moving = mover_clearance(world.movers, driven[:, :2], log.FindLog(context).sample_times())
+    clearances = np.minimum(standing, moving) - scenario.robot.radius
     elapsed = context.get_time()
     length = float(np.hypot(*np.diff(states[4:6], axis=1)).sum())
     motion = motion_metrics(
@@ -181,7 +187,7 @@ def run_trial(
         straight_line_m=math.dist(world.start[:2], world.goal),
         tightest_gap_m=None if shortest is None else _finite(tightest_gap(world, shortest[1])),
         score=benchmark_score(outcome, elapsed, world.optimal_time),
-        min_clearance_m=least,
+        min_clearance_m=float(clearances.min()),
         mean_speed_mps=length / elapsed if elapsed > 0.0 else 0.0,
         **vars(motion),
         nodes=nodes,
@@ -221,11 +227,15 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
     """End the simulation at the robot's first contact with anything but the ground."""
     station = navigation.station
+    period = station.plant.time_step() if station.mover_geometries else MONITOR_PERIOD
     collision = builder.AddNamedSystem(
         "collision_monitor",
-        CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=MONITOR_PERIOD),
+        CollisionMonitor(
+            robot=station.robot_geometries, ground=station.floor, movers=station.mover_geometries, period=period
+        ),
     )
     builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
 
 
 def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
@@ -238,7 +248,7 @@ def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolera
 
 
 def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None] | None) -> str:
-    """Run until something ends the trial: reached, unreachable, collision or timeout."""
+    """Run until something ends the trial: reached, unreachable, collision, struck or timeout."""
     simulator.Initialize()
     while True:
         now = simulator.get_context().get_time()
@@ -248,8 +258,7 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
         if progress is not None:
             progress(simulator.get_context().get_time(), timeout)
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-            message = status.message()
-            return message if message in ("reached", "unreachable") else "collision"
+            return status.message().split()[0]
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
             raise StarnavError(f"simulation failed: {status.message()}")
 

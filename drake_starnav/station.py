@@ -19,6 +19,7 @@ from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.model_world import add_model, drop_half_spaces, floor_geometries
+from drake_starnav.systems.mover_bodies import add_mover_drive, add_movers
 from drake_starnav.systems.planar_localization import PlanarLocalization
 from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
@@ -193,6 +194,7 @@ class NavigationStation(Diagram):
             ),
         )
         self.robot_geometries = equipment.robot_geometries
+        self.mover_geometries = add_mover_drive(builder, plant, world.movers)
         robot_state = plant.get_state_output_port(self.robot_model)
         builder.Connect(scene_graph.get_query_output_port(), equipment.GetInputPort("geometry_query"))
         builder.Connect(robot_state, equipment.GetInputPort("multibody_state"))
@@ -237,6 +239,7 @@ def add_plant(
         add_world(plant, world)
     else:
         add_model(plant, scene_graph, world.model)
+    add_movers(plant, scene_graph, world.movers, model)
     plant.Finalize()
     if world.model is not None:
         drop_half_spaces(plant, scene_graph)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_starnav import drawing
 from drake_starnav.drawing import LAYERS, five_pointed_star, ribbon
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import OPEN_BORDER, World
@@ -16,7 +17,7 @@ OBSTACLES, WALLS = "0.62", "0.35"
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
 """Apart for colour-blind eyes (Okabe and Ito, 2008); the signs differ as well."""
 PATH_WIDTH = 0.06
-"""In a page, m."""
+"""In a page, m; paths of what moves are half as wide."""
 
 
 def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
@@ -24,7 +25,7 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
 
     Args:
         axis: of equal scales.
-        world: whose discs, polygons and bounds are drawn.
+        world: whose discs, polygons and bounds are drawn, and what moves as it is at first, with its paths.
         obstacles: their colour.
     """
     from matplotlib.collections import PatchCollection, PolyCollection
@@ -36,6 +37,10 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
     axis.add_collection(
         PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2, zorder=1)
     )
+    movers, color = world.movers, drawing.MOVERS.color
+    for radius, path in zip(movers.radii, movers.paths, strict=True):
+        axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
+        axis.add_patch(Circle(path[0, 1:], radius, facecolor=color, zorder=1))
     if world.bounds is not None:
         x0, y0, x1, y1 = world.bounds
         axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
@@ -91,6 +96,9 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
     draw_robot(axis, world.start, robot.radius, START, "start: the robot")
     draw_goal(axis, world.goal)
+    if len(world.movers):
+        color, label = drawing.MOVERS.color, f"{drawing.MOVERS.label}, its path"
+        axis.plot([], [], "o-", color=color, markersize=10.0, linewidth=0.6, label=label)
     save_figure(figure, file, dpi=150)
 
 
@@ -123,8 +131,11 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     meshes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
     if path is not None:
         meshes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
-    for name, mesh in meshes.items():
-        meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*LAYERS[name].color))
+    looks = {name: (mesh, LAYERS[name].color) for name, mesh in meshes.items()}
+    for k, way in enumerate(world.movers.paths):
+        looks[f"movers/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), drawing.MOVERS.color
+    for name, (mesh, color) in looks.items():
+        meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*color))
     set_look(meshcat)
     frame_camera(meshcat, world.extent)
     text = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import yaml
 from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
@@ -29,6 +30,7 @@ from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.lidar_sensor import LidarSensor
+from drake_starnav.systems.mover_bodies import MoverDrive
 from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.planar_localization import PlanarLocalization
 from drake_starnav.systems.slider_goal import SliderGoal
@@ -39,6 +41,7 @@ from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.worlds import WORLD_KINDS, World
+from drake_starnav.worlds.movers import Movers
 
 DOCS = Path(__file__).parents[1] / "docs"
 WRITTEN = "Written by `python scripts/write_tables.py`; change the code, not this file."
@@ -72,6 +75,7 @@ def all_systems() -> list[System]:
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
         WheelSlip(slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=(), period=0.02),
+        MoverDrive(Movers(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005),
         ArrivalMonitor(tolerance=0.3, period=0.02),
         SliderGoal((1.0, 0.0), lambda: None),
         StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here

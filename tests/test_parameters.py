@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import allowed_text, build, check_parameters, convert, parameter, unknown_name
+from drake_starnav.parameters import allowed_text, build, check_parameters, convert, is_finite, parameter, unknown_name
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.parameters import StarParameters
@@ -53,6 +53,14 @@ def test_shipped_parameters_document_themselves_and_allow_their_defaults(cls):
         assert f.metadata["help"] and allowed_text(f)
         if f.type is float or f.type is int:
             assert any(f.metadata[limit] is not None for limit in ("low", "above", "high")), f.name
+
+
+def test_whole_numbers_beyond_all_floats_are_refused():
+    for name in ("count", "offset"):
+        with pytest.raises(StarnavError, match=rf"here\.{name} is .*; allowed: "):
+            build(Example, {name: 10**400}, "here")
+    assert not is_finite(-(10**400))
+    assert is_finite(-3)
 
 
 @given(st.floats(allow_nan=True, allow_infinity=True))

@@ -109,6 +109,30 @@ def test_collision_is_noticed() -> None:
     assert trial.time_s < 10.0
 
 
+@pytest.mark.parametrize(("max_speed", "outcome"), [(0.8, "collision"), (0.01, "struck")])
+def test_what_runs_into_a_robot_ends_the_trial(tmp_path, max_speed: float, outcome: str) -> None:
+    """Something comes head on, faster than the robot can know: it has a collision if it drives."""
+    content = {
+        "meta": {"start": [0, 0, 0], "goal": [6, 0]},
+        "worlds": [{"id": 0, "plugins": ["a"], "walls": []}],
+        "trajectories": {"a": {"total": 10.0, "keys": [[0.0, 4.0, 0.0], [10.0, -16.0, 0.0]]}},
+    }
+    (tmp_path / "worlds.json").write_text(json.dumps(content))
+    text = f"world: !DynaBarn {{file: {tmp_path / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
+    text += "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
+    trial = run_trial(parse_scenario(text, name="head on"), seed=0)
+    assert trial.outcome == outcome
+    assert trial.min_clearance_m == pytest.approx(0.0, abs=0.02)
+    assert trial.min_clearance_m < 0.0
+    assert trial.shortest_path_m == pytest.approx(6.0)
+    assert trial.time_s < 1.7
+
+
+def test_a_robot_among_movers_drives_the_same_in_another_run() -> None:
+    scenario = load_scenario("crowd_room", overrides=["simulation.timeout=2.0"])
+    assert run_trial(scenario, seed=7).state_hash == run_trial(scenario, seed=7).state_hash
+
+
 def test_an_empty_world_has_a_record_without_infinities() -> None:
     trial = run_trial(parse_scenario("world: !Obstacles {goal: [2.0, 0.0]}", name="empty"), seed=0)
     assert trial.outcome == "reached"

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Role
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.drawing import LAYERS, RecordingParameters
+from drake_starnav.drawing import LAYERS, RecordingParameters, with_movers
 from drake_starnav.files import write_text
 from drake_starnav.motion import Motion
 from drake_starnav.recording.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
@@ -80,7 +80,7 @@ class Recorder:
         """
         world, station = self._navigation.world, self._navigation.station
         trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
-        caption = Caption(self._scenario.name, lines, {**LAYERS, "trail": trail})
+        caption = Caption(self._scenario.name, lines, with_movers({**LAYERS, "trail": trail}, world))
         cameras = Cameras(camera_presets(world), self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         robot = Actor(motion, self._scenario.robot.radius)

@@ -10,6 +10,7 @@ import numpy as np
 
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.summary import summarise, wilson_interval
+from drake_starnav.drawing import MOVERS
 from drake_starnav.errors import StarnavError
 from drake_starnav.report.intervals import ratio_interval
 from drake_starnav.report.results import Results
@@ -267,7 +268,7 @@ def _world(results: Results, record: Record) -> World:
 
 
 def draw_world(axes: "Axes", world: World) -> None:
-    """Obstacles, start and goal of a world, to scale."""
+    """Obstacles, those that move as they are at first, start and goal of a world, to scale."""
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle, Polygon, Rectangle
 
@@ -276,6 +277,8 @@ def draw_world(axes: "Axes", world: World) -> None:
     obstacles = PatchCollection(outlines, facecolor="0.78", edgecolor="none", zorder=1)
     obstacles.set_rasterized(len(outlines) > DETAILED)
     axes.add_collection(obstacles)
+    movers = [Circle(path[0, 1:], radius) for path, radius in zip(world.movers.paths, world.movers.radii, strict=True)]
+    axes.add_collection(PatchCollection(movers, facecolor=MOVERS.color, edgecolor="none", zorder=1))
     x0, y0, x1, y1 = world.extent
     if world.bounds is not None:
         axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor="0.6", linewidth=1.0))

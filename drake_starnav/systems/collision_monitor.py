@@ -7,34 +7,52 @@ from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
+from drake_starnav.metrics import STANDING
+
+COLLISION, STRUCK = "collision", "struck"
+"""How a contact is called: a robot that stands when a moving obstacle runs into it is struck."""
+
 
 class CollisionMonitor(LeafSystem):
     """Watches the plant's contacts and terminates the simulation at the first one that is not with the ground.
 
     ```
                         ┌──────────────────┐
-    contact_results ───>│ CollisionMonitor │
+    contact_results ───>│                  │
+                        │ CollisionMonitor │
+    state ─────────────>│                  │
                         └──────────────────┘
     ```
 
     Ports:
         contact_results: abstract, `ContactResults` of the plant.
+        state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
 
-    The simulator stops with status "reached termination" and a message that names both geometries.
+    The simulator stops with status "reached termination" and a message that begins with how the contact is called and
+    names both geometries. It is called struck if the robot stood and touches nothing but moving obstacles.
     """
 
     def __init__(
-        self, *, robot: Collection[GeometryId], ground: Collection[GeometryId], period: float, offset: float = 0.0
+        self,
+        *,
+        robot: Collection[GeometryId],
+        ground: Collection[GeometryId],
+        movers: Collection[GeometryId] = (),
+        period: float,
+        offset: float = 0.0,
     ) -> None:
         """
         Args:
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
-            period, offset: of the checks, s. Contact lasts while the wheels push, so that few checks suffice.
+            movers: of the moving obstacles.
+            period, offset: of the checks, s. Contact lasts while the wheels push, so that few checks suffice; but to
+                tell whether the robot stood at the first touch, check at each step of the plant.
         """
         super().__init__()
-        self._robot, self._ground = set(robot), set(ground)
+        self._robot, self._ground, self._movers = set(robot), set(ground), set(movers)
         self._contact_results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self._state = self.DeclareVectorInputPort("state", 5)
         self.DeclarePeriodicPublishEvent(period, offset, self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
@@ -52,6 +70,7 @@ class CollisionMonitor(LeafSystem):
         found = self.contacts(context)
         if not found:
             return EventStatus.Succeeded()
+        struck = all(b in self._movers for _, b in found) and abs(self._state.Eval(context)[3]) <= STANDING
         a, b = found[0]
-        message = f"collision of {a} with {b} at {context.get_time():.3f} s"
+        message = f"{STRUCK if struck else COLLISION} of {a} with {b} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)

@@ -10,9 +10,12 @@ from drake_starnav.worlds.barn import Barn
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.corridor import Corridor
+from drake_starnav.worlds.crowd import Crowd
+from drake_starnav.worlds.dynabarn import DynaBarn
 from drake_starnav.worlds.forest import Forest
 from drake_starnav.worlds.maze import Maze
 from drake_starnav.worlds.model import Model
+from drake_starnav.worlds.movers import Movers, mover_states
 from drake_starnav.worlds.obstacles import Obstacles
 from drake_starnav.worlds.paper_forest import PaperForest
 from drake_starnav.worlds.room import Room
@@ -21,10 +24,14 @@ from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
-    kind.__name__: kind for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn)
+    kind.__name__: kind
+    for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd, DynaBarn)
 }
 
-__all__ = ["WORLD_KINDS", "World", "clearance", "convex_parts", "make_world", "shortest_path", *WORLD_KINDS]
+__all__ = [
+    "WORLD_KINDS", "Movers", "World", "clearance", "convex_parts", "make_world", "mover_states", "shortest_path",
+    *WORLD_KINDS,
+]  # fmt: skip
 
 
 def make_world(kind: Any, seed: int, robot_radius: float) -> World:

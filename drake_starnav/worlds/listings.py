@@ -1,11 +1,11 @@
 """Parameters that are lists of numbers: how they are declared and checked."""
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import is_finite
 
 
 def listing(default: list, help: str) -> Any:
@@ -25,7 +25,7 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: 
     numbers = check_list(value, name)
     if or_empty and not numbers:
         return numbers
-    good = all(isinstance(x, (int, float)) and not isinstance(x, bool) and math.isfinite(x) for x in numbers)
+    good = all(isinstance(x, (int, float)) and not isinstance(x, bool) and is_finite(x) for x in numbers)
     if len(numbers) != len(entries) or not good:
         empty = ", or an empty list" if or_empty else ""
         raise StarnavError(f"{name} is {list(numbers)}; allowed: finite [{', '.join(entries)}]{empty}")

@@ -14,6 +14,7 @@ import numpy as np
 import yaml
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import is_finite
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
@@ -218,7 +219,7 @@ def _read_yaml(path: Path) -> dict[str, Any]:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value)
 
 
 def _number(keys: dict[str, Any], key: str, path: Path) -> float:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.worlds.movers import Movers
 
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""
@@ -51,6 +52,7 @@ class World:
         timeout: s, the time a trial in this world may take by default.
         model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
         optimal_time: s, by which a benchmark scores trials in this world, or None if it is no benchmark's.
+        movers: obstacles that move; clearances and shortest paths of the world are those of what stands.
     """
 
     name: str
@@ -63,6 +65,7 @@ class World:
     timeout: float = 180.0
     model: ModelFile | None = None
     optimal_time: float | None = None
+    movers: Movers = field(default_factory=Movers)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cylinders", _array(self.cylinders, 3))
@@ -128,5 +131,8 @@ class World:
         if self.polygons:
             low.append(np.vstack(self.polygons) - OPEN_BORDER)
             high.append(np.vstack(self.polygons) + OPEN_BORDER)
+        if len(self.movers):
+            low.append(self.movers.way_points[:, 1:] - OPEN_BORDER)
+            high.append(self.movers.way_points[:, 1:] + OPEN_BORDER)
         (x0, y0), (x1, y1) = np.vstack(low).min(axis=0), np.vstack(high).max(axis=0)
         return float(x0), float(y0), float(x1), float(y1)

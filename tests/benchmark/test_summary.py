@@ -90,6 +90,13 @@ def test_an_outcome_of_later_days_has_its_column() -> None:
     assert "abducted" in summary_tables([summary])
 
 
+def test_struck_has_a_column_where_a_robot_was_struck() -> None:
+    (summary,) = summarise([record(0), record(1, "struck"), record(2, "collision")])
+    assert (summary.failures["struck"], summary.failures["collision"]) == (1, 1)
+    assert "| struck |" in summary_tables([summary])
+    assert "struck" not in summary_tables(summarise([record(0), record(1, "collision")]))
+
+
 def test_unsupported_trials_are_counted_apart() -> None:
     unsupported = {"scenario": "forest", "method": "star", "trial": 1, "seed": 1, "outcome": "unsupported"}
     (summary,) = summarise([record(0), unsupported, record(2, "timeout")])

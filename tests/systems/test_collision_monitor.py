@@ -1,7 +1,9 @@
 """The run ends at the first contact with an obstacle; the ground may be touched."""
 
 import gc
+import math
 
+import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
@@ -11,11 +13,14 @@ from drake_starnav.lidar import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station import NavigationStation
 from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.systems.mover_bodies import MOVERS
+from drake_starnav.worlds.movers import Movers, mover_states
 from drake_starnav.worlds.world import World
 
 ROBOT = RobotParameters()
 TOUCHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 SPEED = 0.5
+STEP = 0.005  # of the plant, s
 
 
 class Run:
@@ -28,11 +33,17 @@ class Run:
         source = builder.AddSystem(ConstantVectorSource(twist))
         self.monitor = builder.AddSystem(
             CollisionMonitor(
-                robot=self.station.robot_geometries, ground=[self.station.ground] if ground else [], period=period
+                robot=self.station.robot_geometries,
+                ground=[self.station.ground] if ground else [],
+                movers=self.station.mover_geometries,
+                period=period,
             )
         )
+        builder.Connect(self.station.GetOutputPort("localization.state"), self.monitor.GetInputPort("state"))
         builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))
-        builder.Connect(self.station.GetOutputPort("cheat.contact_results"), self.monitor.get_input_port())
+        builder.Connect(
+            self.station.GetOutputPort("cheat.contact_results"), self.monitor.GetInputPort("contact_results")
+        )
         self.simulator = Simulator(builder.Build())
         self.context = self.simulator.get_context()
 
@@ -92,9 +103,57 @@ def test_passing_close_by_is_no_collision() -> None:
     assert run.until(4.0).reason() != TOUCHED
 
 
+def approaching(speed: float, angle: float, gap: float = 0.5) -> Movers:
+    """A disc that comes from a bearing straight towards the robot at the origin, its rim `gap` from the hull."""
+    from_robot = np.array([math.cos(angle), math.sin(angle)])
+    begin, end = ((ROBOT.radius + 0.3 + far) * from_robot for far in (gap, gap - 10.0 * speed))
+    return Movers([0.3], ([(0.0, *begin), (10.0, *end)],))
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, math.pi])
+@pytest.mark.parametrize("speed", [0.3, 0.8, 2.0])
+def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) -> None:
+    run = Run((0.0, 0.0), period=STEP, movers=approaching(speed, angle))
+    status = run.until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("struck of ")
+    assert run.context.get_time() == pytest.approx(0.5 / speed, abs=2.1 * STEP)
+    ((hull, mover),) = run.contacts()
+    assert (run.name(hull), run.name(mover)) == ("hull", "mover_0")
+
+
+@pytest.mark.parametrize("twist", [(0.5, 0.0), (-0.3, 1.0), (0.05, 0.0)])
+def test_a_robot_that_drives_when_it_meets_a_mover_has_a_collision(twist) -> None:
+    status = Run(twist, period=STEP, movers=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("collision of ")
+
+
+def test_who_stands_against_a_wall_has_a_collision() -> None:
+    """What a robot has driven into by itself is no matter of movers."""
+    run = Run((0.0, 0.0), period=STEP, bounds=(-1.0, -1.0, ROBOT.radius - 0.0005, 1.0), movers=approaching(0.5, 2.0))
+    status = run.until(0.1)
+    assert status.message().startswith("collision of ")
+
+
+def test_a_mover_pushes_the_robot_along_and_keeps_to_its_path() -> None:
+    movers = approaching(0.5, 0.2)
+    run = Run((0.0, 0.0), period=100.0, movers=movers)
+    plant = run.station.plant
+    context = plant.GetMyContextFromRoot(run.context)
+    for time in (1.5, 2.0, 3.0, 5.0):
+        run.until(time)
+        place = plant.GetPositions(context, plant.GetModelInstanceByName(MOVERS))
+        expected, _ = mover_states(movers, np.array([time]))
+        assert place == pytest.approx(expected.ravel(), abs=0.005)
+    pushed = run.station.GetOutputPort("localization.pose").Eval(run.station.GetMyContextFromRoot(run.context))
+    assert np.hypot(*pushed[:2]) > 0.5
+
+
 def test_ports_and_life() -> None:
     run = Run(cylinders=[(1.0, 0.0, 0.3)])
-    assert run.monitor.get_input_port().get_name() == "contact_results"
+    ports = [run.monitor.get_input_port(k).get_name() for k in range(run.monitor.num_input_ports())]
+    assert ports == ["contact_results", "state"]
     assert run.monitor.num_output_ports() == 0
     simulator = run.simulator
     del run

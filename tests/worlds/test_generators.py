@@ -13,6 +13,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import (
     WORLD_KINDS,
     Corridor,
+    Crowd,
     Forest,
     Maze,
     Obstacles,
@@ -25,14 +26,15 @@ from drake_starnav.worlds import (
     shortest_path,
 )
 
-KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor()]
-GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name not in ("Obstacles", "Model", "Barn")]
+KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor(), Crowd()]
+GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name not in ("Obstacles", "Model", "Barn", "DynaBarn")]
 
 
 def fingerprint(world: World) -> str:
     numbers = [*world.start, *world.goal, *world.cylinders.ravel(), *world.spheres.ravel()]
     for polygon in world.polygons:
         numbers += list(polygon.ravel())
+    numbers += [*world.movers.radii, *world.movers.way_points.ravel()]
     return hashlib.sha256(np.array(numbers).tobytes()).hexdigest()
 
 

@@ -9,6 +9,11 @@ from drake_starnav.worlds import Obstacles, make_world, shortest_path
 SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
 
 
+def test_a_number_beyond_all_floats_is_refused() -> None:
+    with pytest.raises(StarnavError, match=r"Obstacles\.goal is .* allowed: finite \[x, y\]"):
+        make_world(Obstacles(goal=[10**400, 0]), 0, 0.25)
+
+
 def test_the_world_is_as_given():
     kind = Obstacles(
         cylinders=[[3.0, 0.0, 0.5]],
