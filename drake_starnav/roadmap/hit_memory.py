@@ -21,6 +21,8 @@ SOFT_ZONE = 0.12
 CLOSED_RADIUS = 0.2
 """Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
+SLACK = 150
+"""A search goes on until sums are larger than the smallest by this: `_nearest_cost` looks as far, hundredths of a cell."""
 
 
 @dataclass(frozen=True)
@@ -113,13 +115,16 @@ class CostField:
         weight: same shape, what crossing a cell costs in tenths; 0 where blocked.
         origin: position of cell (1, 1), shape (2,), W, m.
         cell: size of a cell, m.
-        searched: cells that cost less were all found, in hundredths of a cell; -1 if the whole box was searched.
+        aim: cell (i, j) towards which the search went; (-1, -1) if it went all ways alike.
+        searched: where the sum of the cost and of what is left to `aim` at least is less, all was found, in hundredths
+            of a cell; -1 if the whole box was searched.
     """
 
     cost: np.ndarray
     weight: np.ndarray
     origin: np.ndarray
     cell: float
+    aim: tuple[int, int]
     searched: int
 
     def at(self, points: np.ndarray) -> np.ndarray:
@@ -127,8 +132,7 @@ class CostField:
 
         Infinity where the goal cannot be reached inside the box; where the search ended before, a lower bound.
         """
-        cost = _nearest_cost(self.cost, points, self.origin, self.cell)
-        return cost if self.searched < 0 else np.where(np.isfinite(cost), cost, self.searched * self.cell / 100.0)
+        return _nearest_cost(self.cost, points, self.origin, self.cell, self.searched, *self.aim)
 
     def path(self, start: np.ndarray) -> np.ndarray:
         """Cell centres of the shortest path from near `start` (2,) to the goal, shape (k, 2), W, m; maybe none."""
@@ -145,6 +149,8 @@ def cost_to_go(
     near_wall_cost: float,
     closed: np.ndarray | None = None,
     spent: np.ndarray | None = None,
+    position: np.ndarray | None = None,
+    bonus: float = 0.0,
 ) -> CostField:
     """Length of the shortest path to the goal if all unknown space were free.
 
@@ -161,6 +167,9 @@ def cost_to_go(
         closed: shape (k, 2), places around which cells are blocked too, W, m.
         spent: shape (n,), m: what it costs to get to each point. If given, the search ends as soon as no other
             point can have a smaller sum of both; the others' cost is then a lower bound with which they lose too.
+        position: shape (2,), W, m, of the robot, if what is spent is at least the straight line from there: the search
+            then goes towards it.
+        bonus: m; points whose sums are within it of the smallest are found too.
     """
     distance, first = memory.window(low, high)
     cell = memory.resolution * STRIDE
@@ -171,8 +180,12 @@ def cost_to_go(
         _close(weight, (closed - origin) / cell + 1.0, CLOSED_RADIUS / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
     bid = _bids(weight.shape, points, origin, cell, spent)
-    cost, searched = bucket_dijkstra(weight, i + 1, j + 1, bid)
-    return CostField(cost, weight, origin, cell, searched)
+    aim = (-1, -1)
+    if position is not None:
+        p, q = np.rint((position - origin) / cell).astype(np.int64) + 1
+        aim = (int(p), int(q))
+    cost, searched = bucket_dijkstra(weight, i + 1, j + 1, bid, SLACK + round(100.0 * bonus / cell), *aim)
+    return CostField(cost, weight, origin, cell, aim, searched)
 
 
 @njit(cache=True)
@@ -235,7 +248,7 @@ def _bids(
 
 
 @njit(cache=True)
-def bucket_dijkstra(weight, gi, gj, bid, slack=150, ai=-1, aj=-1):
+def bucket_dijkstra(weight, gi, gj, bid, slack=SLACK, ai=-1, aj=-1):
     """Cost from cells to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere.
 
     Ends early, and then returns the cost at which it did (else -1), when the smallest sum of cost and bid found so far
@@ -276,8 +289,9 @@ def bucket_dijkstra(weight, gi, gj, bid, slack=150, ai=-1, aj=-1):
             continue
         if bids[c] < UNREACHED:
             best = min(best, d + bids[c])
-        if best < d + _least_cost(c // ny, c % ny, ai, aj) - slack:
-            return cost.reshape(nx, ny), d
+        present = d + _least_cost(c // ny, c % ny, ai, aj)
+        if best < present - slack:
+            return cost.reshape(nx, ny), present
         for k in range(8):
             n = c + steps[k]
             if w[n] == 0:
@@ -295,16 +309,19 @@ def bucket_dijkstra(weight, gi, gj, bid, slack=150, ai=-1, aj=-1):
 
 @njit(cache=True)
 def _least_cost(i, j, ai, aj):
-    """Cost between two cells without obstacles, in hundredths of a cell; 0 if there is no second one (-1)."""
+    """A cost between two cells, in hundredths of a cell; 0 if there is no second one (-1).
+
+    It is at most the straight line, which is at most the way from cell to cell.
+    """
     if ai < 0:
         return 0
     di, dj = abs(i - ai), abs(j - aj)
-    return 100 * max(di, dj) + 40 * min(di, dj)
+    return (100 * max(di, dj) + 40 * min(di, dj)) * 12 // 13
 
 
 @njit(cache=True)
-def _nearest_cost(field, points, origin, cell):
-    """Smallest cost over the 3 x 3 cells about each point, in metres."""
+def _nearest_cost(field, points, origin, cell, searched, ai, aj):
+    """Smallest cost over the 3 x 3 cells about each point, or what it is at least where none was searched, in metres."""
     nx, ny = field.shape
     out = np.full(len(points), np.inf)
     for n in range(len(points)):
@@ -315,6 +332,8 @@ def _nearest_cost(field, points, origin, cell):
                 if field[a, b] < UNREACHED:
                     detour = cell * math.hypot(a - i, b - j)
                     out[n] = min(out[n], field[a, b] * cell / 100.0 + detour)
+        if searched >= 0 and out[n] == np.inf:
+            out[n] = max(searched - _least_cost(i, j, ai, aj), 0) * cell / 100.0
     return out
 
 

@@ -168,6 +168,8 @@ def optimistic_cost(
         parameters.near_wall_cost,
         np.vstack((roadmap.closed, roadmap.blocked)),
         None if spent is None else np.append(spent, 0.0),
+        None if spent is None else position,
+        parameters.hysteresis,
     )
 
 

@@ -180,6 +180,25 @@ def test_a_search_that_ends_early_has_the_same_winner(seed):
         assert (early + spent).min() == pytest.approx((full + spent)[best], abs=1e-9)
 
 
+@settings(max_examples=60)
+@given(seeds, st.floats(0.0, 1.0))
+def test_a_search_towards_the_robot_has_the_same_winners(seed, bonus):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
+    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
+    robot = points[-1]
+    spent = np.hypot(*(points - robot).T) * rng.uniform(1.0, 2.0, 30)
+    full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
+    early = cost_to_go(
+        grid, points, goal, LOW, HIGH, RADIUS, 1.0, spent=spent, position=robot, bonus=bonus
+    ).at(points)  # fmt: skip
+    if np.isfinite(full).any():
+        sums = full + spent
+        near = sums <= sums.min() + bonus
+        np.testing.assert_allclose(early[near], full[near], atol=1e-9)
+        assert (early + spent)[~near].min(initial=np.inf) >= sums.min()
+
+
 @settings(max_examples=20)
 @given(seeds)
 def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(seed):
