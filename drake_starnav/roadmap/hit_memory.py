@@ -22,7 +22,7 @@ CLOSED_RADIUS = 0.2
 """Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
 SLACK = 150
-"""A search goes on until sums are larger than the smallest by this: `_nearest_cost` looks as far, hundredths of a cell."""
+"""A search goes on until sums exceed the smallest by this, as far as `_nearest_cost` looks; hundredths of a cell."""
 
 
 @dataclass(frozen=True)
@@ -321,7 +321,7 @@ def _least_cost(i, j, ai, aj):
 
 @njit(cache=True)
 def _nearest_cost(field, points, origin, cell, searched, ai, aj):
-    """Smallest cost over the 3 x 3 cells about each point, or what it is at least where none was searched, in metres."""
+    """Smallest cost over the 3 x 3 cells about each point, or what it is at least where none was searched, m."""
     nx, ny = field.shape
     out = np.full(len(points), np.inf)
     for n in range(len(points)):
