@@ -86,6 +86,7 @@ class PlannerState:
         rounds: how often the margin was shrunk or retried.
         plans: how often the roadmap was searched, or the fastest path was.
         headway: the watch over a robot on the fastest path.
+        known: how many nodes were there when the goal was set.
     """
 
     roadmap: StarRoadmap
@@ -98,6 +99,7 @@ class PlannerState:
     rounds: int
     plans: int
     headway: Headway = field(default_factory=Headway)
+    known: int = 0
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
         return self
@@ -116,6 +118,12 @@ class PlannerState:
             progress_time=0.0,
             rounds=0,
             plans=0,
+        )
+
+    def with_new_goal(self) -> "PlannerState":
+        """The state once the goal has moved, even after having given up: the map stays, the way is to be found anew."""
+        return dataclasses.replace(
+            self, status=PlannerStatus.WAITING, path=np.zeros((0, 2)), target=None, known=len(self.roadmap)
         )
 
     @property
@@ -273,7 +281,7 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     if parameters.growth == "arrival":
         return False
     driven = _distance(position, state.node_position)
-    if driven > parameters.node_spacing and not _node_nearby(state.roadmap, position, parameters.node_spacing):
+    if driven > parameters.node_spacing and not _on_known_ground(state, position, parameters.node_spacing):
         return True
     shape = (region.center, region.bearing_0, region.boundary.values)
     if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
@@ -281,10 +289,10 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
 
 
-def _node_nearby(roadmap: StarRoadmap, position: np.ndarray, distance: float) -> bool:
-    """Whether the robot is on known ground: nearer than a distance (m) to a node in whose region it is."""
-    stack = roadmap.stack
-    near = np.flatnonzero(np.hypot(*(stack.center - position).T) <= distance)
+def _on_known_ground(state: PlannerState, position: np.ndarray, distance: float) -> bool:
+    """Whether the robot is nearer than a distance (m) to a node of an earlier goal, and in its region."""
+    stack = state.roadmap.stack
+    near = np.flatnonzero(np.hypot(*(stack.center[: state.known] - position).T) <= distance)
     return any(covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position) for k in near)
 
 

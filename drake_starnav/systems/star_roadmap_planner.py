@@ -1,7 +1,5 @@
 """The star roadmap as a Drake system."""
 
-import dataclasses
-
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
@@ -11,7 +9,6 @@ from drake_starnav.roadmap import (
     Observation,
     PlannerParameters,
     PlannerState,
-    PlannerStatus,
     fastest_step,
     plan_step,
 )
@@ -92,7 +89,7 @@ class StarRoadmapPlanner(LeafSystem):
         before = context.get_abstract_state(self._plan).get_value()
         moved = not np.array_equal(goal, context.get_discrete_state(self._goal_before).value())
         if moved:
-            before = dataclasses.replace(before, status=PlannerStatus.WAITING, path=np.zeros((0, 2)), target=None)
+            before = before.with_new_goal()
         with self._stopwatch.measure("update"):
             now = (before, seen, position, goal, context.get_time(), self._planner)
             if self._planner.path == "fastest":

@@ -46,13 +46,15 @@ def drive(
     refused: Callable[[np.ndarray], bool] = lambda place: False,
     silent: bool = False,
     stop: bool = True,
+    begin: PlannerState | None = None,
 ) -> list[PlannerState]:
     """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
 
-    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing.
+    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing. `begin` is
+    the state to begin with, if it is not the first one.
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
-    state, states = PlannerState.initial(parameters, RADIUS), []
+    state, states = begin or PlannerState.initial(parameters, RADIUS), []
     for k in range(steps):
         pose = np.array((*position, 0.3 * np.sin(0.1 * k)))
         if k == 0 or not silent:
@@ -162,6 +164,17 @@ def test_nodes_are_added_every_node_spacing():
     centers = states[-1].roadmap.stack.center
     assert len(centers) == 1 + int(4.0 / PARAMETERS.node_spacing)
     assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
+
+
+def test_on_ground_known_from_an_earlier_goal_no_node_is_added():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    there = drive(world, PARAMETERS, steps=200)[-1].with_new_goal()
+    assert there.status is PlannerStatus.WAITING and there.target is None
+    back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
+    states = drive(back, PARAMETERS, steps=200, begin=there)
+    assert states[-1].status is PlannerStatus.APPROACHING and len(states[-1].roadmap) == len(there.roadmap)
+    forgotten = dataclasses.replace(there, known=0)
+    assert len(drive(back, PARAMETERS, steps=200, begin=forgotten)[-1].roadmap) > len(there.roadmap)
 
 
 def test_guidance_hands_on_the_path_and_the_regions():
