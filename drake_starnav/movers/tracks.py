@@ -1,0 +1,295 @@
+"""Moving obstacles as discs with velocities: clusters of hits, and a Kalman filter of constant velocity for each."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.movers.motion_grid import connected
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.scan import MOVES, STAYS, LaserScan
+
+FEWEST_BEAMS = 2
+"""Clusters of fewer hits are not tracked."""
+SMALLEST_RADIUS = 0.08
+"""Nothing is taken to be smaller, m."""
+RADIUS_GAIN = 0.2
+MOTION_GAIN = 0.2
+"""Shares by which a track's radius, and its share of moving beams, follow the latest cluster."""
+FIT_ROUNDS = 4
+FIT_PRIOR = 0.05
+"""Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
+NOISE = 0.02
+NOISE_PER_RANGE = 0.012
+"""Standard deviation of a measured centre, m, and what a metre of range adds."""
+FIRST_VARIANCES = np.array([0.05**2, 0.0, 0.6**2])
+"""Of a new track: position, covariance, velocity."""
+GATE = 0.25
+GATE_SPEED = 2.0
+GATE_NEW = 0.3
+"""A cluster may continue a track whose prediction is nearer than GATE, m, and this speed times the time since the last
+scan; a track that does not count yet may be farther by GATE_NEW, m."""
+COUNTED_AFTER = 4
+COUNTED_SPEED = 0.12
+COUNTED_MOTION = 0.3
+"""A track counts after so many scans, if it is faster than this, m/s, and a larger share of its beams moved."""
+FORGOTTEN_AFTER = 0.8
+FORGOTTEN_NEW = 0.15
+"""A track that is not seen is forgotten after this time, s; one that never counted, sooner."""
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Moving obstacles as far as the scans tell, and all hits that may be theirs. Immutable; W, m, s.
+
+    Attributes:
+        time: of the last scan, s.
+        position, velocity: shape (n, 2), of the centres, m and m/s.
+        radius: shape (n,), m.
+        variance: shape (n, 3): of position, of position with velocity, and of velocity, the same for both axes.
+        scans: shape (n,), how many scans have seen each.
+        seen: shape (n,), when it was seen last, s.
+        motion: shape (n,), share of its beams that hit what was free before, smoothed.
+        hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
+        owner: shape (k,), the track that each hit belongs to; -1 for none.
+        hidden: shape (m, 2), places that no beam has looked behind or at, at the edges of what was seen.
+    """
+
+    time: float = -math.inf
+    position: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    velocity: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    radius: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    variance: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    scans: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    motion: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    hidden: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def __deepcopy__(self, memo: dict) -> "Tracks":
+        return self
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    @property
+    def speed(self) -> np.ndarray:
+        """Shape (n,), m/s."""
+        return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
+
+    @property
+    def counted(self) -> np.ndarray:
+        """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
+        return (
+            (self.scans >= COUNTED_AFTER) & (self.speed > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
+        )
+
+    def at(self, time: float) -> np.ndarray:
+        """Where the centres will be at a time (s) if none of them changes its velocity, shape (n, 2)."""
+        return self.position + self.velocity * (time - self.time)
+
+
+def clusters(scan: LaserScan, motion: np.ndarray, parameters: MoverParameters) -> list[np.ndarray]:
+    """Runs of connected hits that may be of one moving obstacle: beam numbers, in order.
+
+    Args:
+        scan: in S.
+        motion: shape (n,), as from `MotionGrid.told`.
+        parameters: max_radius.
+    """
+    first, count = _runs(motion != STAYS, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
+    n = len(motion)
+    runs = [(start + np.arange(length)) % n for start, length in zip(first, count, strict=True)]
+    widest = 2.0 * parameters.max_radius
+    return [run for run in runs if len(run) >= FEWEST_BEAMS and _chord(scan, run) <= widest]
+
+
+def _chord(scan: LaserScan, run: np.ndarray) -> float:
+    a, b = scan.distances[run[0]], scan.distances[run[-1]]
+    cosine = math.cos((len(run) - 1) * scan.angle_increment)
+    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+
+
+@njit(cache=True)
+def _runs(chosen, distance, hit, increment, wrap):
+    n = len(chosen)
+    first, count = [0], [0]
+    start = 0
+    if wrap:
+        for k in range(n):
+            if not (chosen[k] and chosen[k - 1] and connected(distance, hit, k - 1 if k else n - 1, k, increment)):
+                start = k
+                break
+    open_run = False
+    for step in range(n):
+        k = (start + step) % n
+        if not (chosen[k] and hit[k]):
+            open_run = False
+            continue
+        if open_run and (k > 0 or wrap) and connected(distance, hit, k - 1 if k else n - 1, k, increment):
+            count[-1] += 1
+        else:
+            first.append(k)
+            count.append(1)
+            open_run = True
+    return np.array(first[1:]), np.array(count[1:])
+
+
+def updated(
+    tracks: Tracks, scan: LaserScan, motion: np.ndarray, pose: np.ndarray, parameters: MoverParameters
+) -> Tracks:
+    """The tracks after one more scan.
+
+    Each cluster continues the track that is predicted nearest to it, or begins one. The centre of a continued track is
+    where a disc of its radius fits the hits best, so that a half hidden obstacle does not seem to slow down.
+
+    Args:
+        tracks: before.
+        scan: the latest, in S.
+        motion: shape (n,), as from `MotionGrid.told`.
+        pose: (x, y, yaw) of S in W when it was taken.
+        parameters: max_radius, agility, hidden.
+    """
+    before = _predicted(tracks, scan.time, parameters.agility)
+    runs = clusters(scan, motion, parameters)
+    everything = np.ones(len(motion), bool)
+    points = scan.points_at(scan.distances, everything, pose)
+    first = [_first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
+    partner = _partners(first, before, scan.time - tracks.time)
+    rows, owner_of_beam = [], np.full(len(motion), -1)
+    for k in range(len(before)):
+        if k not in partner and scan.time - before.seen[k] < (
+            FORGOTTEN_AFTER if before.scans[k] > COUNTED_AFTER else FORGOTTEN_NEW
+        ):
+            rows.append(_row(before, k))
+    for c, run in enumerate(runs):
+        x, y, radius, whole = first[c]
+        share = float(np.mean(motion[run] == MOVES))
+        owner_of_beam[run] = len(rows)
+        k = next((k for k, cluster in partner.items() if cluster == c), -1)
+        if k < 0:
+            rows.append((x, y, 0.0, 0.0, radius, *FIRST_VARIANCES, 1, scan.time, 0.0))
+            continue
+        kept = before.radius[k] + (RADIUS_GAIN * (radius - before.radius[k]) if whole else 0.0)
+        center = _fitted(points[run], before.position[k], kept)
+        noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
+        state, variance = _corrected(before, k, center, noise)
+        smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
+        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed))
+    table = np.array(rows, dtype=float).reshape(-1, 11)
+    doubtful = motion != STAYS
+    return Tracks(
+        time=scan.time,
+        position=table[:, 0:2].copy(),
+        velocity=table[:, 2:4].copy(),
+        radius=table[:, 4].copy(),
+        variance=table[:, 5:8].copy(),
+        scans=table[:, 8].astype(np.int64),
+        seen=table[:, 9].copy(),
+        motion=table[:, 10].copy(),
+        hits=points[doubtful],
+        owner=owner_of_beam[doubtful],
+    )
+
+
+def _row(tracks: Tracks, k: int) -> tuple[float, ...]:
+    return (
+        *tracks.position[k],
+        *tracks.velocity[k],
+        tracks.radius[k],
+        *tracks.variance[k],
+        tracks.scans[k],
+        tracks.seen[k],
+        tracks.motion[k],
+    )
+
+
+def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:
+    """The tracks at the time of the next scan."""
+    if not len(tracks):
+        return tracks
+    dt = time - tracks.time
+    p, c, v = tracks.variance.T
+    variance = np.column_stack((p + 2.0 * dt * c + dt * dt * v, c + dt * v, v + agility**2 * dt))
+    return Tracks(
+        time, tracks.at(time), tracks.velocity, tracks.radius, variance, tracks.scans, tracks.seen, tracks.motion
+    )
+
+
+def _first_disc(
+    scan: LaserScan, run: np.ndarray, points: np.ndarray, place: np.ndarray, largest: float
+) -> tuple[float, float, float, bool]:
+    """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
+
+    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)).
+    """
+    n = len(scan.ranges)
+    nearest = float(scan.distances[run].min())
+    sine = min(math.sin(min(0.5 * len(run) * scan.angle_increment, 1.2)), 0.85)
+    radius = min(max(nearest * sine / (1.0 - sine), SMALLEST_RADIUS), largest)
+    middle = points[(len(run) - 1) // 2] + points[len(run) // 2] - 2.0 * place
+    towards = middle / max(math.hypot(*middle), 1e-9)
+    x, y = place + (nearest + radius) * towards
+    before, after = (run[0] - 1) % n, (run[-1] + 1) % n
+    distance = scan.distances
+    whole = bool(distance[before] > distance[run[0]] and distance[after] > distance[run[-1]])
+    return float(x), float(y), radius, whole
+
+
+def _partners(
+    discs: list[tuple[float, float, float, bool]], tracks: Tracks, elapsed: float
+) -> dict[int, int]:
+    """Track -> cluster, the nearest pairs first."""
+    pairs = []
+    for c, (x, y, _, _) in enumerate(discs):
+        for k in range(len(tracks)):
+            apart = math.hypot(x - tracks.position[k, 0], y - tracks.position[k, 1])
+            gate = GATE + GATE_SPEED * elapsed + (GATE_NEW if tracks.scans[k] < COUNTED_AFTER else 0.0)
+            if apart < gate:
+                pairs.append((apart, c, k))
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    for _, c, k in sorted(pairs):
+        if c not in taken and k not in partner:
+            partner[k] = c
+            taken.add(c)
+    return partner
+
+
+@njit(cache=True)
+def _fitted(points, start, radius):
+    """The centre of the disc of a given radius that fits points on its boundary, by Gauss-Newton from `start`."""
+    x, y = start[0], start[1]
+    for _ in range(FIT_ROUNDS):
+        a = b = 0.0
+        c = d = FIT_PRIOR
+        e = 0.0
+        a += FIT_PRIOR * (start[0] - x)
+        b += FIT_PRIOR * (start[1] - y)
+        for k in range(len(points)):
+            dx, dy = x - points[k, 0], y - points[k, 1]
+            away = max(math.hypot(dx, dy), 1e-6)
+            ux, uy = dx / away, dy / away
+            c += ux * ux
+            d += uy * uy
+            e += ux * uy
+            a -= ux * (away - radius)
+            b -= uy * (away - radius)
+        det = c * d - e * e
+        x += (d * a - e * b) / det
+        y += (c * b - e * a) / det
+    return np.array((x, y))
+
+
+def _corrected(
+    tracks: Tracks, k: int, center: np.ndarray, noise: float
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """State (x, y, vx, vy) and variances of a predicted track after its centre was measured."""
+    p, c, v = tracks.variance[k]
+    total = p + noise * noise
+    gain_p, gain_v = p / total, c / total
+    miss = center - tracks.position[k]
+    position, velocity = tracks.position[k] + gain_p * miss, tracks.velocity[k] + gain_v * miss
+    return (*position, *velocity), ((1.0 - gain_p) * p, (1.0 - gain_p) * c, v - gain_v * c)
