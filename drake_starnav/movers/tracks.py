@@ -23,6 +23,12 @@ FIT_PRIOR = 0.05
 NOISE = 0.02
 NOISE_PER_RANGE = 0.012
 """Standard deviation of a measured centre, m, and what a metre of range adds."""
+HIDDEN_JUMP = 0.45
+"""Where the ranges of neighbouring beams differ by more, something may hide behind the nearer surface, m."""
+HIDDEN_REACH = 3.0
+HIDDEN_INSET = 0.1
+HIDDEN_SPACING = 0.15
+"""Hidden places are noted up to this range, m, from so far behind the nearer surface on, and so far apart."""
 FIRST_VARIANCES = np.array([0.05**2, 0.0, 0.6**2])
 """Of a new track: position, covariance, velocity."""
 GATE = 0.25
@@ -191,7 +197,32 @@ def updated(
         motion=table[:, 10].copy(),
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
+        hidden=hidden_places(scan, pose) if parameters.hidden else np.zeros((0, 2)),
     )
+
+
+def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """Places along the rays past the edges of what was seen, behind which nobody has looked, shape (n, 2), W, m."""
+    return _hidden(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], float(pose[2]) + scan.angle_min)
+
+
+@njit(cache=True)
+def _hidden(distance, increment, wrap, x, y, bearing_0):
+    n = len(distance)
+    places = []
+    for k in range(n if wrap else n - 1):
+        a, b = distance[k], distance[(k + 1) % n]
+        if abs(a - b) < HIDDEN_JUMP:
+            continue
+        theta = bearing_0 + (k + 0.5) * increment
+        r, end = min(a, b) + HIDDEN_INSET, min(max(a, b), HIDDEN_REACH)
+        while r < end:
+            places.append((x + r * math.cos(theta), y + r * math.sin(theta)))
+            r += HIDDEN_SPACING
+    out = np.empty((len(places), 2))
+    for k in range(len(places)):
+        out[k, 0], out[k, 1] = places[k]
+    return out
 
 
 def _row(tracks: Tracks, k: int) -> tuple[float, ...]:

@@ -25,6 +25,8 @@ SILENT_SHARE = 0.5
 """A scan is old after this share of the time in which progress is expected."""
 BLOCKED_AHEAD = 0.05
 """A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
+GIVING_WAY = 1.5
+"""While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -179,6 +181,8 @@ def plan_step(
     region = seen.region
     if len(state.roadmap) and (region.margin != state.roadmap.margin or len(state.roadmap.blocked)):
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
+    if seen.scan.moving.any() and seen.scan.distances[seen.scan.moving].min() < GIVING_WAY:
+        state = dataclasses.replace(state, progress_time=time)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
