@@ -177,7 +177,7 @@ def _foreseen_costs(
     v_max, omega_max, last = limits[0], limits[1], len(line) - 1
     steps = int(math.ceil(horizon / step - 1e-9))
     cost = np.empty(len(twists))
-    clearance_now = _clearance(pose[0], pose[1], hits, radius, zone)
+    clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
     for c in range(len(twists)):
         x, y, yaw, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
         k, region = 1, -1
@@ -205,7 +205,7 @@ def _foreseen_costs(
                 known = region >= 0
             else:
                 known = True
-            next_clearance = _clearance(next_x, next_y, hits, radius, zone)
+            next_clearance = clearance_within(next_x, next_y, hits, radius, zone)
             if known and (next_clearance >= margin or next_clearance >= clearance):
                 x, y, clearance = next_x, next_y, next_clearance
                 near_walls += abs(travelled) * (1.0 - clearance / zone) ** 2
@@ -224,7 +224,7 @@ def _foreseen_costs(
 
 
 @njit(cache=True)
-def _clearance(x, y, hits, radius, zone):
+def clearance_within(x, y, hits, radius, zone):
     """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
     nearest = (radius + zone) ** 2
     for q in range(len(hits)):

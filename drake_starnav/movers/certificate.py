@@ -8,9 +8,10 @@ to something that moves has come nearer to its centre than its radius, provided 
  (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
 A hit q at the time of the scan may be anywhere within
 
-    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = min(|u| + speed_change, max_speed)
+    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = min(s + speed_change, max_speed)
 
-a time t later, with the caution c: 1 counts with all directions. A hit without a track that counts has u = 0 and
+a time t later, with the caution c (1 counts with all directions) and the greatest speed s of late. A hit without a
+track that counts has u = 0 and
 g = max_speed. What may hit the robot while it stands is beyond any certificate.
 """
 
@@ -40,7 +41,7 @@ def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
         parameters: what is declared.
     """
     counted = tracks.counted
-    growth = np.minimum(tracks.speed + parameters.speed_change, parameters.max_speed)
+    growth = tracks.greatest_speed(parameters)
     rows = np.zeros((len(tracks.hits), 6))
     rows[:, :2] = tracks.hits
     rows[:, GROWTH] = parameters.max_speed
@@ -96,7 +97,7 @@ def stays_clear(
         age: time since the scan that the threats are of, s.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return bool(_stays_clear(*pose, *twist, *desired, hold, delay, limits, rows, distance, age))
+    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, rows, distance, age))
 
 
 @njit(cache=True)
@@ -118,7 +119,7 @@ def _fastest(rows):
 
 
 @njit(cache=True)
-def _stays_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age):
+def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age):
     """Samples are left out while neither side can have used up the clearance that the last one had."""
     if len(rows) == 0:
         return True

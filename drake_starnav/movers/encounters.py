@@ -1,29 +1,32 @@
-"""Foreseen encounters: many ways on for the robot, each simulated among the predicted discs, and what it costs.
+"""Foreseen encounters: a search among sequences of manoeuvres for the way on that the predicted discs leave.
 
-A way on is a first manoeuvre, held for a while, and then the path. A manoeuvre is a twist, or to head somewhere at a
-speed, forwards or backwards: for a robot that must turn before it can step aside, that is one way on and not many. On
-the way the robot stops at what is not known to be free, and brakes as soon as the certificate in time would make it: so
-a way on that would be cut short by its own caution shows where it really ends.
+A manoeuvre is held for SEGMENT seconds: follow the path, stand, keep the present twist, or head somewhere, forwards or
+backwards, as the law does (omega = gain error, v = v_max cos^3 error): for a robot that must turn before it can step
+aside, that is one manoeuvre. All are simulated among the discs where their tracks will be; the robot stops at what is
+not known to be free, and brakes as soon as the certificate in time would make it: a way on that its own caution would
+cut short shows where it really ends. Of each generation the BEAM best ways on that differ are continued to the horizon.
 
 In seconds,
 
-    cost = time to go at the horizon + comfort lost + contact + change of the twist
+    cost = time passed + time to go + comfort lost + contact + walls + change of the twist
 
 Comfort is lost by the least foreseen distance d to a disc at a time t: w (1 - e / comfort)_+^2 (1 - t / (2 horizon)) with
-e = d / (1 + UNCERTAINTY t), and a contact at t costs w (1 + 3 (1 - t / horizon)): better late than soon, since much may
-happen until then.
+e = d / (1 + UNCERTAINTY t). A contact at t ends a way on and costs w (1 + 3 (1 - t / horizon)): better late than soon,
+since much may happen until then.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking import limited, limits_array, ramped
+from drake_starnav.control.braking import limited, limits_array, ramped, stops_inside
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.predictive import ARRIVED, next_way_point, time_to_go, times_left
+from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, clearance_at, least_clearance_of, needed_distances
+from drake_starnav.control.predictive import ARRIVED, clearance_within, next_way_point, time_to_go, times_left
 from drake_starnav.control.tracking import CREEP_SPEED, wrapped_angle
-from drake_starnav.movers.certificate import STANDING_SPEED
+from drake_starnav.movers.certificate import STANDING_SPEED, stays_clear_of
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
@@ -32,41 +35,58 @@ from drake_starnav.stars.safety import SafetyStar
 
 STEP = 0.1
 """Of the foreseen motion, s."""
-TWIST, HEADING = 0, 1
+SEGMENT = 5
+"""Steps of a manoeuvre."""
+BEAM = 16
+"""Ways on that are continued."""
+PATH, TWIST, HEADING = range(3)
 """Kinds of manoeuvre."""
-HEADINGS = 16
+HEADINGS = 8
 """Directions that are tried."""
-TURNS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-SPEEDS = np.array([1.0, 0.5, 0.0, -0.5])
-"""Twists that are tried, as shares of the largest."""
-TWIST_HOLD = 0.4
-HEADING_HOLDS = (0.8, 1.6)
-"""How long manoeuvres are held, s."""
+SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.15, 0.5, 0.3
+"""Ways on that end nearer to each other than this do not differ, m, rad, m/s."""
 CONTACT_COST = 8.0
 """w, s."""
 UNCERTAINTY = 0.15
 """A foreseen distance is worth less with time by this share a second."""
+FORESEEN_MARGIN = 0.03
+"""The foreseen robot brakes for this much more than the certificate's margin, m: tracks are not as exact as hits."""
+WALL_ZONE = 0.1
+WALL_COST = 0.6
+"""What the least clearance to what stays costs, s, if it is less than the zone, m: from a wall one cannot step aside."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
+X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, STATE, FIRST, COST = range(15)
+"""Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
+GOING, ARRIVED_THERE, TOUCHED = range(3)
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """What is foreseen.
+
+    Attributes:
+        nearest: least foreseen distance to a disc if the robot just follows its path, m, infinite beyond `comfort`.
+        twist: the certified (v, omega) with which the best way on begins, m/s and rad/s; None if there is none.
+        least: least foreseen distance on that way, m.
+    """
+
+    nearest: float
+    twist: np.ndarray | None
+    least: float
 
 
 def manoeuvres(twist: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """The ways on that are tried, shape (n, 4): kind, (v, omega) or (heading, speed), and hold, s.
-
-    The first is the path itself, at once.
-    """
-    v_max, omega_max = limits[0], limits[1]
-    rows = [(TWIST, 0.0, 0.0, 0.0), (TWIST, *twist, TWIST_HOLD)]
-    rows += [(TWIST, v * v_max, omega * omega_max, TWIST_HOLD) for v in SPEEDS for omega in TURNS]
-    rows.append((TWIST, 0.0, 0.0, HEADING_HOLDS[-1]))
+    """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed) or nothing. The path is first."""
+    v_max = limits[0]
+    rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
-        rows += [(HEADING, heading, sign * v_max, hold) for hold in HEADING_HOLDS for sign in (1.0, -1.0)]
+        rows += [(HEADING, heading, v_max), (HEADING, heading, -v_max)]
     return np.array(rows)
 
 
-def foreseen(
-    ways: np.ndarray,
+def encounter(
     pose: np.ndarray,
     twist: np.ndarray,
     path: np.ndarray,
@@ -74,15 +94,15 @@ def foreseen(
     regions: RegionStack,
     star: SafetyStar,
     tracks: Tracks,
+    rows: np.ndarray,
     age: float,
     controller: ControllerParameters,
     robot: RobotParameters,
     movers: MoverParameters,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What each way on costs, how near it comes to what moves, and the twist that it begins with.
+) -> Encounter:
+    """Whether the path leads the robot too near to something that moves, and what it had better do.
 
     Args:
-        ways: shape (n, 4), as from `manoeuvres`.
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
         path: shape (k, 2), way points ahead, W, m; empty: nowhere to go.
@@ -90,16 +110,12 @@ def foreseen(
         regions: around the robot.
         star: what the last scans certify.
         tracks: of the last scan; those that count are predicted.
-        age: time since then, s.
+        rows: `threats` that the certificate in time counts with.
+        age: time since the scan, s.
         controller, robot, movers: parameters.
-
-    Returns:
-        cost, shape (n,), s; least foreseen distance between the hulls, shape (n,), m, infinite beyond `comfort`;
-        twists, shape (n, 2), m/s and rad/s.
     """
-    counted = tracks.counted
-    growth = np.minimum(tracks.speed + movers.speed_change, movers.max_speed)
-    discs = np.column_stack((tracks.position, tracks.velocity, tracks.radius, growth))[counted]
+    discs = np.column_stack((tracks.position, tracks.velocity, tracks.radius, tracks.greatest_speed(movers)))
+    discs = discs[tracks.counted]
     limits = limits_array(robot)
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     settings = np.array(
@@ -108,27 +124,81 @@ def foreseen(
             movers.margin, movers.caution, movers.comfort,
         )
     )  # fmt: skip
-    return _foreseen(
-        ways, pose, twist, line, times_left(line, limits), *regions.arrays, star.center, star.bearing_0, star.values,
-        discs, age, limits, settings,
+    static = (*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
+    goal, moving = (line, times_left(line, limits)), (discs, age)
+    nearest = _along_the_path(pose, twist, static, goal, moving, limits, settings)
+    if nearest >= movers.comfort:
+        return Encounter(nearest, None, np.inf)
+    needed = needed_distances(star.half_gaps, robot.radius)
+    promise = np.array(
+        (
+            1.0 / controller.rate, controller.delay, robot.radius + movers.margin,
+            -1.0 if not controller.certificate else controller.safety_margin, controller.margin_per_speed,
+            1.0 if controller.certified_by == "star" else 0.0,
+        )
     )  # fmt: skip
+    v, omega, least, found = _searched(
+        manoeuvres(twist, limits), pose, twist, static, goal, moving, limits, settings, rows, star.hits, needed, promise
+    )
+    return Encounter(nearest, np.array((v, omega)) if found else None, least)
 
 
 @njit(cache=True)
-def _wanted(kind, a, b, x, y, yaw, limits, gain):
+def stops_clear(
+    x, y, yaw, v, omega, want_v, want_omega, limits, promise, star_center, star_bearing_0, star_values, hits, needed
+):
+    """Whether a twist passes the certificate against what stays.
+
+    Outside of the safety star, next to a wall, it must not come nearer to any hit than the robot is now.
+    """
+    hold, delay, _, margin, per_speed, by_star = promise
+    if margin < 0.0:
+        return True
+    if by_star > 0.0 and stops_inside(
+        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, star_center, star_bearing_0, star_values
+    ):
+        return True
+    if len(hits) == 0:
+        return False
+    enough = margin + per_speed * abs(want_v)
+    if by_star > 0.0:
+        enough = min(enough, clearance_at(x, y, hits, needed))
+    enough = max(enough, ESCAPE_CLEARANCE)
+    least = least_clearance_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough)
+    return least >= enough
+
+
+@njit(cache=True)
+def _start(pose, twist, static, limits, settings):
+    row = np.zeros(15)
+    row[X], row[Y], row[YAW], row[V], row[OMEGA] = pose[0], pose[1], pose[2], twist[0], twist[1]
+    row[WAY_POINT], row[REGION], row[LEAST] = 1, -1, np.inf
+    row[CLEARANCE] = row[CLOSEST] = clearance_within(pose[0], pose[1], static[7], settings[3], WALL_ZONE)
+    return row
+
+
+@njit(cache=True)
+def _along_the_path(pose, twist, static, goal, moving, limits, settings):
+    row = _start(pose, twist, static, limits, settings)
+    steps = int(math.ceil(settings[0] / STEP - 1e-9))
+    _drive(row, PATH, 1.0, 0.0, steps, static, goal, moving, limits, settings)
+    return row[LEAST] if row[LEAST] < settings[6] else np.inf
+
+
+@njit(cache=True)
+def _wanted(kind, a, b, row, line, last, limits, gain, slowdown):
+    """The twist that a manoeuvre wants where the robot is."""
     if kind == TWIST:
         return a, b
-    error = wrapped_angle(a - yaw if b > 0.0 else a + math.pi - yaw)
-    return b * max(math.cos(error), 0.0) ** 3, limited(gain * error, limits[1])
-
-
-@njit(cache=True)
-def _followed(line, k, last, x, y, yaw, limits, gain, slowdown):
-    dx, dy = line[k, 0] - x, line[k, 1] - y
+    if kind == HEADING:
+        error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
+        return b * max(math.cos(error), 0.0) ** 3, limited(gain * error, limits[1])
+    k = int(row[WAY_POINT])
+    dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
     if dx * dx + dy * dy < 1e-12:
         return 0.0, 0.0
-    error = wrapped_angle(math.atan2(dy, dx) - yaw)
-    want_v = limits[0] * max(math.cos(error), 0.0) ** 3
+    error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
+    want_v = a * limits[0] * max(math.cos(error), 0.0) ** 3
     if k == last:
         want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, limited(gain * error, limits[1])
@@ -157,69 +227,143 @@ def _must_brake(x, y, yaw, v, discs, time, limits, distance, caution):
 
 
 @njit(cache=True)
-def _foreseen(
-    ways, pose, twist, line, left, center, bearing_0, values, reach,
-    star_center, star_bearing_0, star_values, discs, age, limits, settings,
-):  # fmt: skip
+def _drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
+    """Continue a way on in place by one manoeuvre; it ends early where the robot arrives or is touched."""
+    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = static
+    line, _ = goal
+    discs, age = moving
     horizon, gain, slowdown, radius, margin, caution, comfort = settings
-    v_max, omega_max, last = limits[0], limits[1], len(line) - 1
-    steps = int(math.ceil(horizon / STEP - 1e-9))
+    last = len(line) - 1
+    for _ in range(steps):
+        time = age + row[SPENT]
+        x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
+        want_v, want_omega = _wanted(kind, a, b, row, line, last, limits, gain, slowdown)
+        if _must_brake(x, y, yaw, v, discs, time, limits, radius + margin + FORESEEN_MARGIN, caution):
+            want_v = 0.0
+        row[V] = ramped(v, want_v, limits[2] * STEP)
+        row[OMEGA] = ramped(omega, want_omega, limits[3] * STEP)
+        travelled, turned = 0.5 * (v + row[V]) * STEP, 0.5 * (omega + row[OMEGA]) * STEP
+        x += travelled * math.cos(yaw + 0.5 * turned)
+        y += travelled * math.sin(yaw + 0.5 * turned)
+        row[YAW] = yaw + turned
+        k = int(row[REGION])
+        known = k >= 0 and covers(center[k], bearing_0[k], values[k], x, y)
+        if not known and not covers(star_center, star_bearing_0, star_values, x, y):
+            k = first_cover(center, bearing_0, values, reach, x, y)
+            row[REGION] = k
+            known = k >= 0
+        else:
+            known = True
+        clearance = clearance_within(x, y, hits, radius, WALL_ZONE)
+        if known or clearance > row[CLEARANCE]:
+            row[X], row[Y], row[CLEARANCE] = x, y, clearance
+            row[CLOSEST] = min(row[CLOSEST], clearance)
+            row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y)
+        else:
+            row[V] = 0.0
+            x, y = row[X], row[Y]
+        row[SPENT] += STEP
+        time = age + row[SPENT]
+        touched = False
+        for j in range(len(discs)):
+            dx, dy = x - discs[j, 0] - discs[j, 2] * time, y - discs[j, 1] - discs[j, 3] * time
+            away = math.hypot(dx, dy) - radius - discs[j, 4]
+            worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
+            row[LEAST] = min(row[LEAST], worth)
+            if worth < comfort:
+                lost = CONTACT_COST * (1.0 - max(worth, 0.0) / comfort) ** 2 * (1.0 - 0.5 * row[SPENT] / horizon)
+                row[LOST] = max(row[LOST], lost)
+            touched = touched or away < 0.0
+        if touched:
+            row[STATE] = TOUCHED
+            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / horizon))
+            return
+        k = int(row[WAY_POINT])
+        if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
+            row[STATE] = ARRIVED_THERE
+            return
+
+
+@njit(cache=True)
+def _value(row, goal, limits):
+    cost = row[SPENT] + row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
+    if row[STATE] != ARRIVED_THERE:
+        cost += time_to_go(
+            goal[0], goal[1], int(row[WAY_POINT]), row[X], row[Y], row[YAW], row[V], row[OMEGA], limits
+        )
+    return cost
+
+
+@njit(cache=True)
+def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, hits, needed, promise):
+    horizon, gain, slowdown = settings[0], settings[1], settings[2]
+    star_center, star_bearing_0, star_values = static[4], static[5], static[6]
+    line, age = goal[0], moving[1]
     count = len(ways)
-    cost, nearest, twists = np.empty(count), np.full(count, np.inf), np.empty((count, 2))
-    for c in range(count):
-        x, y, yaw, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
-        k, region = 1, -1
-        least, lost, spent = np.inf, 0.0, 0.0
-        arrived = False
-        for i in range(steps):
-            if i * STEP < ways[c, 3] - 1e-9:
-                want_v, want_omega = _wanted(ways[c, 0], ways[c, 1], ways[c, 2], x, y, yaw, limits, gain)
-            else:
-                want_v, want_omega = _followed(line, k, last, x, y, yaw, limits, gain, slowdown)
-            if i == 0:
-                twists[c, 0], twists[c, 1] = want_v, want_omega
-            time = age + i * STEP
-            if i > 0 and _must_brake(x, y, yaw, v, discs, time, limits, radius + margin, caution):
-                want_v = 0.0
-            before_v, before_omega = v, omega
-            v = ramped(v, want_v, limits[2] * STEP)
-            omega = ramped(omega, want_omega, limits[3] * STEP)
-            travelled, turned = 0.5 * (before_v + v) * STEP, 0.5 * (before_omega + omega) * STEP
-            next_x = x + travelled * math.cos(yaw + 0.5 * turned)
-            next_y = y + travelled * math.sin(yaw + 0.5 * turned)
-            yaw += turned
-            known = region >= 0 and covers(center[region], bearing_0[region], values[region], next_x, next_y)
-            if not known and not covers(star_center, star_bearing_0, star_values, next_x, next_y):
-                region = first_cover(center, bearing_0, values, reach, next_x, next_y)
-                known = region >= 0
-            else:
-                known = True
-            if known:
-                x, y = next_x, next_y
-                k = next_way_point(line, k, x, y)
-            else:
-                v = 0.0
-            spent = (i + 1) * STEP
-            time = age + spent
-            touched = False
-            for j in range(len(discs)):
-                dx, dy = x - discs[j, 0] - discs[j, 2] * time, y - discs[j, 1] - discs[j, 3] * time
-                away = math.hypot(dx, dy) - radius - discs[j, 4]
-                worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
-                if worth < least:
-                    least = worth
-                    if worth < comfort:
-                        lost = CONTACT_COST * (1.0 - max(worth, 0.0) / comfort) ** 2 * (1.0 - 0.5 * spent / horizon)
-                touched = touched or away < 0.0
-            if touched:
-                lost = CONTACT_COST * (1.0 + 3.0 * (1.0 - spent / horizon))
-                break
-            if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
-                arrived = True
-                break
-        go = spent if arrived else spent + time_to_go(line, left, k, x, y, yaw, v, omega, limits)
-        change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
-        cost[c] = go + lost + CHANGE_WEIGHT * change
-        if least < comfort:
-            nearest[c] = least
-    return cost, nearest, twists
+    start = _start(pose, twist, static, limits, settings)
+    change, firsts = np.zeros(count), np.empty((count, 2))
+    generation = np.empty((count, 15))
+    n = 0
+    for m in range(count):
+        v, omega = _wanted(ways[m, 0], ways[m, 1], ways[m, 2], start, line, len(line) - 1, limits, gain, slowdown)
+        firsts[m, 0], firsts[m, 1] = v, omega
+        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
+        x, y, yaw = pose[0], pose[1], pose[2]
+        if not stays_clear_of(
+            x, y, yaw, twist[0], twist[1], v, omega, promise[0], promise[1], limits, rows, promise[2], age
+        ) or not stops_clear(
+            x, y, yaw, twist[0], twist[1], v, omega, limits, promise, star_center, star_bearing_0, star_values,
+            hits, needed,
+        ):  # fmt: skip
+            continue
+        generation[n] = start
+        _drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings)
+        generation[n, FIRST] = m
+        generation[n, COST] = _value(generation[n], goal, limits) + change[m]
+        n += 1
+    best = start
+    best_cost = np.inf
+    generation = generation[:n]
+    segments = int(math.ceil(horizon / (SEGMENT * STEP) - 1e-9))
+    for depth in range(1, segments + 1):
+        for i in range(len(generation)):  # what has ended competes with what has come to the horizon
+            row = generation[i]
+            if (depth == segments or row[STATE] != GOING) and row[COST] < best_cost:
+                best_cost = row[COST]
+                best = row
+        if depth == segments:
+            break
+        kept = np.empty(BEAM, np.int64)
+        picked = 0
+        for i in np.argsort(generation[:, COST], kind="mergesort"):
+            row = generation[i]
+            differs = row[STATE] == GOING
+            for q in range(picked):
+                other = generation[kept[q]]
+                if (
+                    (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
+                    and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
+                    and abs(row[V] - other[V]) < SAME_SPEED
+                ):
+                    differs = False
+                    break
+            if differs:
+                kept[picked] = i
+                picked += 1
+                if picked == BEAM:
+                    break
+        following = np.empty((picked * count, 15))
+        n = 0
+        for q in range(picked):
+            for m in range(count):
+                following[n] = generation[kept[q]]
+                _drive(
+                    following[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings
+                )
+                following[n, COST] = _value(following[n], goal, limits) + change[int(following[n, FIRST])]
+                n += 1
+        generation = following
+    if best_cost == np.inf:
+        return 0.0, 0.0, -np.inf, False
+    first = int(best[FIRST])
+    return firsts[first, 0], firsts[first, 1], best[LEAST], True

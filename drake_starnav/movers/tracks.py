@@ -1,5 +1,6 @@
 """Moving obstacles as discs with velocities: clusters of hits, and a Kalman filter of constant velocity for each."""
 
+import dataclasses
 import math
 from dataclasses import dataclass, field
 
@@ -40,6 +41,10 @@ COUNTED_AFTER = 4
 COUNTED_SPEED = 0.12
 COUNTED_MOTION = 0.3
 """A track counts after so many scans, if it is faster than this, m/s, and a larger share of its beams moved."""
+SETTLED_AFTER = 10
+"""The speed of a track is known after so many scans."""
+PACE_DECAY = 0.2
+"""The greatest speed of late is forgotten at this rate, m/s^2."""
 FORGOTTEN_AFTER = 0.8
 FORGOTTEN_NEW = 0.15
 """A track that is not seen is forgotten after this time, s; one that never counted, sooner."""
@@ -57,6 +62,7 @@ class Tracks:
         scans: shape (n,), how many scans have seen each.
         seen: shape (n,), when it was seen last, s.
         motion: shape (n,), share of its beams that hit what was free before, smoothed.
+        pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
         hidden: shape (m, 2), places that no beam has looked behind or at, at the edges of what was seen.
@@ -70,6 +76,7 @@ class Tracks:
     scans: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
     motion: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    pace: np.ndarray = field(default_factory=lambda: np.zeros(0))
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     hidden: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
@@ -91,6 +98,11 @@ class Tracks:
         return (
             (self.scans >= COUNTED_AFTER) & (self.speed > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
         )
+
+    def greatest_speed(self, parameters: MoverParameters) -> np.ndarray:
+        """What is declared about how fast each may be until the robot has braked, shape (n,), m/s."""
+        known = np.minimum(self.pace + parameters.speed_change, parameters.max_speed)
+        return np.where(self.scans >= SETTLED_AFTER, known, parameters.max_speed)
 
     def at(self, time: float) -> np.ndarray:
         """Where the centres will be at a time (s) if none of them changes its velocity, shape (n, 2)."""
@@ -176,15 +188,16 @@ def updated(
         owner_of_beam[run] = len(rows)
         k = next((k for k, cluster in partner.items() if cluster == c), -1)
         if k < 0:
-            rows.append((x, y, 0.0, 0.0, radius, *FIRST_VARIANCES, 1, scan.time, 0.0))
+            rows.append((x, y, 0.0, 0.0, radius, *FIRST_VARIANCES, 1, scan.time, 0.0, 0.0))
             continue
         kept = before.radius[k] + (RADIUS_GAIN * (radius - before.radius[k]) if whole else 0.0)
         center = _fitted(points[run], before.position[k], kept)
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
-        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed))
-    table = np.array(rows, dtype=float).reshape(-1, 11)
+        pace = max(math.hypot(state[2], state[3]), before.pace[k] - PACE_DECAY * (scan.time - tracks.time))
+        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, pace))
+    table = np.array(rows, dtype=float).reshape(-1, 12)
     doubtful = motion != STAYS
     return Tracks(
         time=scan.time,
@@ -195,6 +208,7 @@ def updated(
         scans=table[:, 8].astype(np.int64),
         seen=table[:, 9].copy(),
         motion=table[:, 10].copy(),
+        pace=table[:, 11].copy(),
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
         hidden=hidden_places(scan, pose) if parameters.hidden else np.zeros((0, 2)),
@@ -234,6 +248,7 @@ def _row(tracks: Tracks, k: int) -> tuple[float, ...]:
         tracks.scans[k],
         tracks.seen[k],
         tracks.motion[k],
+        tracks.pace[k],
     )
 
 
@@ -244,9 +259,7 @@ def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:
     dt = time - tracks.time
     p, c, v = tracks.variance.T
     variance = np.column_stack((p + 2.0 * dt * c + dt * dt * v, c + dt * v, v + agility**2 * dt))
-    return Tracks(
-        time, tracks.at(time), tracks.velocity, tracks.radius, variance, tracks.scans, tracks.seen, tracks.motion
-    )
+    return dataclasses.replace(tracks, time=time, position=tracks.at(time), variance=variance)
 
 
 def _first_disc(

@@ -6,18 +6,15 @@ import numpy as np
 
 from drake_starnav.control.braking import SPEED_SHARES, TURN_SHARES, limits_array, stops_inside
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import least_clearance, needed_distances
+from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, clearance_at, least_clearance, needed_distances
 from drake_starnav.control.tracking import Command, limited_twist
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
-from drake_starnav.movers.encounters import foreseen, manoeuvres
+from drake_starnav.movers.encounters import encounter
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
-
-TRIED = 24
-"""So many of the best ways on are held against the certificates."""
 
 
 def wary_step(
@@ -61,15 +58,9 @@ def wary_step(
         )
 
     if tracks.counted.any():
-        ways = manoeuvres(twist, limits)
-        cost, nearest, twists = foreseen(
-            ways, pose, twist, path, arrives, regions, star, tracks, age, parameters, robot, movers
-        )
-        if nearest[0] < movers.comfort:
-            for k in np.argsort(cost, kind="stable")[:TRIED]:
-                if clear(twists[k]) and _stops_clear(pose, twist, twists[k], limits, star, parameters, robot):
-                    sent = limited_twist(twist, twists[k], robot, period)
-                    return Command(sent, command.guiding_vector, True, command.errors)
+        met = encounter(pose, twist, path, arrives, regions, star, tracks, rows, age, parameters, robot, movers)
+        if met.twist is not None:
+            return Command(limited_twist(twist, met.twist, robot, period), command.guiding_vector, True, command.errors)
     if clear(command.twist):
         return command
     for desired in _slower(command.twist):
@@ -101,10 +92,15 @@ def _stops_clear(
     hold, delay = 1.0 / parameters.rate, parameters.delay
     if not parameters.certificate:
         return True
-    if parameters.certified_by == "points":
-        needed = needed_distances(star.half_gaps, robot.radius)
-        margin = parameters.safety_margin + parameters.margin_per_speed * abs(float(desired[0]))
-        return star.seen and least_clearance(pose, twist, desired, hold, limits, star.hits, needed, delay) >= margin
-    return bool(
-        stops_inside(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values)
-    )
+    if parameters.certified_by == "star" and stops_inside(
+        *pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values
+    ):
+        return True
+    if not star.seen:
+        return False
+    needed = needed_distances(star.half_gaps, robot.radius)
+    enough = parameters.safety_margin + parameters.margin_per_speed * abs(float(desired[0]))
+    if parameters.certified_by == "star":  # outside of the star, next to a wall: only away from it
+        enough = min(enough, float(clearance_at(pose[0], pose[1], star.hits, needed)))
+    enough = max(enough, ESCAPE_CLEARANCE)
+    return least_clearance(pose, twist, desired, hold, limits, star.hits, needed, delay) >= enough
