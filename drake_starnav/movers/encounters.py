@@ -27,6 +27,7 @@ from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, clearance_
 from drake_starnav.control.predictive import ARRIVED, clearance_within, next_way_point, time_to_go, times_left
 from drake_starnav.control.tracking import CREEP_SPEED, wrapped_angle
 from drake_starnav.movers.certificate import STANDING_SPEED, stays_clear_of
+from drake_starnav.movers.course import COURSE_STEP
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
@@ -114,8 +115,8 @@ def encounter(
         age: time since the scan, s.
         controller, robot, movers: parameters.
     """
-    discs = np.column_stack((tracks.position, tracks.velocity, tracks.radius, tracks.greatest_speed(movers)))
-    discs = discs[tracks.counted]
+    counted = tracks.counted
+    course, discs = tracks.course[counted], np.column_stack((tracks.radius, tracks.greatest_speed(movers)))[counted]
     limits = limits_array(robot)
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     settings = np.array(
@@ -125,7 +126,7 @@ def encounter(
         )
     )  # fmt: skip
     static = (*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
-    goal, moving = (line, times_left(line, limits)), (discs, age)
+    goal, moving = (line, times_left(line, limits)), (course, discs, age)
     nearest = _along_the_path(pose, twist, static, goal, moving, limits, settings)
     if nearest >= movers.comfort:
         return Encounter(nearest, None, np.inf)
@@ -205,7 +206,17 @@ def _wanted(kind, a, b, row, line, last, limits, gain, slowdown):
 
 
 @njit(cache=True)
-def _must_brake(x, y, yaw, v, discs, time, limits, distance, caution):
+def _place(course, j, time):
+    """Where disc j is foreseen to be, and its velocity."""
+    at = min(time / COURSE_STEP, len(course[j]) - 1.001)
+    i = int(at)
+    share = at - i
+    dx, dy = course[j, i + 1, 0] - course[j, i, 0], course[j, i + 1, 1] - course[j, i, 1]
+    return course[j, i, 0] + share * dx, course[j, i, 1] + share * dy, dx / COURSE_STEP, dy / COURSE_STEP
+
+
+@njit(cache=True)
+def _must_brake(x, y, yaw, v, course, discs, time, limits, distance, caution):
     """Whether a robot that brakes fully now might be touched before it stands, with the discs where they are foreseen.
 
     Checked half way in time and at the end.
@@ -218,9 +229,9 @@ def _must_brake(x, y, yaw, v, discs, time, limits, distance, caution):
         way = v * t - 0.5 * math.copysign(limits[2], v) * t * t
         px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
         for j in range(len(discs)):
-            ahead = time + (1.0 - caution) * t
-            dx, dy = px - discs[j, 0] - discs[j, 2] * ahead, py - discs[j, 1] - discs[j, 3] * ahead
-            needed = distance + discs[j, 4] + caution * discs[j, 5] * t
+            disc_x, disc_y, vx, vy = _place(course, j, time)
+            dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
+            needed = distance + discs[j, 0] + caution * discs[j, 1] * t
             if dx * dx + dy * dy < needed * needed:
                 return True
     return False
@@ -231,14 +242,14 @@ def _drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
     """Continue a way on in place by one manoeuvre; it ends early where the robot arrives or is touched."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = static
     line, _ = goal
-    discs, age = moving
+    course, discs, age = moving
     horizon, gain, slowdown, radius, margin, caution, comfort = settings
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
         want_v, want_omega = _wanted(kind, a, b, row, line, last, limits, gain, slowdown)
-        if _must_brake(x, y, yaw, v, discs, time, limits, radius + margin + FORESEEN_MARGIN, caution):
+        if _must_brake(x, y, yaw, v, course, discs, time, limits, radius + margin + FORESEEN_MARGIN, caution):
             want_v = 0.0
         row[V] = ramped(v, want_v, limits[2] * STEP)
         row[OMEGA] = ramped(omega, want_omega, limits[3] * STEP)
@@ -266,8 +277,8 @@ def _drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
         time = age + row[SPENT]
         touched = False
         for j in range(len(discs)):
-            dx, dy = x - discs[j, 0] - discs[j, 2] * time, y - discs[j, 1] - discs[j, 3] * time
-            away = math.hypot(dx, dy) - radius - discs[j, 4]
+            disc_x, disc_y, _, _ = _place(course, j, time)
+            away = math.hypot(x - disc_x, y - disc_y) - radius - discs[j, 0]
             worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
             row[LEAST] = min(row[LEAST], worth)
             if worth < comfort:
@@ -298,7 +309,7 @@ def _value(row, goal, limits):
 def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, hits, needed, promise):
     horizon, gain, slowdown = settings[0], settings[1], settings[2]
     star_center, star_bearing_0, star_values = static[4], static[5], static[6]
-    line, age = goal[0], moving[1]
+    line, age = goal[0], moving[2]
     count = len(ways)
     start = _start(pose, twist, static, limits, settings)
     change, firsts = np.zeros(count), np.empty((count, 2))

@@ -85,6 +85,12 @@ class MotionGrid:
             scan.angle_increment, scan.distances, scan.hits, wide, scan.time, parameters.static_after,
         )  # fmt: skip
 
+    def walls(self, time: float, parameters: MoverParameters) -> np.ndarray:
+        """Middles of the cells that have stayed hit for `static_after` at a time (s), shape (n, 2), W, m."""
+        lasting = parameters.static_after
+        stays = (self.first_hit >= 0.0) & (self.last_hit - self.first_hit >= HIT_SHARE * lasting)
+        return (np.argwhere(stays & (time - self.first_hit >= lasting)) + self.first + 0.5) * self.cell
+
     def updated(self, scan: LaserScan, pose: np.ndarray) -> "MotionGrid":
         """The grid with one more scan; arguments as for `told`."""
         grid = self.following(pose[:2])

@@ -46,9 +46,9 @@ class MoverParameters:
     agility: float = parameter(
         0.7, "random change of velocity that the tracker expects, per root of time", unit="m/s/sqrt(s)", above=0.0
     )
-    horizon: float = parameter(2.5, "how far ahead encounters are foreseen", unit="s", above=0.0, high=10.0)
+    horizon: float = parameter(3.0, "how far ahead encounters are foreseen", unit="s", above=0.0, high=10.0)
     comfort: float = parameter(
-        0.25, "foreseen distance from a moving obstacle below which the robot gives way", unit="m", above=0.0, high=5.0
+        0.4, "foreseen distance from a moving obstacle below which the robot gives way", unit="m", above=0.0, high=5.0
     )
 
     def __post_init__(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
+from drake_starnav.movers.course import courses
 from drake_starnav.movers.motion_grid import connected
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.scan import MOVES, STAYS, LaserScan
@@ -21,8 +22,8 @@ MOTION_GAIN = 0.2
 FIT_ROUNDS = 4
 FIT_PRIOR = 0.05
 """Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
-NOISE = 0.02
-NOISE_PER_RANGE = 0.012
+NOISE = 0.01
+NOISE_PER_RANGE = 0.005
 """Standard deviation of a measured centre, m, and what a metre of range adds."""
 HIDDEN_JUMP = 0.45
 """Where the ranges of neighbouring beams differ by more, something may hide behind the nearer surface, m."""
@@ -41,13 +42,20 @@ COUNTED_AFTER = 4
 COUNTED_SPEED = 0.12
 COUNTED_MOTION = 0.3
 """A track counts after so many scans, if it is faster than this, m/s, and a larger share of its beams moved."""
+COURSE_LEAD = 0.3
+"""Courses go on for so much longer than the horizon, so that they last until the next scan, s."""
+TURN_TIME = 0.5
+"""The turning rate of a track is smoothed over this time, s."""
+BOUNCE = 0.6
+"""A velocity that turns by more between two scans has not been turning steadily, rad."""
 SETTLED_AFTER = 10
 """The speed of a track is known after so many scans."""
 PACE_DECAY = 0.2
 """The greatest speed of late is forgotten at this rate, m/s^2."""
 FORGOTTEN_AFTER = 0.8
 FORGOTTEN_NEW = 0.15
-"""A track that is not seen is forgotten after this time, s; one that never counted, sooner."""
+"""A track that is not seen is forgotten after this time, s; one that never counted, or is not where it should be,
+sooner."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +70,11 @@ class Tracks:
         scans: shape (n,), how many scans have seen each.
         seen: shape (n,), when it was seen last, s.
         motion: shape (n,), share of its beams that hit what was free before, smoothed.
+        turn: shape (n,), smoothed turning rate of its velocity, rad/s.
         pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
+        course: shape (n, k, 2), where each is foreseen to be now and every `COURSE_STEP` from now on.
         hidden: shape (m, 2), places that no beam has looked behind or at, at the edges of what was seen.
     """
 
@@ -76,9 +86,11 @@ class Tracks:
     scans: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
     motion: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    turn: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros(0))
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    course: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
     hidden: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __deepcopy__(self, memo: dict) -> "Tracks":
@@ -156,7 +168,12 @@ def _runs(chosen, distance, hit, increment, wrap):
 
 
 def updated(
-    tracks: Tracks, scan: LaserScan, motion: np.ndarray, pose: np.ndarray, parameters: MoverParameters
+    tracks: Tracks,
+    scan: LaserScan,
+    motion: np.ndarray,
+    pose: np.ndarray,
+    parameters: MoverParameters,
+    walls: np.ndarray,
 ) -> Tracks:
     """The tracks after one more scan.
 
@@ -168,7 +185,8 @@ def updated(
         scan: the latest, in S.
         motion: shape (n,), as from `MotionGrid.told`.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: max_radius, agility, hidden.
+        parameters: max_radius, agility, horizon, hidden.
+        walls: shape (m, 2), points that stay, W, m.
     """
     before = _predicted(tracks, scan.time, parameters.agility)
     runs = clusters(scan, motion, parameters)
@@ -178,9 +196,8 @@ def updated(
     partner = _partners(first, before, scan.time - tracks.time)
     rows, owner_of_beam = [], np.full(len(motion), -1)
     for k in range(len(before)):
-        if k not in partner and scan.time - before.seen[k] < (
-            FORGOTTEN_AFTER if before.scans[k] > COUNTED_AFTER else FORGOTTEN_NEW
-        ):
+        absent = before.scans[k] <= COUNTED_AFTER or _seen_past(scan, pose, before.position[k])
+        if k not in partner and scan.time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER):
             rows.append(_row(before, k))
     for c, run in enumerate(runs):
         x, y, radius, whole = first[c]
@@ -188,31 +205,47 @@ def updated(
         owner_of_beam[run] = len(rows)
         k = next((k for k, cluster in partner.items() if cluster == c), -1)
         if k < 0:
-            rows.append((x, y, 0.0, 0.0, radius, *FIRST_VARIANCES, 1, scan.time, 0.0, 0.0))
+            rows.append((x, y, 0.0, 0.0, radius, *FIRST_VARIANCES, 1, scan.time, 0.0, 0.0, 0.0))
             continue
         kept = before.radius[k] + (RADIUS_GAIN * (radius - before.radius[k]) if whole else 0.0)
         center = _fitted(points[run], before.position[k], kept)
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
+        turn = before.turn[k] + _turn_gain(scan.time - tracks.time) * (
+            _turned(before.velocity[k], state[2:]) / max(scan.time - tracks.time, 1e-6) - before.turn[k]
+        )
+        if abs(_turned(before.velocity[k], state[2:])) > BOUNCE:
+            turn = 0.0
         pace = max(math.hypot(state[2], state[3]), before.pace[k] - PACE_DECAY * (scan.time - tracks.time))
-        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, pace))
-    table = np.array(rows, dtype=float).reshape(-1, 12)
+        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, turn, pace))
+    table = np.array(rows, dtype=float).reshape(-1, 13)
     doubtful = motion != STAYS
+    position, velocity, radius, turn = table[:, 0:2].copy(), table[:, 2:4].copy(), table[:, 4].copy(), table[:, 11].copy()
     return Tracks(
         time=scan.time,
-        position=table[:, 0:2].copy(),
-        velocity=table[:, 2:4].copy(),
-        radius=table[:, 4].copy(),
+        position=position,
+        velocity=velocity,
+        radius=radius,
         variance=table[:, 5:8].copy(),
         scans=table[:, 8].astype(np.int64),
         seen=table[:, 9].copy(),
         motion=table[:, 10].copy(),
-        pace=table[:, 11].copy(),
+        turn=turn,
+        pace=table[:, 12].copy(),
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
+        course=courses(position, velocity, turn, radius, walls, parameters.horizon + COURSE_LEAD),
         hidden=hidden_places(scan, pose) if parameters.hidden else np.zeros((0, 2)),
     )
+
+
+def _seen_past(scan: LaserScan, pose: np.ndarray, place: np.ndarray) -> bool:
+    """Whether the beam nearest to a place (2,) in W ended behind it, or the scan did not look there."""
+    dx, dy = place - pose[:2]
+    beam = ((math.atan2(dy, dx) - pose[2] - scan.angle_min) % (2.0 * math.pi)) / scan.angle_increment
+    k = int(beam + 0.5) % len(scan.ranges) if scan.full_circle else int(beam + 0.5)
+    return k >= len(scan.ranges) or bool(scan.distances[k] > math.hypot(dx, dy))
 
 
 def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
@@ -248,8 +281,20 @@ def _row(tracks: Tracks, k: int) -> tuple[float, ...]:
         tracks.scans[k],
         tracks.seen[k],
         tracks.motion[k],
+        tracks.turn[k],
         tracks.pace[k],
     )
+
+
+def _turned(before: np.ndarray, after: tuple[float, ...]) -> float:
+    """Angle from one velocity to another, rad."""
+    ax, ay = before
+    bx, by = after
+    return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+
+
+def _turn_gain(elapsed: float) -> float:
+    return min(elapsed / TURN_TIME, 1.0)
 
 
 def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:
