@@ -11,6 +11,10 @@ from drake_starnav.movers.tracks import Tracks, updated
 from drake_starnav.scan import MOVES, STAYS, LaserScan
 
 
+_BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
+"""A scan of lost beams only, which says nothing at all."""
+
+
 @dataclass(frozen=True)
 class Tracked:
     """What is known after a scan. Immutable.
@@ -23,7 +27,7 @@ class Tracked:
 
     grid: MotionGrid | None = None
     tracks: Tracks = field(default_factory=Tracks)
-    scan: LaserScan = field(default_factory=LaserScan.nothing)
+    scan: LaserScan = _BLIND
 
     def __deepcopy__(self, memo: dict) -> "Tracked":
         return self
