@@ -1,6 +1,7 @@
 """What stays and what moves, told from scans: a grid of when each cell was hit first and last, and seen free.
 
-A hit lies on something that moves if its cell was seen free before, and on something that stays if a cell at or beside
+A hit lies on something that moves if its cell was seen free before and a hit of a neighbouring beam says the same (a tip
+or a post thinner than the distance between two beams is now missed and now hit); and on something that stays if a cell at or beside
 it has been hit for long enough without being seen free in between. Before either is known, a hit belongs to something
 that stays if it is part of a surface that is wider than anything that moves.
 """
@@ -177,6 +178,11 @@ def _told(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increme
             out[k] = MOVES
         elif not wide[k]:
             out[k] = UNKNOWN
+    lonely = np.zeros(n, np.bool_)
+    for k in range(n):
+        beside = out[k - 1] == MOVES or out[(k + 1) % n] == MOVES
+        lonely[k] = out[k] == MOVES and not beside
+    out[lonely] = UNKNOWN
     return out
 
 

@@ -41,7 +41,7 @@ scan; a track that does not count yet may be farther by GATE_NEW, m."""
 COUNTED_AFTER = 4
 COUNTED_SPEED = 0.12
 COUNTED_MOTION = 0.3
-"""A track counts after so many scans, if it is faster than this, m/s, and a larger share of its beams moved."""
+"""A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
 COURSE_LEAD = 0.3
 """Courses go on for so much longer than the horizon, so that they last until the next scan, s."""
 TURN_TIME = 0.5
@@ -108,7 +108,7 @@ class Tracks:
     def counted(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
         return (
-            (self.scans >= COUNTED_AFTER) & (self.speed > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
+            (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
         )
 
     def greatest_speed(self, parameters: MoverParameters) -> np.ndarray:
