@@ -14,6 +14,8 @@ from drake_starnav.scan import MOVES, STAYS, LaserScan
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
+PARTING_HEIGHT = 0.08
+"""A peak of the range by more than this, m, parts what is before and after it."""
 SMALLEST_RADIUS = 0.08
 """Nothing is taken to be smaller, m."""
 RADIUS_GAIN = 0.2
@@ -124,6 +126,8 @@ class Tracks:
 def clusters(scan: LaserScan, motion: np.ndarray, parameters: MoverParameters) -> list[np.ndarray]:
     """Runs of connected hits that may be of one moving obstacle: beam numbers, in order.
 
+    Where two discs touch or overlap, the range has a peak between them: there the run is parted.
+
     Args:
         scan: in S.
         motion: shape (n,), as from `MotionGrid.told`.
@@ -131,9 +135,22 @@ def clusters(scan: LaserScan, motion: np.ndarray, parameters: MoverParameters) -
     """
     first, count = _runs(motion != STAYS, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
     n = len(motion)
-    runs = [(start + np.arange(length)) % n for start, length in zip(first, count, strict=True)]
+    whole = [(start + np.arange(length)) % n for start, length in zip(first, count, strict=True)]
+    runs = [part for run in whole for part in _parts(run, scan.distances[run])]
     widest = 2.0 * parameters.max_radius
     return [run for run in runs if len(run) >= FEWEST_BEAMS and _chord(scan, run) <= widest]
+
+
+def _parts(run: np.ndarray, distance: np.ndarray) -> list[np.ndarray]:
+    if len(run) < 2 * FEWEST_BEAMS:
+        return [run]
+    left, right = np.minimum.accumulate(distance), np.minimum.accumulate(distance[::-1])[::-1]
+    height = distance - np.maximum(left, right)
+    peak = int(np.argmax(height))
+    if height[peak] < PARTING_HEIGHT:
+        return [run]
+    after = peak + 1
+    return _parts(run[:after], distance[:after]) + _parts(run[after:], distance[after:])
 
 
 def _chord(scan: LaserScan, run: np.ndarray) -> float:
@@ -215,7 +232,7 @@ def updated(
         turn = before.turn[k] + _turn_gain(scan.time - tracks.time) * (
             _turned(before.velocity[k], state[2:]) / max(scan.time - tracks.time, 1e-6) - before.turn[k]
         )
-        if abs(_turned(before.velocity[k], state[2:])) > BOUNCE:
+        if before.scans[k] < SETTLED_AFTER or abs(_turned(before.velocity[k], state[2:])) > BOUNCE:
             turn = 0.0
         pace = max(math.hypot(state[2], state[3]), before.pace[k] - PACE_DECAY * (scan.time - tracks.time))
         rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, turn, pace))
