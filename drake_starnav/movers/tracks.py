@@ -253,7 +253,7 @@ def updated(
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
         course=courses(position, velocity, turn, radius, walls, parameters.horizon + COURSE_LEAD),
-        hidden=hidden_places(scan, pose) if parameters.hidden else np.zeros((0, 2)),
+        hidden=hidden_places(scan, motion, pose) if parameters.hidden else np.zeros((0, 2)),
     )
 
 
@@ -265,18 +265,28 @@ def _seen_past(scan: LaserScan, pose: np.ndarray, place: np.ndarray) -> bool:
     return k >= len(scan.ranges) or bool(scan.distances[k] > math.hypot(dx, dy))
 
 
-def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """Places along the rays past the edges of what was seen, behind which nobody has looked, shape (n, 2), W, m."""
-    return _hidden(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], float(pose[2]) + scan.angle_min)
+def hidden_places(scan: LaserScan, motion: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """Places along the rays past the edges of what stays, behind which nobody has looked, shape (n, 2), W, m.
+
+    What moves does not count as such an edge: it hides others for a moment only, and mostly from where it goes.
+
+    Args:
+        scan: in S.
+        motion: shape (n,), as from `MotionGrid.told`.
+        pose: (x, y, yaw) of S in W.
+    """
+    bearing_0 = float(pose[2]) + scan.angle_min
+    stays = motion == STAYS
+    return _hidden(scan.distances, stays, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
 
 
 @njit(cache=True)
-def _hidden(distance, increment, wrap, x, y, bearing_0):
+def _hidden(distance, stays, increment, wrap, x, y, bearing_0):
     n = len(distance)
     places = []
     for k in range(n if wrap else n - 1):
         a, b = distance[k], distance[(k + 1) % n]
-        if abs(a - b) < HIDDEN_JUMP:
+        if abs(a - b) < HIDDEN_JUMP or not stays[k if a < b else (k + 1) % n]:
             continue
         theta = bearing_0 + (k + 0.5) * increment
         r, end = min(a, b) + HIDDEN_INSET, min(max(a, b), HIDDEN_REACH)
