@@ -145,7 +145,8 @@ def _add_planning(
         ),
     )
     planner = builder.AddNamedSystem(
-        "planner", StarRoadmapPlanner(scenario.robot, scenario.planner, offset=_last_offset(scenario), stopwatch=stopwatch)
+        "planner",
+        StarRoadmapPlanner(scenario.robot, scenario.planner, offset=_last_offset(scenario), stopwatch=stopwatch),
     )
     builder.Connect(scan, perception.GetInputPort("scan"))
     for source, name, system, port in (

@@ -299,9 +299,7 @@ def _drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
 def _value(row, goal, limits):
     cost = row[SPENT] + row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
     if row[STATE] != ARRIVED_THERE:
-        cost += time_to_go(
-            goal[0], goal[1], int(row[WAY_POINT]), row[X], row[Y], row[YAW], row[V], row[OMEGA], limits
-        )
+        cost += time_to_go(goal[0], goal[1], int(row[WAY_POINT]), row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)
     return cost
 
 

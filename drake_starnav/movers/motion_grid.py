@@ -78,9 +78,7 @@ class MotionGrid:
             parameters: static_after, max_radius.
         """
         x, y, yaw = pose
-        wide = _wide(
-            scan.distances, scan.hits, scan.angle_increment, scan.full_circle, 2.0 * parameters.max_radius
-        )
+        wide = _wide(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, 2.0 * parameters.max_radius)
         return _told(
             self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
             scan.angle_increment, scan.distances, scan.hits, wide, scan.time, parameters.static_after,

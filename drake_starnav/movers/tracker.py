@@ -44,7 +44,9 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverP
     """
     grid = before.grid or MotionGrid.about(pose[:2], parameters.cell)
     motion = grid.told(scan, pose, parameters)
-    walls = np.vstack((grid.walls(scan.time, parameters), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose)))
+    walls = np.vstack(
+        (grid.walls(scan.time, parameters), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose))
+    )
     tracks = updated(before.tracks, scan, motion, pose, parameters, walls)
     told = motion.copy()
     told[np.flatnonzero(motion != STAYS)[(tracks.owner >= 0) & _counted(tracks)]] = MOVES

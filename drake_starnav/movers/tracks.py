@@ -109,9 +109,7 @@ class Tracks:
     @property
     def counted(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
-        return (
-            (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
-        )
+        return (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
 
     def greatest_speed(self, parameters: MoverParameters) -> np.ndarray:
         """What is declared about how fast each may be until the robot has braked, shape (n,), m/s."""
@@ -238,7 +236,12 @@ def updated(
         rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, turn, pace))
     table = np.array(rows, dtype=float).reshape(-1, 13)
     doubtful = motion != STAYS
-    position, velocity, radius, turn = table[:, 0:2].copy(), table[:, 2:4].copy(), table[:, 4].copy(), table[:, 11].copy()
+    position, velocity, radius, turn = (
+        table[:, 0:2].copy(),
+        table[:, 2:4].copy(),
+        table[:, 4].copy(),
+        table[:, 11].copy(),
+    )
     return Tracks(
         time=scan.time,
         position=position,
@@ -354,9 +357,7 @@ def _first_disc(
     return float(x), float(y), radius, whole
 
 
-def _partners(
-    discs: list[tuple[float, float, float, bool]], tracks: Tracks, elapsed: float
-) -> dict[int, int]:
+def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks, elapsed: float) -> dict[int, int]:
     """Track -> cluster, the nearest pairs first."""
     pairs = []
     for c, (x, y, _, _) in enumerate(discs):
@@ -399,9 +400,7 @@ def _fitted(points, start, radius):
     return np.array((x, y))
 
 
-def _corrected(
-    tracks: Tracks, k: int, center: np.ndarray, noise: float
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _corrected(tracks: Tracks, k: int, center: np.ndarray, noise: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """State (x, y, vx, vy) and variances of a predicted track after its centre was measured."""
     p, c, v = tracks.variance[k]
     total = p + noise * noise

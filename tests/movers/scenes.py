@@ -23,7 +23,9 @@ class Scene:
     radii: tuple[float, ...]
     at: Callable[[float], np.ndarray]
 
-    def scan(self, time: float, pose: np.ndarray, rng: np.random.Generator | None = None, noise: float = 0.01) -> LaserScan:
+    def scan(
+        self, time: float, pose: np.ndarray, rng: np.random.Generator | None = None, noise: float = 0.01
+    ) -> LaserScan:
         """What a lidar at `pose` measures, with noise (m) if there is a generator."""
         discs = [(*place, radius) for place, radius in zip(self.at(time), self.radii, strict=True)]
         world = dataclasses.replace(self.standing, cylinders=[*map(tuple, self.standing.cylinders), *discs])

@@ -70,9 +70,7 @@ def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     assert followed is not grid
     scan = scene.scan(3.0, pose)
     near = scan.distances < 3.0
-    np.testing.assert_array_equal(
-        followed.told(scan, pose, MOVERS)[near], grid.told(scan, pose, MOVERS)[near]
-    )
+    np.testing.assert_array_equal(followed.told(scan, pose, MOVERS)[near], grid.told(scan, pose, MOVERS)[near])
     assert (followed.told(scan, pose, MOVERS)[near] == STAYS).mean() > 0.9
 
 
