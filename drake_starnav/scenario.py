@@ -1,8 +1,8 @@
 """Scenarios: typed parameters <-> YAML.
 
-A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, movers, simulation, recording` and
-one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The world is chosen by
-a tag, e.g. `world: !Forest {width: 20}`.
+A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, movers, simulation,
+recording` and one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The
+world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
 """
 
 import contextlib

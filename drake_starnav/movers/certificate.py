@@ -1,17 +1,17 @@
-"""The braking certificate in time: a twist is sent only if the robot can stop before anything that moves can reach it.
+"""The braking certificate in time: a twist is sent only if the robot can stop before what moves can reach it.
 
-Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for one
-control period and then brakes as hard as its limits allow, then until it stands no hit of the last scan that may belong
-to something that moves has come nearer to its centre than its radius, provided that
+Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for
+one control period and then brakes as hard as its limits allow, then until it stands no hit of the last scan that may
+belong to something that moves has come nearer to its centre than its radius, provided that
  (1) it moves no faster than declared: `max_speed`, and `speed_change` beyond its track's speed for a tracked one,
  (2) nothing that moves comes from where no beam has looked, or `hidden` is on, and
  (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
-A hit q at the time of the scan may be anywhere within
+A hit q at the time of the scan is taken to be anywhere within
 
     | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = min(s + speed_change, max_speed)
 
-a time t later, with the caution c (1 counts with all directions) and the greatest speed s of late. A hit without a
-track that counts has u = 0 and
+a time t later, with the caution c and the greatest speed s of late. With c = 1 that is all directions, and the
+guarantee holds; a smaller caution trusts the track as far. For a hit without a settled track c = 1, u = 0 and
 g = max_speed. What may hit the robot while it stands is beyond any certificate.
 """
 
@@ -34,37 +34,40 @@ def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
     """What a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius; a track that
-    counts but is not in view is a disc.
+    counts but is not in view is a disc. What has no settled track may do anything within `max_speed`.
 
     Args:
         tracks: of the last scan.
         parameters: what is declared.
     """
-    counted = tracks.counted
-    growth = tracks.greatest_speed(parameters)
-    rows = np.zeros((len(tracks.hits), 6))
-    rows[:, :2] = tracks.hits
+    trusted = tracks.counted & tracks.settled
+    rows = [_free_to_move(tracks.hidden, parameters)]
+    known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
+    rows.append(_free_to_move(tracks.hits[~known], parameters))
+    rows.append(_tracked(tracks, tracks.owner[known], tracks.hits[known], np.zeros(known.sum()), parameters))
+    lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
+    drifted = parameters.caution * parameters.speed_change * (tracks.time - tracks.seen[lost])
+    rows.append(_tracked(tracks, lost, tracks.position[lost], tracks.radius[lost] + drifted, parameters))
+    return np.vstack(rows)
+
+
+def _free_to_move(places: np.ndarray, parameters: MoverParameters) -> np.ndarray:
+    rows = np.zeros((len(places), 6))
+    rows[:, :VX] = places
     rows[:, GROWTH] = parameters.max_speed
-    known = (tracks.owner >= 0) & counted[tracks.owner] if len(tracks) else np.zeros(len(rows), bool)
-    rows[known, VX:GROWTH] = tracks.velocity[tracks.owner[known]]
-    rows[known, GROWTH] = growth[tracks.owner[known]]
-    out_of_view = np.flatnonzero(counted & (tracks.seen < tracks.time))
-    unseen = tracks.time - tracks.seen[out_of_view]
-    discs = np.column_stack(
-        (
-            tracks.position[out_of_view],
-            tracks.velocity[out_of_view],
-            growth[out_of_view],
-            tracks.radius[out_of_view] + parameters.caution * parameters.speed_change * unseen,
-        )
-    )
-    hidden = np.zeros((len(tracks.hidden), 6))
-    hidden[:, :2] = tracks.hidden
-    hidden[:, GROWTH] = parameters.max_speed
-    out = np.vstack((rows, discs, hidden))
-    out[:, VX:GROWTH] *= 1.0 - parameters.caution
-    out[:, GROWTH] *= parameters.caution
-    return out
+    return rows
+
+
+def _tracked(
+    tracks: Tracks, owner: np.ndarray, places: np.ndarray, radius: np.ndarray, parameters: MoverParameters
+) -> np.ndarray:
+    """Rows for places that move with the tracks `owner`, as far as the caution lets it be trusted."""
+    rows = np.zeros((len(places), 6))
+    rows[:, :VX] = places
+    rows[:, VX:GROWTH] = (1.0 - parameters.caution) * tracks.velocity[owner]
+    rows[:, GROWTH] = parameters.caution * tracks.greatest_speed(parameters)[owner]
+    rows[:, RADIUS] = radius
+    return rows
 
 
 def near(rows: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:

@@ -1,9 +1,9 @@
 """What stays and what moves, told from scans: a grid of when each cell was hit first and last, and seen free.
 
-A hit lies on something that moves if its cell was seen free before and a hit of a neighbouring beam says the same (a tip
-or a post thinner than the distance between two beams is now missed and now hit); and on something that stays if a cell at or beside
-it has been hit for long enough without being seen free in between. Before either is known, a hit belongs to something
-that stays if it is part of a surface that is wider than anything that moves.
+A hit lies on something that moves if its cell was seen free before and a hit of a neighbouring beam says the same (a
+tip or a post thinner than the distance between two beams is now missed and now hit). It lies on something that stays if
+a cell at or beside it has been hit for long enough without being seen free in between. Before either is known, a hit
+belongs to something that stays if it is part of a surface that is wider than anything that moves.
 """
 
 import math

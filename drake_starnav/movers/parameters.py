@@ -28,17 +28,21 @@ class MoverParameters:
         high=10.0,
     )
     caution: float = parameter(
-        1.0,
-        "which share of the declared speeds the certificate counts with in all directions; the rest is trusted to be "
-        "the tracked motion: 1 never touches anything while driving, 0 gets through more often",
+        0.5,
+        "which share of a tracked obstacle's greatest speed the certificate counts with in all directions; the rest is "
+        "trusted to be its tracked motion. 1: no contact while driving, whatever it does",
         low=0.0,
         high=1.0,
-        when="lower it where being run into while standing is as bad as running into something",
+        when="1 for the guarantee; less where being run into while standing is as bad as running into something",
     )
     margin: float = parameter(
         0.03, "clearance that the certificate keeps from obstacles that move", unit="m", low=0.0, high=1.0
     )
-    hidden: bool = parameter(True, "count with obstacles that come out from where no beam has looked")
+    hidden: bool = parameter(
+        False,
+        "count with obstacles that come out from behind what stands",
+        when="true in front of doors and corners that somebody may come round",
+    )
     static_after: float = parameter(
         2.0, "time after which what has stayed in its place counts as standing", unit="s", above=0.0, high=60.0
     )

@@ -10,7 +10,6 @@ from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks, updated
 from drake_starnav.scan import MOVES, STAYS, LaserScan
 
-
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which says nothing at all."""
 

@@ -1,38 +1,23 @@
-"""Moving obstacles as discs with velocities: clusters of hits, and a Kalman filter of constant velocity for each."""
+"""Moving obstacles as discs with velocities: a Kalman filter of constant velocity for each cluster of hits."""
 
 import dataclasses
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
+from drake_starnav.movers.clusters import clusters, first_disc, fitted_center
 from drake_starnav.movers.course import courses
-from drake_starnav.movers.motion_grid import connected
+from drake_starnav.movers.hidden import hidden_places
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.scan import MOVES, STAYS, LaserScan
 
-FEWEST_BEAMS = 2
-"""Clusters of fewer hits are not tracked."""
-PARTING_HEIGHT = 0.08
-"""A peak of the range by more than this, m, parts what is before and after it."""
-SMALLEST_RADIUS = 0.08
-"""Nothing is taken to be smaller, m."""
 RADIUS_GAIN = 0.2
 MOTION_GAIN = 0.2
 """Shares by which a track's radius, and its share of moving beams, follow the latest cluster."""
-FIT_ROUNDS = 4
-FIT_PRIOR = 0.05
-"""Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
 NOISE = 0.01
 NOISE_PER_RANGE = 0.005
 """Standard deviation of a measured centre, m, and what a metre of range adds."""
-HIDDEN_JUMP = 0.45
-"""Where the ranges of neighbouring beams differ by more, something may hide behind the nearer surface, m."""
-HIDDEN_REACH = 3.0
-HIDDEN_INSET = 0.1
-HIDDEN_SPACING = 0.15
-"""Hidden places are noted up to this range, m, from so far behind the nearer surface on, and so far apart."""
 FIRST_VARIANCES = np.array([0.05**2, 0.0, 0.6**2])
 """Of a new track: position, covariance, velocity."""
 GATE = 0.25
@@ -102,11 +87,6 @@ class Tracks:
         return len(self.radius)
 
     @property
-    def speed(self) -> np.ndarray:
-        """Shape (n,), m/s."""
-        return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
-
-    @property
     def counted(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
         return (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
@@ -114,72 +94,16 @@ class Tracks:
     def greatest_speed(self, parameters: MoverParameters) -> np.ndarray:
         """What is declared about how fast each may be until the robot has braked, shape (n,), m/s."""
         known = np.minimum(self.pace + parameters.speed_change, parameters.max_speed)
-        return np.where(self.scans >= SETTLED_AFTER, known, parameters.max_speed)
+        return np.where(self.settled, known, parameters.max_speed)
+
+    @property
+    def settled(self) -> np.ndarray:
+        """Which tracks are old enough for their speeds to be known, shape (n,), bool."""
+        return self.scans >= SETTLED_AFTER
 
     def at(self, time: float) -> np.ndarray:
         """Where the centres will be at a time (s) if none of them changes its velocity, shape (n, 2)."""
         return self.position + self.velocity * (time - self.time)
-
-
-def clusters(scan: LaserScan, motion: np.ndarray, parameters: MoverParameters) -> list[np.ndarray]:
-    """Runs of connected hits that may be of one moving obstacle: beam numbers, in order.
-
-    Where two discs touch or overlap, the range has a peak between them: there the run is parted.
-
-    Args:
-        scan: in S.
-        motion: shape (n,), as from `MotionGrid.told`.
-        parameters: max_radius.
-    """
-    first, count = _runs(motion != STAYS, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
-    n = len(motion)
-    whole = [(start + np.arange(length)) % n for start, length in zip(first, count, strict=True)]
-    runs = [part for run in whole for part in _parts(run, scan.distances[run])]
-    widest = 2.0 * parameters.max_radius
-    return [run for run in runs if len(run) >= FEWEST_BEAMS and _chord(scan, run) <= widest]
-
-
-def _parts(run: np.ndarray, distance: np.ndarray) -> list[np.ndarray]:
-    if len(run) < 2 * FEWEST_BEAMS:
-        return [run]
-    left, right = np.minimum.accumulate(distance), np.minimum.accumulate(distance[::-1])[::-1]
-    height = distance - np.maximum(left, right)
-    peak = int(np.argmax(height))
-    if height[peak] < PARTING_HEIGHT:
-        return [run]
-    after = peak + 1
-    return _parts(run[:after], distance[:after]) + _parts(run[after:], distance[after:])
-
-
-def _chord(scan: LaserScan, run: np.ndarray) -> float:
-    a, b = scan.distances[run[0]], scan.distances[run[-1]]
-    cosine = math.cos((len(run) - 1) * scan.angle_increment)
-    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
-
-
-@njit(cache=True)
-def _runs(chosen, distance, hit, increment, wrap):
-    n = len(chosen)
-    first, count = [0], [0]
-    start = 0
-    if wrap:
-        for k in range(n):
-            if not (chosen[k] and chosen[k - 1] and connected(distance, hit, k - 1 if k else n - 1, k, increment)):
-                start = k
-                break
-    open_run = False
-    for step in range(n):
-        k = (start + step) % n
-        if not (chosen[k] and hit[k]):
-            open_run = False
-            continue
-        if open_run and (k > 0 or wrap) and connected(distance, hit, k - 1 if k else n - 1, k, increment):
-            count[-1] += 1
-        else:
-            first.append(k)
-            count.append(1)
-            open_run = True
-    return np.array(first[1:]), np.array(count[1:])
 
 
 def updated(
@@ -207,7 +131,7 @@ def updated(
     runs = clusters(scan, motion, parameters)
     everything = np.ones(len(motion), bool)
     points = scan.points_at(scan.distances, everything, pose)
-    first = [_first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
+    first = [first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
     partner = _partners(first, before, scan.time - tracks.time)
     rows, owner_of_beam = [], np.full(len(motion), -1)
     for k in range(len(before)):
@@ -215,15 +139,15 @@ def updated(
         if k not in partner and scan.time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER):
             rows.append(_row(before, k))
     for c, run in enumerate(runs):
-        x, y, radius, whole = first[c]
+        x, y, seen_radius, whole = first[c]
         share = float(np.mean(motion[run] == MOVES))
         owner_of_beam[run] = len(rows)
         k = next((k for k, cluster in partner.items() if cluster == c), -1)
         if k < 0:
-            rows.append((x, y, 0.0, 0.0, radius, *FIRST_VARIANCES, 1, scan.time, 0.0, 0.0, 0.0))
+            rows.append((x, y, 0.0, 0.0, seen_radius, *FIRST_VARIANCES, 1, scan.time, 0.0, 0.0, 0.0))
             continue
-        kept = before.radius[k] + (RADIUS_GAIN * (radius - before.radius[k]) if whole else 0.0)
-        center = _fitted(points[run], before.position[k], kept)
+        kept = before.radius[k] + (RADIUS_GAIN * (seen_radius - before.radius[k]) if whole else 0.0)
+        center = fitted_center(points[run], before.position[k], kept)
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
@@ -268,40 +192,6 @@ def _seen_past(scan: LaserScan, pose: np.ndarray, place: np.ndarray) -> bool:
     return k >= len(scan.ranges) or bool(scan.distances[k] > math.hypot(dx, dy))
 
 
-def hidden_places(scan: LaserScan, motion: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    """Places along the rays past the edges of what stays, behind which nobody has looked, shape (n, 2), W, m.
-
-    What moves does not count as such an edge: it hides others for a moment only, and mostly from where it goes.
-
-    Args:
-        scan: in S.
-        motion: shape (n,), as from `MotionGrid.told`.
-        pose: (x, y, yaw) of S in W.
-    """
-    bearing_0 = float(pose[2]) + scan.angle_min
-    stays = motion == STAYS
-    return _hidden(scan.distances, stays, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
-
-
-@njit(cache=True)
-def _hidden(distance, stays, increment, wrap, x, y, bearing_0):
-    n = len(distance)
-    places = []
-    for k in range(n if wrap else n - 1):
-        a, b = distance[k], distance[(k + 1) % n]
-        if abs(a - b) < HIDDEN_JUMP or not stays[k if a < b else (k + 1) % n]:
-            continue
-        theta = bearing_0 + (k + 0.5) * increment
-        r, end = min(a, b) + HIDDEN_INSET, min(max(a, b), HIDDEN_REACH)
-        while r < end:
-            places.append((x + r * math.cos(theta), y + r * math.sin(theta)))
-            r += HIDDEN_SPACING
-    out = np.empty((len(places), 2))
-    for k in range(len(places)):
-        out[k, 0], out[k, 1] = places[k]
-    return out
-
-
 def _row(tracks: Tracks, k: int) -> tuple[float, ...]:
     return (
         *tracks.position[k],
@@ -337,26 +227,6 @@ def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:
     return dataclasses.replace(tracks, time=time, position=tracks.at(time), variance=variance)
 
 
-def _first_disc(
-    scan: LaserScan, run: np.ndarray, points: np.ndarray, place: np.ndarray, largest: float
-) -> tuple[float, float, float, bool]:
-    """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
-
-    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)).
-    """
-    n = len(scan.ranges)
-    nearest = float(scan.distances[run].min())
-    sine = min(math.sin(min(0.5 * len(run) * scan.angle_increment, 1.2)), 0.85)
-    radius = min(max(nearest * sine / (1.0 - sine), SMALLEST_RADIUS), largest)
-    middle = points[(len(run) - 1) // 2] + points[len(run) // 2] - 2.0 * place
-    towards = middle / max(math.hypot(*middle), 1e-9)
-    x, y = place + (nearest + radius) * towards
-    before, after = (run[0] - 1) % n, (run[-1] + 1) % n
-    distance = scan.distances
-    whole = bool(distance[before] > distance[run[0]] and distance[after] > distance[run[-1]])
-    return float(x), float(y), radius, whole
-
-
 def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks, elapsed: float) -> dict[int, int]:
     """Track -> cluster, the nearest pairs first."""
     pairs = []
@@ -373,31 +243,6 @@ def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks, ela
             partner[k] = c
             taken.add(c)
     return partner
-
-
-@njit(cache=True)
-def _fitted(points, start, radius):
-    """The centre of the disc of a given radius that fits points on its boundary, by Gauss-Newton from `start`."""
-    x, y = start[0], start[1]
-    for _ in range(FIT_ROUNDS):
-        a = b = 0.0
-        c = d = FIT_PRIOR
-        e = 0.0
-        a += FIT_PRIOR * (start[0] - x)
-        b += FIT_PRIOR * (start[1] - y)
-        for k in range(len(points)):
-            dx, dy = x - points[k, 0], y - points[k, 1]
-            away = max(math.hypot(dx, dy), 1e-6)
-            ux, uy = dx / away, dy / away
-            c += ux * ux
-            d += uy * uy
-            e += ux * uy
-            a -= ux * (away - radius)
-            b -= uy * (away - radius)
-        det = c * d - e * e
-        x += (d * a - e * b) / det
-        y += (c * b - e * a) / det
-    return np.array((x, y))
 
 
 def _corrected(tracks: Tracks, k: int, center: np.ndarray, noise: float) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -28,6 +28,7 @@ def wary_step(
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
+    *,
     tracks: Tracks,
     age: float,
     movers: MoverParameters,

@@ -97,29 +97,20 @@ class CertifiedController(LeafSystem):
         held = context.get_discrete_state()
         twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):
-            command = self._command(
-                context,
-                pose,
-                twist,
-                errors,
-                guidance.path,
-                guidance.arrives,
-                guidance.regions,
-                star,
-                self._controller,
-                self._robot,
-            )
+            now = (pose, twist, errors, guidance.path, guidance.arrives, guidance.regions, star)
+            command = self._command(context, (*now, self._controller, self._robot))
         values.set_value(TWIST, command.twist)
         values.set_value(VECTOR, command.guiding_vector)
         values.set_value(ERRORS, command.errors)
         values.set_value(CERTIFIED, np.array((float(command.certified),)))
         return EventStatus.Succeeded()
 
-    def _command(self, context: Context, *now: Any) -> Command:
+    def _command(self, context: Context, now: tuple[Any, ...]) -> Command:
         if self._movers is None:
             return self.step(*now)
         tracks = self._tracks.Eval(context)
-        return wary_step(self.step, *now, tracks, context.get_time() + self._lead - tracks.time, self._movers)
+        age = context.get_time() + self._lead - tracks.time
+        return wary_step(self.step, *now, tracks=tracks, age=age, movers=self._movers)
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         held = context.get_discrete_state()

@@ -61,8 +61,8 @@ def drive(
         to = plan.guidance
         age = time - known.tracks.time
         command = wary_step(
-            control_step, pose, twist, errors, to.path, to.arrives, to.regions, star, CONTROLLER, ROBOT, known.tracks,
-            age, movers,
+            control_step, pose, twist, errors, to.path, to.arrives, to.regions, star, CONTROLLER, ROBOT,
+            tracks=known.tracks, age=age, movers=movers,
         )  # fmt: skip
         pose = moved(pose, 0.5 * (twist + command.twist), tick)
         twist, errors = command.twist, command.errors

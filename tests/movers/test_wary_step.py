@@ -64,7 +64,7 @@ def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
     told = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
     nowhere = Guidance.none()
     now = (np.zeros(3), np.zeros(2), np.zeros(2), nowhere.path, nowhere.arrives, nowhere.regions, SafetyStar.none())
-    assert wary_step(lambda *_: told, *now, CONTROLLER, ROBOT, Tracks(), 0.0, STRICT) is told
+    assert wary_step(lambda *_: told, *now, CONTROLLER, ROBOT, tracks=Tracks(), age=0.0, movers=STRICT) is told
 
 
 def test_it_brakes_where_nothing_can_be_certified() -> None:
@@ -74,6 +74,6 @@ def test_it_brakes_where_nothing_can_be_certified() -> None:
     tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
     now = (np.zeros(3), twist, np.zeros(2), nowhere.path, nowhere.arrives, nowhere.regions, SafetyStar.none())
-    command = wary_step(control_step, *now, CONTROLLER, ROBOT, tracks, 0.0, STRICT)
+    command = wary_step(control_step, *now, CONTROLLER, ROBOT, tracks=tracks, age=0.0, movers=STRICT)
     assert not command.certified
     assert math.isclose(command.twist[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)
