@@ -181,8 +181,6 @@ def plan_step(
     region = seen.region
     if len(state.roadmap) and (region.margin != state.roadmap.margin or len(state.roadmap.blocked)):
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
-    if seen.scan.moving.any() and seen.scan.distances[seen.scan.moving].min() < GIVING_WAY:
-        state = dataclasses.replace(state, progress_time=time)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
@@ -243,7 +241,7 @@ def _watched(
 ) -> tuple[PlannerState, bool]:
     """The state with its progress watch brought up to date, and whether the watch has run out.
 
-    A robot at its goal, or one that gets no scans, has reason to stand.
+    A robot at its goal, one that gets no scans, or one that may be giving way has reason to stand.
     """
     moved = not _distance(position, state.progress_position) <= parameters.progress_distance
     silent = time - seen.scan.time > SILENT_SHARE * parameters.progress_timeout
@@ -252,8 +250,9 @@ def _watched(
         and len(state.path) > 0
         and _distance(position, state.path[-1]) < AT_GOAL
     )
+    giving_way = bool((seen.scan.distances[seen.scan.moving] < GIVING_WAY).any())
     stalled = not moved and time - state.progress_time > parameters.progress_timeout
-    if moved or silent or at_goal:
+    if moved or silent or at_goal or giving_way:
         state, stalled = dataclasses.replace(state, progress_position=position.copy(), progress_time=time), False
     elif stalled:
         state = dataclasses.replace(state, progress_time=time)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.braking import limits_array
 from drake_starnav.control.tracking import limited_twist
-from drake_starnav.movers.certificate import GROWTH, STANDING_SPEED, near, stays_clear, threats
+from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
@@ -17,7 +17,7 @@ from tests.scans import RADIUS, seeds
 
 ROBOT = RobotParameters()
 LIMITS = limits_array(ROBOT)
-MOVERS = MoverParameters(max_speed=0.8, margin=0.01)
+MOVERS = MoverParameters(max_speed=0.8, margin=0.01, caution=1.0)
 PERIOD, SCANS, STEP = 0.02, 3, 0.005
 """Of the commands, s; commands from one scan to the next; of the simulation, s."""
 
@@ -99,13 +99,10 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
         hits=np.array([(0.8, 0.0), (2.0, 2.0)]),
         owner=np.array([0, -1]),
     )
-    full, half, none = (threats(tracks, MoverParameters(max_speed=0.8, caution=c)) for c in (1.0, 0.5, 0.0))
-    np.testing.assert_allclose(full[:, GROWTH], (0.65, 0.8))
-    np.testing.assert_allclose(full[:, 2:4], 0.0)
-    np.testing.assert_allclose(half[:, GROWTH], (0.325, 0.4))
-    np.testing.assert_allclose(half[0, 2:4], (0.0, 0.25))
-    np.testing.assert_allclose(none[0, 2:4], (0.0, 0.5))
-    np.testing.assert_allclose(none[:, GROWTH], 0.0)
+    for caution in (1.0, 0.5, 0.0):
+        unknown, tracked = threats(tracks, MoverParameters(max_speed=0.8, caution=caution))
+        np.testing.assert_allclose(unknown, (2.0, 2.0, 0.0, 0.0, 0.8, 0.0))
+        np.testing.assert_allclose(tracked, (0.8, 0.0, 0.0, 0.5 * (1.0 - caution), 0.65 * caution, 0.0))
 
 
 def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:

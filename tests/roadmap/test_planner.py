@@ -225,9 +225,10 @@ def waited(motion: np.ndarray | None) -> PlannerState:
     position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
     pose = np.array(VAULT.start)
     scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    region = scan_region(scan, pose, RADIUS, PARAMETERS)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
+        seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
         state = plan_step(state, seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
     return state
 
