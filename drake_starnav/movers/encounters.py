@@ -22,12 +22,11 @@ from drake_starnav.movers.foresight import (
     COLUMNS,
     COST,
     FIRST,
-    GOING,
     HEADING,
     LEAST,
     PATH,
-    STATE,
     STEP,
+    TOUCHED,
     TWIST,
     YAW,
     V,
@@ -205,7 +204,7 @@ def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, h
     for depth in range(1, segments + 1):
         for i in range(len(generation)):  # what has ended competes with what has come to the horizon
             row = generation[i]
-            if (depth == segments or row[STATE] != GOING) and row[COST] < best_cost:
+            if (depth == segments or row[TOUCHED] > 0.0) and row[COST] < best_cost:
                 best_cost = row[COST]
                 best = row
         if depth == segments:
@@ -214,7 +213,7 @@ def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, h
         picked = 0
         for i in np.argsort(generation[:, COST], kind="mergesort"):
             row = generation[i]
-            differs = row[STATE] == GOING
+            differs = row[TOUCHED] == 0.0
             for q in range(picked):
                 other = generation[kept[q]]
                 if (

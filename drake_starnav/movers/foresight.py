@@ -42,10 +42,11 @@ FORESEEN_MARGIN = 0.03
 WALL_ZONE = 0.1
 WALL_COST = 0.6
 """What the least clearance to what stays costs, s, if less than the zone, m: from a wall one cannot step aside."""
-X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, STATE, FIRST, COST = range(15)
-COLUMNS = 15
+X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, TOUCHED, FIRST, COST = range(
+    16
+)
+COLUMNS = 16
 """Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
-GOING, ARRIVED_THERE, TOUCHED = range(3)
 
 
 @njit(cache=True)
@@ -53,7 +54,7 @@ def start_row(pose, twist, static, settings):
     """The way on that has not begun."""
     row = np.zeros(COLUMNS)
     row[X], row[Y], row[YAW], row[V], row[OMEGA] = pose[0], pose[1], pose[2], twist[0], twist[1]
-    row[WAY_POINT], row[REGION], row[LEAST] = 1, -1, np.inf
+    row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
     row[CLEARANCE] = row[CLOSEST] = clearance_within(pose[0], pose[1], static[7], settings[3], WALL_ZONE)
     return row
 
@@ -68,7 +69,7 @@ def wanted_twist(kind, a, b, row, line, last, limits, gain, slowdown):
         return b * max(math.cos(error), 0.0) ** 3, limited(gain * error, limits[1])
     k = int(row[WAY_POINT])
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
-    if dx * dx + dy * dy < 1e-12:
+    if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
     want_v = a * limits[0] * max(math.cos(error), 0.0) ** 3
@@ -111,7 +112,7 @@ def _must_brake(x, y, yaw, v, course, discs, time, limits, distance, caution):
 
 @njit(cache=True)
 def drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
-    """Continue a way on in place by one manoeuvre; it ends early where the robot arrives or is touched."""
+    """Continue a way on in place by one manoeuvre; it ends early where the robot is touched."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = static
     line, _ = goal
     course, discs, age = moving
@@ -158,19 +159,19 @@ def drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
                 row[LOST] = max(row[LOST], lost)
             touched = touched or away < 0.0
         if touched:
-            row[STATE] = TOUCHED
+            row[TOUCHED] = 1.0
             row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / horizon))
             return
         k = int(row[WAY_POINT])
         if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
-            row[STATE] = ARRIVED_THERE
-            return
+            row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
 
 
 @njit(cache=True)
 def way_cost(row, goal, limits):
     """What a way on costs up to here, and what it takes to the goal, without the change of the twist, s."""
-    cost = row[SPENT] + row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
-    if row[STATE] != ARRIVED_THERE:
-        cost += time_to_go(goal[0], goal[1], int(row[WAY_POINT]), row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)
-    return cost
+    cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
+    if row[ARRIVAL] < np.inf:  # it has been there, wherever it goes to make way
+        return cost + row[ARRIVAL]
+    left = time_to_go(goal[0], goal[1], int(row[WAY_POINT]), row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)
+    return cost + row[SPENT] + left

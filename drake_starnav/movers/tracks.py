@@ -18,8 +18,9 @@ MOTION_GAIN = 0.2
 NOISE = 0.01
 NOISE_PER_RANGE = 0.005
 """Standard deviation of a measured centre, m, and what a metre of range adds."""
-FIRST_VARIANCES = np.array([0.05**2, 0.0, 0.6**2])
-"""Of a new track: position, covariance, velocity."""
+FIRST_SPREAD = 0.05
+FIRST_SPEED_SHARE = 0.75
+"""Standard deviations of a new track: of its place, m, and of its velocity, as a share of the greatest speed."""
 GATE = 0.25
 GATE_SPEED = 2.0
 GATE_NEW = 0.3
@@ -56,7 +57,8 @@ class Tracks:
         variance: shape (n, 3): of position, of position with velocity, and of velocity, the same for both axes.
         scans: shape (n,), how many scans have seen each.
         seen: shape (n,), when it was seen last, s.
-        motion: shape (n,), share of its beams that hit what was free before, smoothed.
+        motion: shape (n,), share of its beams that hit what was free before, smoothed; it falls only while
+            the track stands.
         turn: shape (n,), smoothed turning rate of its velocity, rad/s.
         pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
@@ -133,6 +135,7 @@ def updated(
     points = scan.points_at(scan.distances, everything, pose)
     first = [first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
     partner = _partners(first, before, scan.time - tracks.time)
+    spread = FIRST_SPEED_SHARE * parameters.max_speed
     rows, owner_of_beam = [], np.full(len(motion), -1)
     for k in range(len(before)):
         absent = before.scans[k] <= COUNTED_AFTER or _seen_past(scan, pose, before.position[k])
@@ -144,13 +147,15 @@ def updated(
         owner_of_beam[run] = len(rows)
         k = next((k for k, cluster in partner.items() if cluster == c), -1)
         if k < 0:
-            rows.append((x, y, 0.0, 0.0, seen_radius, *FIRST_VARIANCES, 1, scan.time, 0.0, 0.0, 0.0))
+            rows.append((x, y, 0.0, 0.0, seen_radius, FIRST_SPREAD**2, 0.0, spread**2, 1, scan.time, 0.0, 0.0, 0.0))
             continue
         kept = before.radius[k] + (RADIUS_GAIN * (seen_radius - before.radius[k]) if whole else 0.0)
         center = fitted_center(points[run], before.position[k], kept)
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
+        if math.hypot(state[2], state[3]) > COUNTED_SPEED:  # half hidden, it may show only what was hidden before
+            smoothed = max(smoothed, before.motion[k])
         turn = before.turn[k] + _turn_gain(scan.time - tracks.time) * (
             _turned(before.velocity[k], state[2:]) / max(scan.time - tracks.time, 1e-6) - before.turn[k]
         )
