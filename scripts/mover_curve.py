@@ -31,7 +31,7 @@ Results = dict[str, list[Record]]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the curve; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(prog="mover_curve.py", description="Measure what caution costs.")
-    default = ["crowd_room", "crowd_hall", "dynabarn"]
+    default = ["crowd_room", "crowd_hall"]
     parser.add_argument("scenario", nargs="*", default=default, help=f"default: {' '.join(default)}")
     parser.add_argument(
         "--cautions", nargs="+", type=float, default=CAUTIONS, metavar="C", help="from 0 to 1 (default: five of them)"
