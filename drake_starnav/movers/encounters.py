@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking import limits_array, stops_inside
+from drake_starnav.control.braking import limits_array
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, clearance_at, least_clearance_of, needed_distances
 from drake_starnav.control.predictive import times_left
 from drake_starnav.control.tracking import wrapped_angle
-from drake_starnav.movers.certificate import stays_clear_of
+from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.foresight import (
     COLUMNS,
     COST,
@@ -123,43 +122,19 @@ def encounter(
     nearest = _along_the_path(pose, twist, static, goal, moving, limits, settings)
     if nearest >= movers.comfort:
         return Encounter(nearest, None, np.inf)
-    needed = needed_distances(star.half_gaps, robot.radius)
-    promise = np.array(
-        (
-            1.0 / controller.rate, controller.delay, robot.radius + movers.margin,
-            -1.0 if not controller.certificate else controller.safety_margin, controller.margin_per_speed,
-            1.0 if controller.certified_by == "star" else 0.0,
-        )
-    )  # fmt: skip
     v, omega, least, found = _searched(
-        manoeuvres(twist, limits), pose, twist, static, goal, moving, limits, settings, rows, star.hits, needed, promise
+        manoeuvres(twist, limits),
+        pose,
+        twist,
+        static,
+        goal,
+        moving,
+        limits,
+        settings,
+        rows,
+        standards(star, controller, robot, movers),
     )
     return Encounter(nearest, np.array((v, omega)) if found else None, least)
-
-
-@njit(cache=True)
-def stops_clear(
-    x, y, yaw, v, omega, want_v, want_omega, limits, promise, star_center, star_bearing_0, star_values, hits, needed
-):
-    """Whether a twist passes the certificate against what stays.
-
-    Outside of the safety star, next to a wall, it must not come nearer to any hit than the robot is now.
-    """
-    hold, delay, _, margin, per_speed, by_star = promise
-    if margin < 0.0:
-        return True
-    if by_star > 0.0 and stops_inside(
-        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, star_center, star_bearing_0, star_values
-    ):
-        return True
-    if len(hits) == 0:
-        return False
-    enough = margin + per_speed * abs(want_v)
-    if by_star > 0.0:
-        enough = min(enough, clearance_at(x, y, hits, needed))
-    enough = max(enough, ESCAPE_CLEARANCE)
-    least = least_clearance_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough)
-    return least >= enough
 
 
 @njit(cache=True)
@@ -171,9 +146,8 @@ def _along_the_path(pose, twist, static, goal, moving, limits, settings):
 
 
 @njit(cache=True)
-def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, hits, needed, promise):
+def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, standard):
     horizon, gain, slowdown = settings[0], settings[1], settings[2]
-    star_center, star_bearing_0, star_values = static[4], static[5], static[6]
     line, age = goal[0], moving[2]
     count = len(ways)
     start = start_row(pose, twist, static, settings)
@@ -184,13 +158,7 @@ def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, h
         v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, len(line) - 1, limits, gain, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
         change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
-        x, y, yaw = pose[0], pose[1], pose[2]
-        if not stays_clear_of(
-            x, y, yaw, twist[0], twist[1], v, omega, promise[0], promise[1], limits, rows, promise[2], age
-        ) or not stops_clear(
-            x, y, yaw, twist[0], twist[1], v, omega, limits, promise, star_center, star_bearing_0, star_values,
-            hits, needed,
-        ):  # fmt: skip
+        if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
             continue
         generation[n] = start
         drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings)

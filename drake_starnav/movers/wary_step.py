@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drake_starnav.control.braking import SPEED_SHARES, TURN_SHARES, limits_array, stops_inside
+from drake_starnav.control.braking import SPEED_SHARES, TURN_SHARES, limits_array
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, clearance_at, least_clearance, needed_distances
 from drake_starnav.control.tracking import Command, limited_twist
+from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.encounters import encounter
 from drake_starnav.movers.parameters import MoverParameters
@@ -53,19 +53,16 @@ def wary_step(
     reach = robot.radius + movers.margin + (robot.max_speed + movers.max_speed) * longest
     rows = near(rows, pose[:2], reach)
 
-    def clear(desired: np.ndarray) -> bool:
-        return stays_clear(
-            pose, twist, desired, period, limits, rows, robot.radius + movers.margin, age, parameters.delay
-        )
-
     if tracks.counted.any():
         met = encounter(pose, twist, path, arrives, regions, star, tracks, rows, age, parameters, robot, movers)
         if met.twist is not None:
             return Command(limited_twist(twist, met.twist, robot, period), command.guiding_vector, True, command.errors)
-    if clear(command.twist):
+    distance = robot.radius + movers.margin
+    if stays_clear(pose, twist, command.twist, period, limits, rows, distance, age, parameters.delay):
         return command
+    standard = standards(star, parameters, robot, movers)
     for desired in _slower(command.twist):
-        if clear(desired) and _stops_clear(pose, twist, desired, limits, star, parameters, robot):
+        if accepted(*pose, *twist, *desired, limits, standard, rows, age):
             sent = limited_twist(twist, desired, robot, period)
             return Command(sent, command.guiding_vector, True, command.errors)
     standing = abs(twist[0]) < STANDING_SPEED
@@ -78,30 +75,3 @@ def _slower(twist: np.ndarray) -> list[np.ndarray]:
     shares = [(share, 1.0) for share in SPEED_SHARES[1:]]
     shares += [(share, turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
     return [twist * pair for pair in shares]
-
-
-def _stops_clear(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    desired: np.ndarray,
-    limits: np.ndarray,
-    star: SafetyStar,
-    parameters: ControllerParameters,
-    robot: RobotParameters,
-) -> bool:
-    """Whether a twist passes the certificate against what stays, as `parameters` choose it."""
-    hold, delay = 1.0 / parameters.rate, parameters.delay
-    if not parameters.certificate:
-        return True
-    if parameters.certified_by == "star" and stops_inside(
-        *pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values
-    ):
-        return True
-    if not star.seen:
-        return False
-    needed = needed_distances(star.half_gaps, robot.radius)
-    enough = parameters.safety_margin + parameters.margin_per_speed * abs(float(desired[0]))
-    if parameters.certified_by == "star":  # outside of the star, next to a wall: only away from it
-        enough = min(enough, float(clearance_at(pose[0], pose[1], star.hits, needed)))
-    enough = max(enough, ESCAPE_CLEARANCE)
-    return least_clearance(pose, twist, desired, hold, limits, star.hits, needed, delay) >= enough
