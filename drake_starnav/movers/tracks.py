@@ -57,8 +57,7 @@ class Tracks:
         variance: shape (n, 3): of position, of position with velocity, and of velocity, the same for both axes.
         scans: shape (n,), how many scans have seen each.
         seen: shape (n,), when it was seen last, s.
-        motion: shape (n,), share of its beams that hit what was free before, smoothed; it falls only while
-            the track stands.
+        motion: shape (n,), share of its beams that hit what was free before, smoothed.
         turn: shape (n,), smoothed turning rate of its velocity, rad/s.
         pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
@@ -154,8 +153,6 @@ def updated(
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
-        if math.hypot(state[2], state[3]) > COUNTED_SPEED:  # half hidden, it may show only what was hidden before
-            smoothed = max(smoothed, before.motion[k])
         turn = before.turn[k] + _turn_gain(scan.time - tracks.time) * (
             _turned(before.velocity[k], state[2:]) / max(scan.time - tracks.time, 1e-6) - before.turn[k]
         )

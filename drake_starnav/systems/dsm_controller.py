@@ -12,7 +12,7 @@ class DsmController(CertifiedController):
     guidance ──────>│               ├──> twist_command
     safety_star ───>│ DsmController ├──> guiding_vector
     state ─────────>│               ├──> certificate
-    tracks (opt.) ─>│               │
+    tracks ────────>│               │
                     └───────────────┘
     ```
 

@@ -12,7 +12,7 @@ class MpcController(CertifiedController):
     guidance ──────>│               ├──> twist_command
     safety_star ───>│ MpcController ├──> guiding_vector
     state ─────────>│               ├──> certificate
-    tracks (opt.) ─>│               │
+    tracks ────────>│               │
                     └───────────────┘
     ```
 

@@ -96,9 +96,9 @@ def test_a_disc_out_of_sight_is_forgotten_and_one_that_is_gone_sooner() -> None:
     gone = Scene(hall(), (0.25,), lambda t: np.array(((1.5, 0.5 * t - 0.5 if t < 1.0 else 100.0),)))
     assert tracked(gone, 0.95)[0].tracks.counted.sum() == 1
     assert tracked(gone, 1.3)[0].tracks.counted.sum() == 0
-    behind = Scene(hall((1.0, 0.5, 0.4)), (0.2,), lambda t: np.array(((2.6, min(0.5 * t - 0.6, 1.2)),)))
-    assert tracked(behind, 2.2)[0].tracks.counted.sum() == 1  # out of sight
-    assert tracked(behind, 4.5)[0].tracks.counted.sum() == 0
+    behind = Scene(hall((1.0, 0.5, 0.4)), (0.2,), lambda t: np.array(((2.6, min(0.9 * t - 0.9, 1.0)),)))
+    assert tracked(behind, 1.8)[0].tracks.counted.sum() == 1  # out of sight
+    assert tracked(behind, 4.0)[0].tracks.counted.sum() == 0
 
 
 def bouncing() -> Callable[[float], np.ndarray]:
