@@ -36,7 +36,7 @@ def only_one(tracks: Tracks, place: np.ndarray) -> int:
     return int(counted)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     seed=seeds,
     speed=st.floats(0.3, 1.0),

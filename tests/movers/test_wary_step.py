@@ -20,7 +20,7 @@ STRICT = MoverParameters(max_speed=0.8, caution=1.0)
 START, GOAL = np.array((-2.5, 0.0, 0.0)), np.array((2.5, 0.0))
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=seeds)
 def test_a_robot_in_a_crowd_never_runs_into_anything(seed: int) -> None:
     rng = np.random.default_rng(seed)
