@@ -20,12 +20,12 @@ from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.foresight import (
     COLUMNS,
     COST,
+    ENDED,
     FIRST,
     HEADING,
     LEAST,
     PATH,
     STEP,
-    TOUCHED,
     TWIST,
     YAW,
     V,
@@ -111,9 +111,10 @@ def encounter(
     course, discs = tracks.course[counted], np.column_stack((tracks.radius, tracks.greatest_speed(movers)))[counted]
     limits = limits_array(robot)
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
+    slowdown = controller.goal_slowdown if arrives or not len(path) else np.inf
     settings = np.array(
         (
-            movers.horizon, controller.heading_gain, controller.goal_slowdown if arrives else np.inf, robot.radius,
+            movers.horizon, controller.heading_gain, slowdown, robot.radius,
             movers.margin, movers.caution, movers.comfort,
         )
     )  # fmt: skip
@@ -172,7 +173,7 @@ def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, s
     for depth in range(1, segments + 1):
         for i in range(len(generation)):  # what has ended competes with what has come to the horizon
             row = generation[i]
-            if (depth == segments or row[TOUCHED] > 0.0) and row[COST] < best_cost:
+            if (depth == segments or row[ENDED] > 0.0) and row[COST] < best_cost:
                 best_cost = row[COST]
                 best = row
         if depth == segments:
@@ -181,7 +182,7 @@ def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, s
         picked = 0
         for i in np.argsort(generation[:, COST], kind="mergesort"):
             row = generation[i]
-            differs = row[TOUCHED] == 0.0
+            differs = row[ENDED] == 0.0
             for q in range(picked):
                 other = generation[kept[q]]
                 if (

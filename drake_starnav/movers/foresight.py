@@ -42,9 +42,7 @@ FORESEEN_MARGIN = 0.03
 WALL_ZONE = 0.1
 WALL_COST = 0.6
 """What the least clearance to what stays costs, s, if less than the zone, m: from a wall one cannot step aside."""
-X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, TOUCHED, FIRST, COST = range(
-    16
-)
+X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, FIRST, COST = range(16)
 COLUMNS = 16
 """Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
 
@@ -112,7 +110,7 @@ def _must_brake(x, y, yaw, v, course, discs, time, limits, distance, caution):
 
 @njit(cache=True)
 def drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
-    """Continue a way on in place by one manoeuvre; it ends early where the robot is touched."""
+    """Continue a way on in place by one manoeuvre; it ends early where the robot is touched or explores on."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = static
     line, _ = goal
     course, discs, age = moving
@@ -159,12 +157,15 @@ def drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
                 row[LOST] = max(row[LOST], lost)
             touched = touched or away < 0.0
         if touched:
-            row[TOUCHED] = 1.0
+            row[ENDED] = 1.0
             row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / horizon))
             return
         k = int(row[WAY_POINT])
         if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
             row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
+            if slowdown == np.inf:  # at a frontier, where it will go on
+                row[ENDED] = 1.0
+                return
 
 
 @njit(cache=True)
