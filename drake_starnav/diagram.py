@@ -19,6 +19,7 @@ from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.model_world import make_world_with_footprints
+from drake_starnav.systems.mover_tracker import MoverTracker
 from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
@@ -33,7 +34,8 @@ CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc":
 class Navigation:
     """The systems that `add_navigation` put into a builder, for connecting more to them.
 
-    A baseline that heads for the goal itself has neither perception nor planner.
+    A baseline that heads for the goal itself has neither perception nor planner. There is a tracker if the scenario
+    declares obstacles that move.
     """
 
     world: World
@@ -42,6 +44,7 @@ class Navigation:
     perception: StarPerception | None
     planner: StarRoadmapPlanner | None
     controller: CertifiedController | BaselineController
+    tracker: MoverTracker | None = None
 
 
 def add_navigation(
@@ -57,7 +60,8 @@ def add_navigation(
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
 
     The lidar scans at multiples of its period; perception follows one step of the plant later, the planner two, and
-    the controller's updates lie between, so that each reads what the one before it has finished.
+    the controller's updates lie between, so that each reads what the one before it has finished. If obstacles move,
+    the tracker takes the first of these steps and the others follow one later.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `faults`.
 
@@ -97,16 +101,17 @@ def add_navigation(
     goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception: StarPerception | None = None
     planner: StarRoadmapPlanner | None = None
+    tracker: MoverTracker | None = None
     controller: CertifiedController | BaselineController
     if scenario.controller.kind in CERTIFIED:
-        perception, planner = _add_planning(builder, scenario, station, goal, stopwatch)
-        controller = _add_certified_controller(builder, scenario, station, perception, planner, stopwatch)
+        perception, planner, tracker = _add_planning(builder, scenario, station, goal, stopwatch)
+        controller = _add_certified_controller(builder, scenario, station, perception, planner, tracker, stopwatch)
     else:
         if scenario.controller.target == "short_term_goal":
-            perception, planner = _add_planning(builder, scenario, station, goal, stopwatch)
+            perception, planner, tracker = _add_planning(builder, scenario, station, goal, stopwatch)
         controller = _add_baseline(builder, scenario, world, station, goal, planner, stopwatch)
     builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
-    return Navigation(world, station, goal, perception, planner, controller)
+    return Navigation(world, station, goal, perception, planner, controller, tracker)
 
 
 def _add_planning(
@@ -115,8 +120,17 @@ def _add_planning(
     station: NavigationStation | RobotEquipment,
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
-) -> tuple[StarPerception, StarRoadmapPlanner]:
-    step, lidar = scenario.simulation.time_step, scenario.lidar
+) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None]:
+    step, lidar, movers = scenario.simulation.time_step, scenario.lidar, scenario.movers
+    offset = step + math.fmod(lidar.delay, 1.0 / lidar.rate)
+    scan, tracker = station.GetOutputPort("lidar.scan"), None
+    if movers.max_speed > 0.0:
+        tracker = builder.AddNamedSystem(
+            "tracker", MoverTracker(movers, rate=lidar.rate, offset=offset, stopwatch=stopwatch)
+        )
+        builder.Connect(scan, tracker.GetInputPort("scan"))
+        builder.Connect(station.GetOutputPort("localization.scan_pose"), tracker.GetInputPort("pose"))
+        scan, offset = tracker.GetOutputPort("scan"), offset + step
     perception = builder.AddNamedSystem(
         "perception",
         StarPerception(
@@ -124,24 +138,30 @@ def _add_planning(
             scenario.planner,
             scenario.controller,
             rate=lidar.rate,
-            offset=step + math.fmod(lidar.delay, 1.0 / lidar.rate),
+            offset=offset,
             delay=lidar.delay,
             confirm=lidar.noise if lidar.outliers > 0.0 else None,
             stopwatch=stopwatch,
         ),
     )
     planner = builder.AddNamedSystem(
-        "planner", StarRoadmapPlanner(scenario.robot, scenario.planner, offset=2 * step, stopwatch=stopwatch)
+        "planner",
+        StarRoadmapPlanner(scenario.robot, scenario.planner, offset=_last_offset(scenario), stopwatch=stopwatch),
     )
+    builder.Connect(scan, perception.GetInputPort("scan"))
     for source, name, system, port in (
-        (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
         (perception, "star", planner, "star"),
         (station, "localization.pose", planner, "pose"),
     ):
         builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
     builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
-    return perception, planner
+    return perception, planner, tracker
+
+
+def _last_offset(scenario: Scenario) -> float:
+    """When planner and controller are updated first, s: after all that make something of a scan."""
+    return (3 if scenario.movers.max_speed > 0.0 else 2) * scenario.simulation.time_step
 
 
 def _add_certified_controller(
@@ -150,13 +170,24 @@ def _add_certified_controller(
     station: NavigationStation | RobotEquipment,
     perception: StarPerception,
     planner: StarRoadmapPlanner,
+    tracker: MoverTracker | None,
     stopwatch: Stopwatch | None,
 ) -> CertifiedController:
-    offset, rate = 2 * scenario.simulation.time_step, scenario.controller.rate
+    offset, rate = _last_offset(scenario), scenario.controller.rate
+    delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
     controller = builder.AddNamedSystem(
         "controller",
-        CERTIFIED[scenario.controller.kind](scenario.robot, scenario.controller, offset=offset, stopwatch=stopwatch),
+        CERTIFIED[scenario.controller.kind](
+            scenario.robot,
+            scenario.controller,
+            offset=offset,
+            movers=scenario.movers if tracker is not None else None,
+            lead=delay,
+            stopwatch=stopwatch,
+        ),
     )
+    if tracker is not None:
+        builder.Connect(tracker.GetOutputPort("tracks"), controller.GetInputPort("tracks"))
     star, state = perception.GetOutputPort("safety_star"), station.GetOutputPort("localization.state")
     if scenario.localization.jump > 0.0:
         guard = builder.AddNamedSystem("jump_guard", JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset))
@@ -164,7 +195,6 @@ def _add_certified_controller(
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
-        delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
         predictor = builder.AddNamedSystem("predictor", StatePredictor(delay=delay, rate=rate, offset=offset))
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(controller.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))

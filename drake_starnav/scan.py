@@ -11,6 +11,8 @@ from drake_starnav.errors import StarnavError
 
 LARGEST_UNSEEN = 0.25
 """Between two beams that say something, a thing of this width is taken to stand where the gap would hide it, m."""
+STAYS, UNKNOWN, MOVES = 0, 1, 2
+"""What is known about the motion of what a beam hit."""
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
 
@@ -31,6 +33,8 @@ class LaserScan:
         time_increment: time from beam to beam, s; 0 when all are measured at once.
         scan_time: time between scans, s; 0 when there is no rate.
         lost_beams: whether ranges may be NaN.
+        motion: shape (n,), what somebody has told about what each beam hit: STAYS, UNKNOWN or MOVES. Beams of the last
+            kind saw free space as far as that, but no obstacle that stays. None: nothing moves.
     """
 
     time: float
@@ -42,6 +46,7 @@ class LaserScan:
     time_increment: float = 0.0
     scan_time: float = 0.0
     lost_beams: bool = False
+    motion: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -98,13 +103,29 @@ class LaserScan:
 
     @cached_property
     def hits(self) -> np.ndarray:
-        """Which beams came back from something, shape (n,), bool; -inf (too close) is a hit, NaN (lost) is none."""
-        return self.ranges < self.range_max
+        """Which beams came back from something that stays, shape (n,), bool; -inf (too close) is a hit, NaN is none."""
+        hits = self.ranges < self.range_max
+        return hits if self.motion is None else hits & ~self.moving
 
     @cached_property
     def lost(self) -> np.ndarray:
         """Which beams say nothing (NaN), shape (n,), bool."""
         return np.isnan(self.ranges)
+
+    @cached_property
+    def silent(self) -> np.ndarray:
+        """Which beams say nothing of what stays: lost, or stopped by something that moves; shape (n,), bool."""
+        return self.lost if self.motion is None else self.lost | self.moving
+
+    @cached_property
+    def moving(self) -> np.ndarray:
+        """Which beams were stopped by something that moves, shape (n,), bool."""
+        return np.zeros(len(self.ranges), bool) if self.motion is None else self.motion == MOVES
+
+    @cached_property
+    def lasting(self) -> np.ndarray:
+        """Which beams are worth remembering: not lost, nor stopped by what moves or may move; shape (n,), bool."""
+        return ~self.lost if self.motion is None else ~self.lost & (self.motion == STAYS)
 
     @cached_property
     def complete(self) -> bool:

@@ -61,7 +61,10 @@ def read_csv(file: Path) -> list[LoggedScan]:
             f"scan log {file}: rows of {rows.shape[1]} numbers, or poses that are not finite; "
             "allowed: finite time, x, y, yaw and at least 3 ranges"
         )
-    return [LoggedScan(LaserScan(time=row[0], ranges=row[4:], lost_beams=True, **header), row[1:4]) for row in rows]
+    return [
+        LoggedScan(LaserScan(time=row[0], ranges=row[4:], lost_beams=True, motion=None, **header), row[1:4])
+        for row in rows
+    ]
 
 
 def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = "/odom") -> list[LoggedScan]:

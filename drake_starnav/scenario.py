@@ -1,8 +1,8 @@
 """Scenarios: typed parameters <-> YAML.
 
-A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, simulation, recording` and
-one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The world is chosen by
-a tag, e.g. `world: !Forest {width: 20}`.
+A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, movers, simulation,
+recording` and one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The
+world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
 """
 
 import contextlib
@@ -22,6 +22,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
+from drake_starnav.movers import MoverParameters
 from drake_starnav.parameters import build, parameter, unknown_name
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
@@ -51,6 +52,7 @@ class Scenario:
     drive: DriveParameters = field(default_factory=DriveParameters)
     planner: PlannerParameters = field(default_factory=PlannerParameters)
     controller: ControllerParameters = field(default_factory=ControllerParameters)
+    movers: MoverParameters = field(default_factory=MoverParameters)
     dsm: DsmParameters = field(default_factory=DsmParameters)
     foa: FoaParameters = field(default_factory=FoaParameters)
     dwa: DwaParameters = field(default_factory=DwaParameters)
@@ -66,6 +68,7 @@ SECTIONS: dict[str, type] = {
     "drive": DriveParameters,
     "planner": PlannerParameters,
     "controller": ControllerParameters,
+    "movers": MoverParameters,
     "dsm": DsmParameters,
     "foa": FoaParameters,
     "dwa": DwaParameters,

@@ -31,6 +31,7 @@ from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.mover_bodies import MoverDrive
+from drake_starnav.systems.mover_tracker import MoverTracker
 from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.planar_localization import PlanarLocalization
 from drake_starnav.systems.slider_goal import SliderGoal
@@ -65,11 +66,12 @@ def all_systems() -> list[System]:
         station.GetSubsystemByName("robot"),  # its `RobotEquipment`
         LidarSensor(lidar, parent_frame_id=SceneGraph.world_frame_id(), X_PS=RigidTransform()),
         PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0),
+        MoverTracker(defaults.movers, rate=lidar.rate, offset=0.005),
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
         StarRoadmapPlanner(robot, planner, offset=0.01),
-        DsmController(robot, controller, offset=0.01),
+        DsmController(robot, controller, offset=0.01, movers=defaults.movers),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
-        MpcController(robot, controller, offset=0.01),
+        MpcController(robot, controller, offset=0.01, movers=defaults.movers),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),

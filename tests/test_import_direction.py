@@ -30,7 +30,7 @@ class Room:
 
 BASE = "errors parameters files console"
 SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
-METHOD = f"{SENSING} motion stars roadmap control baselines worlds metrics"
+METHOD = f"{SENSING} motion stars roadmap control movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
@@ -58,6 +58,7 @@ TABLE = {
     "stars": Room(f"{BASE} robot scan", ARRAYS),
     "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
+    "movers": Room(f"{BASE} robot scan stars control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
     "metrics": Room(BASE, "numpy"),

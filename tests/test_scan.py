@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scan import LARGEST_UNSEEN, LaserScan
+from drake_starnav.scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan
 from tests.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -140,3 +140,21 @@ def test_a_lost_beam_counts_as_free_no_farther_than_its_neighbours(seed, share):
 def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
     seen = LaserScan(0.0, 0.0, 0.01, 0.0, 5.0, [np.nan, 2.0, 2.0, 1.0, np.nan, np.nan], lost_beams=True)
     assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
+
+
+def test_what_moves_was_seen_up_to_but_is_no_hit():
+    ranges = np.array([2.0, 1.0, np.nan, 2.0, np.inf, 2.0, 1.5, 2.0])
+    told = scan(
+        ranges=ranges, lost_beams=True, motion=np.array([STAYS, MOVES, STAYS, STAYS, STAYS, STAYS, UNKNOWN, STAYS])
+    )
+    np.testing.assert_array_equal(told.hits, [True, False, False, True, False, True, True, True])
+    np.testing.assert_array_equal(told.silent, [False, True, True, False, False, False, False, False])
+    np.testing.assert_array_equal(told.lasting, [True, False, False, True, True, True, False, True])
+    assert told.distances[1] == 1.0
+    assert len(told.points()) == 5
+
+
+def test_without_being_told_nothing_moves():
+    seen = scan()
+    assert not seen.moving.any()
+    assert seen.hits.all() and seen.lasting.all() and not seen.silent.any()

@@ -75,7 +75,7 @@ def least_clearance(
         needed: shape (n,), as from `needed_distances`, m.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return float(_least_clearance(*pose, *twist, *desired, hold, delay, limits, hits, needed, -np.inf))
+    return float(least_clearance_of(*pose, *twist, *desired, hold, delay, limits, hits, needed, -np.inf))
 
 
 def clear_twist(
@@ -167,7 +167,7 @@ def clearance_at(x, y, hits, needed):
 
 
 @njit(cache=True)
-def _least_clearance(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough):
+def least_clearance_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough):
     """Least clearance of hold and braking; ends at the first sample with less than `enough`.
 
     A sample is left out while the robot cannot have used up the clearance beyond `enough` that the last one had.
@@ -206,7 +206,7 @@ def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, l
         tried = want_v * share
         enough = margin + per_speed * abs(tried)
         if (
-            _least_clearance(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, hits, needed, enough)
+            least_clearance_of(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, hits, needed, enough)
             >= enough
         ):
             return tried, want_omega, True
@@ -222,7 +222,7 @@ def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, l
                 worth = (end_x - x) * ux + (end_y - y) * uy - TURN_WORTH * error
                 enough = margin + per_speed * tried
                 if worth > best and (
-                    _least_clearance(x, y, yaw, v, omega, tried, turning, hold, delay, limits, hits, needed, enough)
+                    least_clearance_of(x, y, yaw, v, omega, tried, turning, hold, delay, limits, hits, needed, enough)
                     >= enough
                 ):
                     best, best_v, best_omega = worth, tried, turning
@@ -237,7 +237,7 @@ def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, l
                 tried, turning = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
                 held = ESCAPE_TIME
                 if (
-                    _least_clearance(x, y, yaw, v, omega, tried, turning, held, delay, limits, hits, needed, enough)
+                    least_clearance_of(x, y, yaw, v, omega, tried, turning, held, delay, limits, hits, needed, enough)
                     < enough
                 ):
                     continue

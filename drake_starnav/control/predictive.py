@@ -177,7 +177,7 @@ def _foreseen_costs(
     v_max, omega_max, last = limits[0], limits[1], len(line) - 1
     steps = int(math.ceil(horizon / step - 1e-9))
     cost = np.empty(len(twists))
-    clearance_now = _clearance(pose[0], pose[1], hits, radius, zone)
+    clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
     for c in range(len(twists)):
         x, y, yaw, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
         k, region = 1, -1
@@ -205,11 +205,11 @@ def _foreseen_costs(
                 known = region >= 0
             else:
                 known = True
-            next_clearance = _clearance(next_x, next_y, hits, radius, zone)
+            next_clearance = clearance_within(next_x, next_y, hits, radius, zone)
             if known and (next_clearance >= margin or next_clearance >= clearance):
                 x, y, clearance = next_x, next_y, next_clearance
                 near_walls += abs(travelled) * (1.0 - clearance / zone) ** 2
-                k = _next_way_point(line, k, x, y)
+                k = next_way_point(line, k, x, y)
             else:
                 v = 0.0
             spent = (i + 1) * step - horizon + clearance_weight * near_walls / v_max
@@ -217,14 +217,14 @@ def _foreseen_costs(
                 best = min(best, spent)
                 break
             if 2 * (i + 1) >= steps:
-                best = min(best, spent + _time_to_go(line, left, k, x, y, yaw, v, omega, limits))
+                best = min(best, spent + time_to_go(line, left, k, x, y, yaw, v, omega, limits))
         change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
         cost[c] = best + change_weight * change
     return cost
 
 
 @njit(cache=True)
-def _clearance(x, y, hits, radius, zone):
+def clearance_within(x, y, hits, radius, zone):
     """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
     nearest = (radius + zone) ** 2
     for q in range(len(hits)):
@@ -234,7 +234,7 @@ def _clearance(x, y, hits, radius, zone):
 
 
 @njit(cache=True)
-def _next_way_point(line, k, x, y):
+def next_way_point(line, k, x, y):
     """The way point to head for after k has been passed.
 
     A taut path bends round what hides the way point after the next: it comes into sight where the robot crosses the
@@ -267,7 +267,7 @@ def times_left(line, limits):
 
 
 @njit(cache=True)
-def _time_to_go(line, left, k, x, y, yaw, v, omega, limits):
+def time_to_go(line, left, k, x, y, yaw, v, omega, limits):
     """T: from a pose and twist over the way points from k on."""
     dx, dy = line[k, 0] - x, line[k, 1] - y
     heading = math.atan2(dy, dx)

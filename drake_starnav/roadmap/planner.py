@@ -25,6 +25,8 @@ SILENT_SHARE = 0.5
 """A scan is old after this share of the time in which progress is expected."""
 BLOCKED_AHEAD = 0.05
 """A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
+GIVING_WAY = 1.5
+"""While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -247,7 +249,7 @@ def _watched(
 ) -> tuple[PlannerState, bool]:
     """The state with its progress watch brought up to date, and whether the watch has run out.
 
-    A robot at its goal, or one that gets no scans, has reason to stand.
+    A robot at its goal, one that gets no scans, or one that may be giving way has reason to stand.
     """
     moved = not _distance(position, state.progress_position) <= parameters.progress_distance
     silent = time - seen.scan.time > SILENT_SHARE * parameters.progress_timeout
@@ -256,8 +258,9 @@ def _watched(
         and len(state.path) > 0
         and _distance(position, state.path[-1]) < AT_GOAL
     )
+    giving_way = bool((seen.scan.distances[seen.scan.moving] < GIVING_WAY).any())
     stalled = not moved and time - state.progress_time > parameters.progress_timeout
-    if moved or silent or at_goal:
+    if moved or silent or at_goal or giving_way:
         state, stalled = dataclasses.replace(state, progress_position=position.copy(), progress_time=time), False
     elif stalled:
         state = dataclasses.replace(state, progress_time=time)

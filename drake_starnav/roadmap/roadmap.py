@@ -140,7 +140,7 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
     """The hits, and points between neighbouring hits that the robot cannot pass between, shape (n, 2), W, m.
 
     A disc does not fit between two points nearer than its diameter, be there a wall between them or not. A wall seen at
-    a flat angle thus stays a wall although its hits are far apart. Lost beams are skipped.
+    a flat angle thus stays a wall although its hits are far apart. Beams that may not last are skipped.
 
     Args:
         scan: in S.
@@ -148,7 +148,7 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
         pose: (x, y, yaw) of S in W.
         robot_radius: m.
     """
-    told = ~scan.lost
+    told = scan.lasting
     if not told.any():
         return np.zeros((0, 2))
     points = scan.points_at(distance, told, pose)

@@ -57,9 +57,9 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
-    connected hits, so that no slit is left between consecutive beams. Lost beams are skipped.
+    connected hits, so that no slit is left between consecutive beams. Beams that say nothing of what stays are skipped.
     """
-    return _half_gaps(distance, scan.lost, scan.range_max, scan.angle_increment, scan.full_circle)
+    return _half_gaps(distance, scan.silent, scan.range_max, scan.angle_increment, scan.full_circle)
 
 
 def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
@@ -71,7 +71,9 @@ def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
 
 
 def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
-    """The scan's hits on a bearing grid whose sample 0 is the first beam."""
+    """The scan's hits on a bearing grid whose sample 0 is the first beam; what moves is left out."""
+    if scan.motion is not None:
+        distance = np.where(scan.moving, scan.range_max, distance)
     return BearingHits(*_scan_to_bearings(distance, half_gap, scan.range_max, scan.angle_increment, samples))
 
 
@@ -86,6 +88,17 @@ def free_limit(scan: LaserScan, samples: int, looked: float, radius: float) -> n
     """
     view = 2.0 * math.pi if scan.full_circle else scan.angle_increment * (len(scan.ranges) - 1) + 1e-9
     return _limit(samples, view, max(looked - radius, 0.0))
+
+
+def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray:
+    """The limit of `free_limit`, lower where something that moves hides what lies behind it, shape (M,), m.
+
+    Nothing is eroded about such hits: they will have left, and until then whoever moves keeps clear of them otherwise.
+    """
+    if scan.motion is None or not scan.moving.any():
+        return limit
+    seen = np.maximum(scan.distances - radius, 0.0)
+    return np.minimum(limit, _sight(seen, scan.moving, scan.angle_increment, scan.full_circle, len(limit)))
 
 
 def point_hits(
@@ -205,6 +218,20 @@ def _scan_to_bearings(beam_distance, beam_gap, range_max, increment, samples):
 
 
 @njit(cache=True)
+def _sight(seen, moving, increment, wrap, samples):
+    """What the moving beams saw, for all samples from the beam before to the beam after each."""
+    out = np.full(samples, np.inf)
+    step = 2.0 * math.pi / samples
+    for i in range(len(seen)):
+        if moving[i]:
+            first, last = int(math.ceil((i - 1) * increment / step)), int(math.floor((i + 1) * increment / step))
+            for k in range(first, last + 1):
+                if wrap or 0 <= k < samples:
+                    out[k % samples] = min(out[k % samples], seen[i])
+    return out
+
+
+@njit(cache=True)
 def _points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
@@ -284,7 +311,7 @@ def free_range(
     if parameters.erosion == "disc":
         hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
         limit = free_limit(scan, samples, reach, inflated)
-        return eroded_range(hits, inflated, limit), limit
+        return eroded_range(hits, inflated, sight_limit(scan, limit, inflated)), limit
     shrink = inflated if parameters.erosion == "radial" else 0.0
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)

@@ -13,6 +13,7 @@ from drake_starnav.stars.free_range import (
     free_limit,
     half_gaps,
     point_hits,
+    sight_limit,
 )
 from drake_starnav.stars.parameters import StarParameters
 
@@ -135,5 +136,5 @@ def safety_star(
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
     near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
     near_hits = scan.points_at(distance, near, pose)
-    values = eroded_range(hits, radius, limit)
+    values = eroded_range(hits, radius, sight_limit(scan, limit, radius))
     return SafetyStar(center, bearing_0, values, near_hits, points, gaps, seen=True, time=scan.time)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -9,6 +10,8 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.control import Command, ControllerParameters
 from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.movers import MoverParameters, Tracks
+from drake_starnav.movers.wary_step import wary_step
 from drake_starnav.roadmap import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
@@ -41,6 +44,7 @@ class CertifiedController(LeafSystem):
         guidance: abstract, `Guidance` from any planner.
         safety_star: abstract, `SafetyStar`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
+        tracks: abstract, `Tracks` of the obstacles that move; only with `movers`.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
         guiding_vector: unit vector (x, y) in W that a robot without wheels would follow; zero when there is none.
         certificate: abstract, `Certificate`.
@@ -57,6 +61,8 @@ class CertifiedController(LeafSystem):
         controller: ControllerParameters,
         *,
         offset: float,
+        movers: MoverParameters | None = None,
+        lead: float = 0.0,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -64,14 +70,18 @@ class CertifiedController(LeafSystem):
             robot: its radius and limits.
             controller: parameters.
             offset: of the first update, s.
+            movers: what is declared about obstacles that move; None: the world stands still.
+            lead: how long from now the robot will be in the state of the port, s; see `StatePredictor`.
             stopwatch: where to note `command` times, if anywhere.
         """
         super().__init__()
-        self._robot, self._controller = robot, controller
+        self._robot, self._controller, self._movers, self._lead = robot, controller, movers, lead
         self._stopwatch = stopwatch or Stopwatch()
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
+        if movers is not None:
+            self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
         self.DeclareStateOutputPort("twist_command", self.DeclareDiscreteState(2))
         self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
         self.DeclareDiscreteState(2)
@@ -87,22 +97,20 @@ class CertifiedController(LeafSystem):
         held = context.get_discrete_state()
         twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):
-            command = self.step(
-                pose,
-                twist,
-                errors,
-                guidance.path,
-                guidance.arrives,
-                guidance.regions,
-                star,
-                self._controller,
-                self._robot,
-            )
+            now = (pose, twist, errors, guidance.path, guidance.arrives, guidance.regions, star)
+            command = self._command(context, (*now, self._controller, self._robot))
         values.set_value(TWIST, command.twist)
         values.set_value(VECTOR, command.guiding_vector)
         values.set_value(ERRORS, command.errors)
         values.set_value(CERTIFIED, np.array((float(command.certified),)))
         return EventStatus.Succeeded()
+
+    def _command(self, context: Context, now: tuple[Any, ...]) -> Command:
+        if self._movers is None:
+            return self.step(*now)
+        tracks = self._tracks.Eval(context)
+        age = context.get_time() + self._lead - tracks.time
+        return wary_step(self.step, *now, tracks=tracks, age=age, movers=self._movers)
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         held = context.get_discrete_state()

@@ -174,7 +174,7 @@ class LidarSensor(LeafSystem):
         return self._parameters
 
     def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
-        return LaserScan(time=time, ranges=ranges, lost_beams=True, **self._header)
+        return LaserScan(time=time, ranges=ranges, lost_beams=True, motion=None, **self._header)
 
     def _pose(self, query: QueryObject) -> RigidTransform:
         return query.GetPoseInWorld(self._parent) @ self._X_PS

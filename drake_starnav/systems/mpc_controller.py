@@ -12,6 +12,7 @@ class MpcController(CertifiedController):
     guidance ──────>│               ├──> twist_command
     safety_star ───>│ MpcController ├──> guiding_vector
     state ─────────>│               ├──> certificate
+    tracks ────────>│               │
                     └───────────────┘
     ```
 
@@ -19,6 +20,7 @@ class MpcController(CertifiedController):
         guidance: abstract, `Guidance` from any planner.
         safety_star: abstract, `SafetyStar`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
+        tracks: abstract, `Tracks` of the obstacles that move; only with `movers`.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
         guiding_vector: unit vector (x, y) in W that the law would follow; zero when there is none.
         certificate: abstract, `Certificate`.

@@ -8,6 +8,7 @@ import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.roadmap.search import LINE_STEP
+from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance
@@ -230,3 +231,28 @@ def test_a_target_that_was_driven_to_is_seen_or_given_up():
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.hypot(*(a - b)))
+
+
+def waited(motion: np.ndarray | None) -> PlannerState:
+    """The planner's state after its robot has not moved for longer than the progress watch allows."""
+    position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
+    pose = np.array(VAULT.start)
+    scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
+    region = scan_region(scan, pose, RADIUS, PARAMETERS)
+    state = PlannerState.initial(PARAMETERS, RADIUS)
+    for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
+        seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
+        state = plan_step(state, seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
+    return state
+
+
+def test_a_robot_that_gives_way_is_not_stuck() -> None:
+    behind = np.arange(360) < 20  # the wall behind it is 1 m away
+    assert len(waited(None).roadmap.retired)
+    assert len(waited(np.where(behind, MOVES, STAYS)).roadmap.retired) == 0
+
+
+def test_only_what_stays_is_remembered_as_an_obstacle() -> None:
+    state = waited(np.full(360, UNKNOWN))
+    assert not state.roadmap.hits.tiles
+    assert waited(None).roadmap.hits.tiles

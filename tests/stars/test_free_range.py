@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.scan import LaserScan
+from drake_starnav.scan import MOVES, STAYS, LaserScan
 from drake_starnav.stars.free_range import (
     bearing_count,
     eroded_range,
@@ -191,3 +191,18 @@ def test_ranges_beyond_the_clip_are_no_returns():
         assert (distance[scan.distances > 2.0] >= 2.0).all()
         samples, limit = free_range(scan, distance, RADIUS, parameters)
         assert samples.max() <= limit.max() == 2.0 - RADIUS
+
+
+def test_what_moves_hides_what_is_behind_it_but_takes_no_room_beside_it() -> None:
+    n = 360
+    bearing = -math.pi + 2.0 * math.pi / n * np.arange(n)
+    shown = np.abs(bearing) < 0.1
+    scan = dataclasses.replace(full_scan(np.where(shown, 1.5, 4.0)), motion=np.where(shown, MOVES, STAYS))
+    free, limit = profile(scan)
+    nothing, _ = profile(full_scan(np.full(n, 4.0)))
+    samples = len(free)
+    theta = -math.pi + 2.0 * math.pi / samples * np.arange(samples)
+    np.testing.assert_allclose(free[np.abs(theta) < 0.1], 1.5 - INFLATED)
+    beside = np.abs(theta) > 0.1 + 2.5 * scan.angle_increment
+    np.testing.assert_array_equal(free[beside], nothing[beside])
+    assert (limit > 4.0).all()

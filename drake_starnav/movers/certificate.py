@@ -1,0 +1,149 @@
+"""The braking certificate in time: a twist is sent only if the robot can stop before what moves can reach it.
+
+Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for
+one control period and then brakes as hard as its limits allow, then until it stands no hit of the last scan that may
+belong to something that moves has come nearer to its centre than its radius, provided that
+ (1) it moves no faster than declared: `max_speed`, and `speed_change` beyond its track's speed for a tracked one,
+ (2) nothing that moves comes from where no beam has looked, or `hidden` is on, and
+ (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
+A hit q at the time of the scan is taken to be anywhere within
+
+    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = min(s + speed_change, max_speed)
+
+a time t later, with the caution c and the greatest speed s of late. With c = 1 that is all directions, and the
+guarantee holds; a smaller caution trusts the track as far. For a hit without a settled track c = 1, u = 0 and
+g = max_speed. What may hit the robot while it stands is beyond any certificate.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking import limited, moved
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.tracks import Tracks
+
+STANDING_SPEED = 0.02
+"""A robot that is slower than this stands, m/s."""
+X, Y, VX, VY, GROWTH, RADIUS = range(6)
+"""Columns of what the robot must keep clear of."""
+
+
+def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
+    """What a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
+
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius; a track that
+    counts but is not in view is a disc. What has no settled track may do anything within `max_speed`.
+
+    Args:
+        tracks: of the last scan.
+        parameters: what is declared.
+    """
+    trusted = tracks.counted & tracks.settled
+    rows = [_free_to_move(tracks.hidden, parameters)]
+    known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
+    rows.append(_free_to_move(tracks.hits[~known], parameters))
+    rows.append(_tracked(tracks, tracks.owner[known], tracks.hits[known], np.zeros(known.sum()), parameters))
+    lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
+    drifted = parameters.caution * parameters.speed_change * (tracks.time - tracks.seen[lost])
+    rows.append(_tracked(tracks, lost, tracks.position[lost], tracks.radius[lost] + drifted, parameters))
+    return np.vstack(rows)
+
+
+def _free_to_move(places: np.ndarray, parameters: MoverParameters) -> np.ndarray:
+    rows = np.zeros((len(places), 6))
+    rows[:, :VX] = places
+    rows[:, GROWTH] = parameters.max_speed
+    return rows
+
+
+def _tracked(
+    tracks: Tracks, owner: np.ndarray, places: np.ndarray, radius: np.ndarray, parameters: MoverParameters
+) -> np.ndarray:
+    """Rows for places that move with the tracks `owner`, as far as the caution lets it be trusted."""
+    rows = np.zeros((len(places), 6))
+    rows[:, :VX] = places
+    rows[:, VX:GROWTH] = (1.0 - parameters.caution) * tracks.velocity[owner]
+    rows[:, GROWTH] = parameters.caution * tracks.greatest_speed(parameters)[owner]
+    rows[:, RADIUS] = radius
+    return rows
+
+
+def near(rows: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
+    """The threats whose edge is within `reach` (m) of a place (2,)."""
+    away = np.hypot(rows[:, X] - position[0], rows[:, Y] - position[1]) - rows[:, RADIUS]
+    return rows[away < reach]
+
+
+def stays_clear(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    rows: np.ndarray,
+    distance: float,
+    age: float,
+    delay: float = 0.0,
+) -> bool:
+    """Whether nothing that moves can touch the robot while it follows `desired` for `hold` seconds and then brakes.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        hold: how long it is followed, s.
+        limits: as from `braking.limits_array`.
+        rows: as from `threats`.
+        distance: radius of the robot and margin, m.
+        age: time since the scan that the threats are of, s.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
+    """
+    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, rows, distance, age))
+
+
+@njit(cache=True)
+def _clearance(x, y, rows, distance, time):
+    """Least distance to what may be anywhere at a time, less what the robot needs, m."""
+    least = np.inf
+    for k in range(len(rows)):
+        dx, dy = x - rows[k, X] - rows[k, VX] * time, y - rows[k, Y] - rows[k, VY] * time
+        least = min(least, math.sqrt(dx * dx + dy * dy) - rows[k, RADIUS] - rows[k, GROWTH] * time)
+    return least - distance
+
+
+@njit(cache=True)
+def _fastest(rows):
+    most = 0.0
+    for k in range(len(rows)):
+        most = max(most, math.hypot(rows[k, VX], rows[k, VY]) + rows[k, GROWTH])
+    return most
+
+
+@njit(cache=True)
+def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age):
+    """Samples are left out while neither side can have used up the clearance that the last one had."""
+    if len(rows) == 0:
+        return True
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
+    fastest = _fastest(rows)
+    spare, time = 0.0, age
+    while True:
+        before_x, before_y, left = x, y, delay if delay > 0.0 else hold
+        before_v = v
+        if delay > 0.0:
+            x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
+            step = left - delay
+        else:
+            x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+            step = left - hold if left > 0.0 else abs(before_v - v) / limits[2]
+        time += step
+        spare -= math.hypot(x - before_x, y - before_y) + fastest * step
+        stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < STANDING_SPEED
+        if spare <= 0.0 or stopped:
+            spare = _clearance(x, y, rows, distance, time)
+            if spare < 0.0 and max(abs(v), abs(before_v)) >= STANDING_SPEED:
+                return False
+        if stopped:
+            return True

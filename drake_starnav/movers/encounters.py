@@ -1,0 +1,212 @@
+"""Foreseen encounters: a search among sequences of manoeuvres for the way on that the predicted discs leave.
+
+A manoeuvre is held for SEGMENT steps: follow the path, stand, keep the present twist, or head somewhere, forwards or
+backwards, as the law does (omega = gain error, v = v_max cos^3 error): for a robot that must turn before it can step
+aside, that is one manoeuvre. Each is simulated as in `foresight`. The first one must begin with a twist that both
+certificates accept. Of each generation the BEAM best ways on that differ are continued, up to the horizon.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking import limits_array
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.predictive import times_left
+from drake_starnav.control.tracking import wrapped_angle
+from drake_starnav.movers.acceptance import accepted, standards
+from drake_starnav.movers.foresight import (
+    COLUMNS,
+    COST,
+    ENDED,
+    FIRST,
+    HEADING,
+    LEAST,
+    PATH,
+    STEP,
+    TWIST,
+    YAW,
+    V,
+    X,
+    Y,
+    drive,
+    start_row,
+    wanted_twist,
+    way_cost,
+)
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.tracks import Tracks
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.safety import SafetyStar
+
+SEGMENT = 5
+"""Steps of a manoeuvre."""
+BEAM = 16
+"""Ways on that are continued."""
+HEADINGS = 8
+"""Directions that are tried."""
+SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.15, 0.5, 0.3
+"""Ways on that end nearer to each other than this do not differ, m, rad, m/s."""
+CHANGE_WEIGHT = 0.15
+"""What a change of speed or turning rate by its whole range costs, s."""
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """What is foreseen.
+
+    Attributes:
+        nearest: least foreseen distance to a disc if the robot just follows its path, m, infinite beyond `comfort`.
+        twist: the certified (v, omega) with which the best way on begins, m/s and rad/s; None if there is none.
+        least: least foreseen distance on that way, m.
+    """
+
+    nearest: float
+    twist: np.ndarray | None
+    least: float
+
+
+def manoeuvres(twist: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed."""
+    v_max = limits[0]
+    rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
+    for k in range(HEADINGS):
+        heading = 2.0 * math.pi * k / HEADINGS
+        rows += [(HEADING, heading, v_max), (HEADING, heading, -v_max)]
+    return np.array(rows)
+
+
+def encounter(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    tracks: Tracks,
+    rows: np.ndarray,
+    age: float,
+    controller: ControllerParameters,
+    robot: RobotParameters,
+    movers: MoverParameters,
+) -> Encounter:
+    """Whether the path leads the robot too near to something that moves, and what it had better do.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        path: shape (k, 2), way points ahead, W, m; empty: nowhere to go.
+        arrives: whether the last way point is the goal.
+        regions: around the robot.
+        star: what the last scans certify.
+        tracks: of the last scan; those that count are predicted.
+        rows: `threats` that the certificate in time counts with.
+        age: time since the scan, s.
+        controller, robot, movers: parameters.
+    """
+    counted = tracks.counted
+    course, discs = tracks.course[counted], np.column_stack((tracks.radius, tracks.greatest_speed(movers)))[counted]
+    limits = limits_array(robot)
+    line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
+    slowdown = controller.goal_slowdown if arrives or not len(path) else np.inf
+    settings = np.array(
+        (
+            movers.horizon, controller.heading_gain, slowdown, robot.radius,
+            movers.margin, movers.caution, movers.comfort,
+        )
+    )  # fmt: skip
+    static = (*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
+    goal, moving = (line, times_left(line, limits)), (course, discs, age)
+    nearest = _along_the_path(pose, twist, static, goal, moving, limits, settings)
+    if nearest >= movers.comfort:
+        return Encounter(nearest, None, np.inf)
+    v, omega, least, found = _searched(
+        manoeuvres(twist, limits),
+        pose,
+        twist,
+        static,
+        goal,
+        moving,
+        limits,
+        settings,
+        rows,
+        standards(star, controller, robot, movers),
+    )
+    return Encounter(nearest, np.array((v, omega)) if found else None, least)
+
+
+@njit(cache=True)
+def _along_the_path(pose, twist, static, goal, moving, limits, settings):
+    row = start_row(pose, twist, static, settings)
+    steps = int(math.ceil(settings[0] / STEP - 1e-9))
+    drive(row, PATH, 1.0, 0.0, steps, static, goal, moving, limits, settings)
+    return row[LEAST] if row[LEAST] < settings[6] else np.inf
+
+
+@njit(cache=True)
+def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, standard):
+    horizon, gain, slowdown = settings[0], settings[1], settings[2]
+    line, age = goal[0], moving[2]
+    count = len(ways)
+    start = start_row(pose, twist, static, settings)
+    change, firsts = np.zeros(count), np.empty((count, 2))
+    generation = np.empty((count, COLUMNS))
+    n = 0
+    for m in range(count):
+        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, len(line) - 1, limits, gain, slowdown)
+        firsts[m, 0], firsts[m, 1] = v, omega
+        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
+        if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
+            continue
+        generation[n] = start
+        drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings)
+        generation[n, FIRST] = m
+        generation[n, COST] = way_cost(generation[n], goal, limits) + change[m]
+        n += 1
+    best = start
+    best_cost = np.inf
+    generation = generation[:n]
+    segments = int(math.ceil(horizon / (SEGMENT * STEP) - 1e-9))
+    for depth in range(1, segments + 1):
+        for i in range(len(generation)):  # what has ended competes with what has come to the horizon
+            row = generation[i]
+            if (depth == segments or row[ENDED] > 0.0) and row[COST] < best_cost:
+                best_cost = row[COST]
+                best = row
+        if depth == segments:
+            break
+        kept = np.empty(BEAM, np.int64)
+        picked = 0
+        for i in np.argsort(generation[:, COST], kind="mergesort"):
+            row = generation[i]
+            differs = row[ENDED] == 0.0
+            for q in range(picked):
+                other = generation[kept[q]]
+                if (
+                    (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
+                    and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
+                    and abs(row[V] - other[V]) < SAME_SPEED
+                ):
+                    differs = False
+                    break
+            if differs:
+                kept[picked] = i
+                picked += 1
+                if picked == BEAM:
+                    break
+        following = np.empty((picked * count, COLUMNS))
+        n = 0
+        for q in range(picked):
+            for m in range(count):
+                following[n] = generation[kept[q]]
+                drive(following[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings)
+                following[n, COST] = way_cost(following[n], goal, limits) + change[int(following[n, FIRST])]
+                n += 1
+        generation = following
+    if best_cost == np.inf:
+        return 0.0, 0.0, -np.inf, False
+    first = int(best[FIRST])
+    return firsts[first, 0], firsts[first, 1], best[LEAST], True

@@ -1,0 +1,57 @@
+"""From one scan to the next: what stays, what moves, and how it moves."""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_starnav.movers.motion_grid import MotionGrid
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.tracks import Tracks, updated
+from drake_starnav.scan import MOVES, STAYS, LaserScan
+
+_BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
+"""A scan of lost beams only, which says nothing at all."""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """What is known after a scan. Immutable.
+
+    Attributes:
+        grid: when the cells about the robot were hit and seen free; None before the first scan.
+        tracks: the moving obstacles.
+        scan: the latest, with what is known about the motion of what its beams hit.
+    """
+
+    grid: MotionGrid | None = None
+    tracks: Tracks = field(default_factory=Tracks)
+    scan: LaserScan = _BLIND
+
+    def __deepcopy__(self, memo: dict) -> "Tracked":
+        return self
+
+
+def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> Tracked:
+    """What is known after one more scan.
+
+    Args:
+        before: what was known; it is not changed.
+        scan: the latest, in the sensor frame S.
+        pose: (x, y, yaw) of S in W when it was taken.
+        parameters: of the tracker.
+    """
+    grid = before.grid or MotionGrid.about(pose[:2], parameters.cell)
+    motion = grid.told(scan, pose, parameters)
+    walls = np.vstack(
+        (grid.walls(scan.time, parameters), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose))
+    )
+    tracks = updated(before.tracks, scan, motion, pose, parameters, walls)
+    told = motion.copy()
+    told[np.flatnonzero(motion != STAYS)[(tracks.owner >= 0) & _counted(tracks)]] = MOVES
+    return Tracked(grid.updated(scan, pose), tracks, dataclasses.replace(scan, motion=told))
+
+
+def _counted(tracks: Tracks) -> np.ndarray:
+    """Which of the hits belong to tracks that count."""
+    return tracks.counted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)

@@ -1,0 +1,77 @@
+"""The controller among obstacles that move: any law, the certificate in time behind it, and evasion before it."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from drake_starnav.control.braking import SPEED_SHARES, TURN_SHARES, limits_array
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.tracking import Command, limited_twist
+from drake_starnav.movers.acceptance import accepted, standards
+from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
+from drake_starnav.movers.encounters import encounter
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.tracks import Tracks
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.safety import SafetyStar
+
+
+def wary_step(
+    step: Callable[..., Command],
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    path: np.ndarray,
+    arrives: bool,
+    regions: RegionStack,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+    *,
+    tracks: Tracks,
+    age: float,
+    movers: MoverParameters,
+) -> Command:
+    """One period of the controller that `step` is, among obstacles that move.
+
+    Its command is sent if no encounter is foreseen on the way along the path and the certificate in time holds. If an
+    encounter is foreseen, the way on that costs least and can be certified is taken; else its command is slowed down.
+
+    Args:
+        step: `tracking.control_step` or another one with its arguments, which are the next ones here.
+        tracks: of the last scan.
+        age: time since then, s.
+        movers: what is declared.
+    """
+    command = step(pose, twist, errors, path, arrives, regions, star, parameters, robot)
+    rows = threats(tracks, movers)
+    if not len(rows) and not tracks.counted.any():
+        return command
+    limits, period = limits_array(robot), 1.0 / parameters.rate
+    longest = age + parameters.delay + period + robot.max_speed / robot.max_acceleration
+    reach = robot.radius + movers.margin + (robot.max_speed + movers.max_speed) * longest
+    rows = near(rows, pose[:2], reach)
+
+    if tracks.counted.any():
+        met = encounter(pose, twist, path, arrives, regions, star, tracks, rows, age, parameters, robot, movers)
+        if met.twist is not None:
+            return Command(limited_twist(twist, met.twist, robot, period), command.guiding_vector, True, command.errors)
+    distance = robot.radius + movers.margin
+    if stays_clear(pose, twist, command.twist, period, limits, rows, distance, age, parameters.delay):
+        return command
+    standard = standards(star, parameters, robot, movers)
+    for desired in _slower(command.twist):
+        if accepted(*pose, *twist, *desired, limits, standard, rows, age):
+            sent = limited_twist(twist, desired, robot, period)
+            return Command(sent, command.guiding_vector, True, command.errors)
+    standing = abs(twist[0]) < STANDING_SPEED
+    braking = limited_twist(twist, np.array((0.0, command.twist[1] if standing else 0.0)), robot, period)
+    return Command(braking, command.guiding_vector, standing, command.errors)
+
+
+def _slower(twist: np.ndarray) -> list[np.ndarray]:
+    """The twist with less and less speed, then with other turning rates, in the order in which they are tried."""
+    shares = [(share, 1.0) for share in SPEED_SHARES[1:]]
+    shares += [(share, turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
+    return [twist * pair for pair in shares]

@@ -1,0 +1,30 @@
+"""The curve of caution: each row is what it says, and the script leaves a table, a picture and the trials."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.benchmark import read_trials
+
+SCRIPT = runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "mover_curve.py"))
+
+
+def test_script_leaves_table_picture_and_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = tmp_path / "tiny.yaml"
+    scenario.write_text(
+        "world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\nmovers: {max_speed: 0.5}\n"
+    )
+    out = tmp_path / "out"
+    arguments = [str(scenario), "--cautions", "1", "0.5", "--trials", "1", "--jobs", "1", "--out", str(out)]
+    assert SCRIPT["main"]([*arguments, "--set", "movers.cautions=1"]) == 2
+    assert "did you mean caution" in capsys.readouterr().err
+    assert SCRIPT["main"](arguments) == 0
+    names = ["movers.max_speed=0", "movers.caution=1", "movers.caution=0.5"]
+    assert {path.name for path in out.iterdir()} == {"movers.md", "movers.svg", *(f"{name}.jsonl" for name in names)}
+    rows = (out / "movers.md").read_text().splitlines()[2:]
+    assert [row.split("|")[2].strip() for row in rows] == names
+    assert all("100.0 %" in row for row in rows)
+    for name in names:
+        assert [record["outcome"] for record in read_trials(out / f"{name}.jsonl")[1]] == ["reached"]
+    assert "<svg" in (out / "movers.svg").read_text()

@@ -1,0 +1,54 @@
+"""Hits become clusters, and clusters discs."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav.movers.clusters import clusters, first_disc, fitted_center
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.scan import MOVES, STAYS, LaserScan
+from tests.movers.scenes import hall
+from tests.scans import cast
+
+MOVERS = MoverParameters(max_speed=1.0)
+
+
+def seen(*discs: tuple[float, float, float]) -> tuple[LaserScan, np.ndarray, np.ndarray]:
+    """A scan of discs in a hall, what moves in it, and its points."""
+    scan = cast(hall(*discs))
+    points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), np.zeros(3))
+    near = np.min([np.hypot(*(points - (x, y)).T) - radius for x, y, radius in discs], axis=0) < 1e-6
+    return scan, np.where(near, MOVES, STAYS), points
+
+
+@pytest.mark.parametrize("bearing", np.linspace(-math.pi, math.pi, 7))
+def test_a_disc_is_one_cluster_wherever_the_scan_begins(bearing: float) -> None:
+    disc = (2.0 * math.cos(bearing), 2.0 * math.sin(bearing), 0.3)
+    scan, motion, points = seen(disc)
+    (run,) = clusters(scan, motion, MOVERS)
+    assert set(run) == set(np.flatnonzero(motion == MOVES))
+    x, y, radius, whole = first_disc(scan, run, points[run], np.zeros(2), MOVERS.max_radius)
+    assert whole
+    np.testing.assert_allclose((x, y, radius), disc, atol=0.03)
+
+
+def test_discs_that_touch_are_parted_and_one_behind_another_is_half_hidden() -> None:
+    scan, motion, points = seen((2.0, -0.28, 0.3), (2.0, 0.3, 0.3))
+    assert len(clusters(scan, motion, MOVERS)) == 2
+    scan, motion, points = seen((1.5, 0.0, 0.3), (2.5, 0.5, 0.3))
+    whole = [first_disc(scan, run, points[run], np.zeros(2), 0.6)[3] for run in clusters(scan, motion, MOVERS)]
+    assert sorted(whole) == [False, True]
+
+
+def test_what_is_too_wide_or_a_single_beam_is_no_cluster() -> None:
+    scan, motion, _ = seen((2.5, 0.0, 0.9))
+    assert clusters(scan, motion, MOVERS) == []
+    lonely = np.where(np.arange(len(motion)) == 100, MOVES, STAYS)
+    assert clusters(scan, lonely, MOVERS) == []
+
+
+def test_the_centre_is_found_from_a_part_of_the_rim() -> None:
+    angle = np.linspace(2.0, 3.0, 8)
+    rim = np.array((1.0, 2.0)) + 0.4 * np.column_stack((np.cos(angle), np.sin(angle)))
+    np.testing.assert_allclose(fitted_center(rim, np.array((1.1, 1.95)), 0.4), (1.0, 2.0), atol=0.02)

@@ -1,0 +1,95 @@
+"""What is foreseen, and that the robot is told a way on that both certificates accept."""
+
+import math
+
+import numpy as np
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.control.braking import limits_array
+from drake_starnav.movers.certificate import stays_clear, threats
+from drake_starnav.movers.course import courses
+from drake_starnav.movers.encounters import Encounter, encounter
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.tracks import Tracks
+from drake_starnav.robot import RobotParameters
+from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.stars.parameters import StarParameters
+from drake_starnav.stars.region import RegionStack, scan_region
+from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
+from tests.movers.scenes import hall
+from tests.scans import cast
+
+ROBOT, CONTROLLER, STARS = RobotParameters(), ControllerParameters(), StarParameters()
+MOVERS = MoverParameters(max_speed=0.8, caution=1.0)
+PATH = np.array([(3.0, 0.0)])
+RADIUS = 0.3
+
+
+def mover(position: tuple[float, float], velocity: tuple[float, float]) -> Tracks:
+    """A settled track whose whole rim is seen."""
+    place, moving = np.array([position]), np.array([velocity])
+    angle = np.linspace(0.0, 2.0 * math.pi, 40, endpoint=False)
+    return Tracks(
+        time=0.0,
+        position=place,
+        velocity=moving,
+        radius=np.array([RADIUS]),
+        scans=np.array([30]),
+        seen=np.zeros(1),
+        motion=np.ones(1),
+        turn=np.zeros(1),
+        pace=np.hypot(*moving.T),
+        hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
+        owner=np.zeros(40, np.int64),
+        course=courses(place, moving, np.zeros(1), np.array([RADIUS]), np.zeros((0, 2)), MOVERS.horizon + 0.3),
+    )
+
+
+def known() -> tuple[RegionStack, SafetyStar]:
+    """What the robot knows of an empty hall."""
+    scan, pose = cast(hall()), np.zeros(3)
+    memory = ScanMemory().remembered(scan, pose, 2.0, 1)
+    star = safety_star(memory, scan, smoothed_distances(scan, STARS), pose, ROBOT.radius + 0.01, 1.2, STARS)
+    return RegionStack.of((scan_region(scan, pose, ROBOT.radius, STARS),)), star
+
+
+def met(
+    tracks: Tracks,
+    twist: tuple[float, float] = (0.5, 0.0),
+    path: np.ndarray = PATH,
+    star: SafetyStar | None = None,
+) -> Encounter:
+    regions, seen = known()
+    now = (np.zeros(3), np.array(twist), path, True, regions, star or seen, tracks, threats(tracks, MOVERS))
+    return encounter(*now, 0.0, CONTROLLER, ROBOT, MOVERS)
+
+
+def test_what_comes_near_nobody_is_no_encounter() -> None:
+    for tracks in (Tracks(), mover((1.5, 1.5), (0.0, 0.5)), mover((-2.0, -2.0), (-0.3, 0.0))):
+        found = met(tracks)
+        assert found.nearest == math.inf and found.twist is None
+
+
+def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
+    tracks = mover((2.2, 0.0), (-0.6, 0.0))
+    found = met(tracks)
+    assert found.nearest < 0.1
+    assert found.twist is not None and found.least > 0.1
+    rows = threats(tracks, MOVERS)
+    distance, period = ROBOT.radius + MOVERS.margin, 1.0 / CONTROLLER.rate
+    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, limits_array(ROBOT), rows, distance, 0.0)
+
+
+def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
+    found = met(mover((0.0, 1.8), (0.0, -0.5)), twist=(0.0, 0.0), path=np.zeros((0, 2)))
+    assert found.twist is not None and found.least > 0.1
+
+
+def test_without_a_certified_way_on_there_is_none() -> None:
+    assert met(mover((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=SafetyStar.none()).twist is None
+
+
+def test_the_same_situation_has_the_same_way_on() -> None:
+    tracks = mover((2.0, 0.1), (-0.6, 0.1))
+    first, second = met(tracks), met(tracks)
+    np.testing.assert_array_equal(first.twist, second.twist)

@@ -1,0 +1,82 @@
+"""What stays is never taken to move, and what moves is noticed."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.movers.motion_grid import MotionGrid
+from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.scan import MOVES, STAYS, UNKNOWN
+from tests.movers.scenes import PERIOD, Scene, hall, moved, straight
+from tests.scans import scattered, seeds
+
+MOVERS = MoverParameters(max_speed=1.0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=seeds)
+def test_in_a_static_world_nothing_moves_for_a_moving_robot_with_noise(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    world = Scene(scattered(rng), (), lambda t: np.zeros((0, 2)))
+    pose, twist = np.zeros(3), np.array((rng.uniform(0.1, 0.3), rng.uniform(-1.0, 1.0)))
+    grid = MotionGrid.about(pose[:2], MOVERS.cell)
+    for k in range(60):
+        scan = world.scan(k * PERIOD, pose, rng)
+        assert not (grid.told(scan, pose, MOVERS) == MOVES).any()
+        grid = grid.updated(scan, pose)
+        pose = moved(pose, twist, PERIOD)
+
+
+def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
+    scene = Scene(hall((1.5, 0.0, 0.2)), (), lambda t: np.zeros((0, 2)))
+    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    pose = np.zeros(3)
+    column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
+    for k in range(math.ceil(MOVERS.static_after / PERIOD) + 1):
+        scan = scene.scan(k * PERIOD, pose)
+        motion = grid.told(scan, pose, MOVERS)
+        assert (motion[~column] == STAYS).all()
+        if k * PERIOD < MOVERS.static_after:
+            assert (motion[column & scan.hits] == UNKNOWN).all()
+        grid = grid.updated(scan, pose)
+    assert (grid.told(scene.scan((k + 1) * PERIOD, pose), pose, MOVERS) == STAYS).all()
+
+
+@pytest.mark.parametrize("velocity", [(-0.3, 0.0), (0.0, 0.3), (0.5, -0.5)])
+def test_what_moves_is_noticed(velocity: tuple[float, float]) -> None:
+    scene = Scene(hall(), (0.25,), straight((1.5, 0.5), velocity))
+    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.zeros(3)
+    for k in range(40):
+        time = k * PERIOD
+        scan = scene.scan(time, pose)
+        motion = grid.told(scan, pose, MOVERS)
+        points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
+        own = np.hypot(*(points - scene.at(time)[0]).T) < 0.25 + 1e-6
+        if time * math.hypot(*velocity) > 0.3:  # it has left the cells where it was seen first
+            assert (motion[own] == MOVES).any()
+        assert (motion[~own] != MOVES).all()
+        grid = grid.updated(scan, pose)
+
+
+def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
+    scene = Scene(hall((2.0, 1.0, 0.2)), (), lambda t: np.zeros((0, 2)))
+    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    for k in range(50):
+        grid = grid.updated(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3))
+    pose = np.array((1.1, -1.3, 0.4))
+    followed = grid.following(pose[:2])
+    assert followed is not grid
+    scan = scene.scan(3.0, pose)
+    near = scan.distances < 3.0
+    np.testing.assert_array_equal(followed.told(scan, pose, MOVERS)[near], grid.told(scan, pose, MOVERS)[near])
+    assert (followed.told(scan, pose, MOVERS)[near] == STAYS).mean() > 0.9
+
+
+def test_an_update_leaves_the_grid_before_it_alone() -> None:
+    scene = Scene(hall(), (), lambda t: np.zeros((0, 2)))
+    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    before = grid.first_hit.copy()
+    assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3)).first_hit != before).any()
+    np.testing.assert_array_equal(grid.first_hit, before)
