@@ -16,16 +16,10 @@ from drake_starnav.benchmark import (
 from drake_starnav.benchmark.ablation import ABLATIONS, REFERENCE, Ablation
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.summary import markdown_table, number, rate_text
-from drake_starnav.command_line import (
-    BAD_INPUT,
-    INTERRUPTED,
-    add_batch_options,
-    check_batch_options,
-    check_writable,
-    chosen_pool,
-    write_text,
-)
+from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
+from drake_starnav.console import BAD_INPUT, INTERRUPTED
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import check_writable, write_text
 from drake_starnav.parameters import unknown_name
 
 STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"), ("#E69F00", "v"))

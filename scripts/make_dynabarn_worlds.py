@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from drake_starnav.command_line import check_writable, write_text
+from drake_starnav.files import check_writable, write_text
 from drake_starnav.worlds.dynabarn_like import GOAL, START, dynabarn_like
 
 

@@ -8,16 +8,10 @@ from pathlib import Path
 from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.summary import markdown_table, number, rate_text
-from drake_starnav.command_line import (
-    BAD_INPUT,
-    INTERRUPTED,
-    add_batch_options,
-    check_batch_options,
-    check_writable,
-    chosen_pool,
-)
+from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
+from drake_starnav.console import BAD_INPUT, INTERRUPTED
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import write_text
+from drake_starnav.files import check_writable, write_text
 from drake_starnav.report.figures import new_figure, svg
 
 CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)

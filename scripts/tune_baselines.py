@@ -17,8 +17,9 @@ from tqdm import tqdm
 from drake_starnav.baselines import DsmParameters, KnownObstacles, Situation, baseline_step, known_obstacles
 from drake_starnav.benchmark import trial_seed
 from drake_starnav.benchmark.summary import markdown_table
-from drake_starnav.command_line import BAD_INPUT, check_writable, write_text
+from drake_starnav.console import BAD_INPUT
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import check_writable, write_text
 from drake_starnav.parameters import unknown_name
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.worlds import World, clearance, make_world

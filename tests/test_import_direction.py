@@ -76,7 +76,8 @@ TABLE = {
     "benchmark": Room(TOP, "numpy scipy tqdm dask distributed"),
     "report": Room(f"{TOP} benchmark", "numpy scipy matplotlib"),
     "record_command": Room(EVERYTHING, "tqdm"),
-    "command_line": Room(f"{EVERYTHING} record_command", "tqdm"),
+    "benchmark_command": Room(EVERYTHING, "tqdm"),
+    "command_line": Room(f"{EVERYTHING} benchmark_command record_command", "tqdm"),
     "__init__": Room(f"{EVERYTHING} command_line"),
     "__main__": Room(f"{EVERYTHING} command_line"),
 }
