@@ -135,17 +135,18 @@ def sensing_error(
 ) -> float:
     """What the declared faults add to the error that the margins already allow for, m.
 
-        e = max(0, noise - 0.01)                             range noise beyond the nominal
+        e = max(0, noise - 0.01) / 2                         range noise beyond the nominal
           + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
 
     with the robot's radius r, largest speed v and acceleration a. Lost and stray beams, delays and lost scans need no
     margin: they are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass.
+    Noise counts by half: the nearest of the many hits that several beams and scans leave on a surface bounds the robot.
     """
     v, a = robot.max_speed, robot.max_acceleration
     return (
-        max(lidar.noise - NOMINAL_NOISE, 0.0)
+        0.5 * max(lidar.noise - NOMINAL_NOISE, 0.0)
         + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
         + min(localization.jump, UNSEEN_JUMP)
         + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
