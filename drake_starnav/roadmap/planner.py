@@ -1,6 +1,7 @@
 """The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -25,6 +26,8 @@ SILENT_SHARE = 0.5
 """A scan is old after this share of the time in which progress is expected."""
 BLOCKED_AHEAD = 0.05
 """A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
+FACING = math.radians(30.0)
+"""A robot that cannot go on faces where it should go within this, rad; one that does not may only be turning."""
 GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 PROBE_SEEN_AFTER = 0.3
@@ -172,8 +175,8 @@ def plan_step(
 
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing`, when the target
     frontier's probe is seen, on arrival at the target, and when no progress was made for `progress_timeout`.
-    In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired; without progress
-    the place just ahead is blocked too.
+    In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired; a robot that
+    faces its way and makes no progress blocks the place just ahead too.
 
     Args:
         state: before; it is not changed.
@@ -197,7 +200,7 @@ def plan_step(
     if tried or node_is_due(state, region, position, parameters):
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-        if stalled and parameters.retire_dead_ends and len(state.path):
+        if stalled and parameters.retire_dead_ends and len(state.path) and _faces(seen.pose, state.path[0]):
             ahead = _ahead(position, state.path[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
             roadmap = blocked(roadmap, ahead, parameters, robot_radius)
             region = clear_of(region, ahead[None, :], parameters, robot_radius)
@@ -236,6 +239,12 @@ def _after_trying(
             return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
     return retired(roadmap, target[0], parameters.retired_radius, target[1])
+
+
+def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
+    """Whether a robot at a pose (x, y, yaw) faces a place (2,) in W."""
+    offset = place - pose[:2]
+    return math.cos(math.atan2(offset[1], offset[0]) - pose[2]) > math.cos(FACING)
 
 
 def _ahead(position: np.ndarray, place: np.ndarray, distance: float) -> np.ndarray:

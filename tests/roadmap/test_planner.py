@@ -46,18 +46,20 @@ def drive(
     speed: float = 0.8,
     refused: Callable[[np.ndarray], bool] = lambda place: False,
     silent: bool = False,
+    averted: float = 0.0,
     stop: bool = True,
     begin: PlannerState | None = None,
 ) -> list[PlannerState]:
     """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
 
-    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing. `begin` is
-    the state to begin with, if it is not the first one.
+    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing; it looks
+    `averted` (rad) from its way, swaying. `begin` is the state to begin with, if it is not the first one.
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
     for k in range(steps):
-        pose = np.array((*position, 0.3 * np.sin(0.1 * k)))
+        way = state.path[0] - position if len(state.path) else np.array((1.0, 0.0))
+        pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
         if k == 0 or not silent:
             scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
             seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
@@ -139,6 +141,11 @@ def test_where_it_cannot_go_on_no_region_leads_any_more():
     for region in last.roadmap.regions:
         assert not region.contains(place + ring).any()
         assert region.contains(BAFFLES.start[:2])
+
+
+def test_a_robot_that_only_turns_blocks_nothing():
+    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0, averted=1.0)[-1]
+    assert len(last.roadmap.retired) == 1 and not len(last.roadmap.blocked)
 
 
 def test_a_passage_that_cannot_be_driven_is_left_for_another():
