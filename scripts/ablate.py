@@ -5,99 +5,56 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.benchmark import (
-    TrialFile,
-    compare,
-    make_cases,
-    make_header,
-    run_batch,
-    wilson_interval,
-)
-from drake_starnav.benchmark.ablation import ABLATIONS, REFERENCE, Ablation
-from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark import compare, wilson_interval
+from drake_starnav.benchmark.ablation import ABLATIONS, REFERENCE
 from drake_starnav.benchmark.summary import markdown_table, number, rate_text
-from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
-from drake_starnav.console import BAD_INPUT, INTERRUPTED
 from drake_starnav.errors import StarnavError
+from drake_starnav.experiment import (
+    Results,
+    add_rows_and_folder,
+    check_rows,
+    count,
+    experiment,
+    of_scenario,
+    run_variants,
+)
 from drake_starnav.files import check_writable, write_text
-from drake_starnav.parameters import unknown_name
 
 STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"), ("#E69F00", "v"))
 """Colour and marker of each scenario: the palette of Okabe and Ito, told apart by shape as well."""
-Results = list[tuple[Ablation, list[Record]]]
+BY_NAME = {row.name: row for row in ABLATIONS}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the table; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(prog="ablate.py", description="Measure what each part of the method is worth.")
     parser.add_argument("scenario", nargs="*", default=["forest", "maze", "room"], help="default: forest maze room")
-    names = [row.name for row in ABLATIONS]
-    parser.add_argument("--rows", nargs="+", default=names, metavar="ROW", help=f"of {', '.join(names)} (default: all)")
-    parser.add_argument(
-        "--out", type=Path, default=Path("out/ablation"), metavar="FOLDER", help="default: out/ablation"
-    )
-    add_batch_options(parser)
-    options = parser.parse_args(arguments)
-    try:
-        return ablate(options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        print(f"{parser.prog}: interrupted; what has run is in {options.out}, --resume goes on", file=sys.stderr)
-        return INTERRUPTED
+    add_rows_and_folder(parser, BY_NAME, Path("out/ablation"))
+    return experiment(parser, ablate, arguments)
 
 
-def ablate(options: argparse.Namespace) -> int:
+def ablate(options: argparse.Namespace) -> None:
     """Run the rows, one file of trials each, then write table and plot."""
-    check_batch_options(options)
     table, picture = options.out / "ablation.md", options.out / "ablation.png"
     check_writable(table)
     check_writable(picture)
-    known = {row.name: row for row in ABLATIONS}
-    for name in options.rows:
-        if name not in known:
-            raise unknown_name(f"row {name!r}", name, known)
+    check_rows(options, BY_NAME)
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
-    cases = {row: make_cases(options.scenario, [row.method], row.overrides) for row in rows}
-    results: Results = []
-    with chosen_pool(options) as pool:
-        for row in rows:
-            header = make_header(cases[row], options.seed, row.overrides)
-            with TrialFile(options.out / f"{row.name}.jsonl", header, resume=options.resume) as file:
-                if file.repaired:
-                    print(file.repaired, file=sys.stderr)
-                records = run_batch(
-                    cases[row], trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet,
-                    title=row.name,
-                )  # fmt: skip
-            results.append((row, records))
-    scenarios = [case.scenario for case in cases[REFERENCE]]
+    results, scenarios = run_variants({row.name: (row.method, row.overrides) for row in rows}, options)
     text = ablation_table(results, scenarios)
     write_text(table, text + "\n")
     draw(results, scenarios, picture)
     if not options.quiet:
         print(text)
         print(f"wrote {table}, {picture} and a file of trials for each row")
-    return 0
-
-
-def of_scenario(records: list[Record], scenario: str) -> list[Record]:
-    """The records of one scenario."""
-    return [record for record in records if record["scenario"] == scenario]
-
-
-def count(records: list[Record], outcome: str) -> int:
-    """How many trials ended so."""
-    return sum(record["outcome"] == outcome for record in records)
 
 
 def ablation_table(results: Results, scenarios: list[str]) -> str:
     """A Markdown table with a row for each ablation; times are compared on trials that both reached."""
-    reference = results[0][1]
+    reference = results[REFERENCE.name]
     rows = []
-    for row, records in results:
-        cells = [row.name, row.meaning]
+    for name, records in results.items():
+        cells = [name, BY_NAME[name].meaning]
         for scenario in scenarios:
             trials = of_scenario(records, scenario)
             cells += [
@@ -105,7 +62,7 @@ def ablation_table(results: Results, scenarios: list[str]) -> str:
                 str(count(trials, "collision")),
                 number(compare(trials, reference).time_ratio, 2),
             ]
-        rows.append((*cells, row.reference))
+        rows.append((*cells, BY_NAME[name].reference))
     head = ["variant", "meaning"]
     for scenario in scenarios:
         head += [f"{scenario}: reached (95 %)", "collisions", f"time / {REFERENCE.name}"]
@@ -129,17 +86,17 @@ def draw(results: Results, scenarios: list[str], path: Path) -> None:
     for k, scenario in enumerate(scenarios):
         colour, marker = STYLES[k % len(STYLES)]
         style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 5, "label": scenario}
-        for y, (_, records) in enumerate(results):
+        for y, records in enumerate(results.values()):
             trials = of_scenario(records, scenario)
             reached = count(trials, "reached")
             low, high = wilson_interval(reached, len(trials))
             success.plot([100 * low, 100 * high], [y + offsets[k]] * 2, color=colour, linewidth=1.2)
             success.plot(100 * reached / len(trials), y + offsets[k], **style)
             collisions.plot(100 * count(trials, "collision") / len(trials), y + offsets[k], **style)
-            time_ratio = compare(trials, results[0][1]).time_ratio
+            time_ratio = compare(trials, results[REFERENCE.name]).time_ratio
             if time_ratio is not None:
                 ratio.plot(time_ratio, y + offsets[k], **style)
-    success.set_yticks(range(len(results)), [row.meaning for row, _ in results])
+    success.set_yticks(range(len(results)), [BY_NAME[name].meaning for name in results])
     success.invert_yaxis()
     success.set_xlim(-3.0, 103.0)
     success.set_xlabel("reached, % (95 % interval)")

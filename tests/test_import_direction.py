@@ -77,6 +77,7 @@ TABLE = {
     "report": Room(f"{TOP} benchmark", "numpy scipy matplotlib"),
     "record_command": Room(EVERYTHING, "tqdm"),
     "benchmark_command": Room(EVERYTHING, "tqdm"),
+    "experiment": Room(f"{EVERYTHING} benchmark_command"),
     "command_line": Room(f"{EVERYTHING} benchmark_command record_command", "tqdm"),
     "__init__": Room(f"{EVERYTHING} command_line"),
     "__main__": Room(f"{EVERYTHING} command_line"),

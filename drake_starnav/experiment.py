@@ -1,0 +1,93 @@
+"""What scripts that run the same trials of several variants have in common: options, errors, a file for each."""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
+from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
+from drake_starnav.console import BAD_INPUT, INTERRUPTED
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import unknown_name
+
+Results = dict[str, list[Record]]
+"""The trials of each variant, by its name."""
+
+
+def experiment(
+    parser: argparse.ArgumentParser, measure: Callable[[argparse.Namespace], None], arguments: Sequence[str] | None
+) -> int:
+    """Add the options of every experiment, parse the arguments and measure; returns the exit code."""
+    add_batch_options(parser)
+    options = parser.parse_args(arguments)
+    try:
+        check_batch_options(options)
+        measure(options)
+    except StarnavError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"{parser.prog}: interrupted; what has run is in {options.out}, --resume goes on", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def add_rows_and_folder(parser: argparse.ArgumentParser, rows: Iterable[str], out: Path) -> None:
+    """The options --rows, of the variants' names, and --out; see `check_rows`."""
+    names = list(rows)
+    parser.add_argument("--rows", nargs="+", default=names, metavar="ROW", help=f"of {', '.join(names)} (default: all)")
+    add_folder(parser, out)
+
+
+def add_folder(parser: argparse.ArgumentParser, out: Path) -> None:
+    """The option --out."""
+    parser.add_argument("--out", type=Path, default=out, metavar="FOLDER", help=f"default: {out}")
+
+
+def check_rows(options: argparse.Namespace, known: Iterable[str]) -> None:
+    """Raise `StarnavError` for a name in --rows that is not known."""
+    names = list(known)
+    for name in options.rows:
+        if name not in names:
+            raise unknown_name(f"row {name!r}", name, names)
+
+
+def run_variants(
+    variants: Mapping[str, tuple[str, Sequence[str]]], options: argparse.Namespace
+) -> tuple[Results, list[str]]:
+    """Run the trials of all variants, each in the file <out>/<name>.jsonl.
+
+    Args:
+        variants: by name, the method and the "section.key=value" texts that make it.
+        options: scenario, out, and those of `add_batch_options`.
+
+    Returns:
+        The trials, and the scenarios' names.
+    """
+    batches = []
+    for name, (method, overrides) in variants.items():  # all are made before any runs: bad input is told at once
+        batches.append((name, overrides, make_cases(options.scenario, [method], overrides)))
+    results: Results = {}
+    with chosen_pool(options) as pool:
+        for name, overrides, cases in batches:
+            header = make_header(cases, options.seed, overrides)
+            with TrialFile(options.out / f"{name}.jsonl", header, resume=options.resume) as file:
+                if file.repaired:
+                    print(file.repaired, file=sys.stderr)
+                results[name] = run_batch(
+                    cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet,
+                    title=name,
+                )  # fmt: skip
+    return results, [case.scenario for case in batches[0][2]]
+
+
+def of_scenario(records: Iterable[Record], scenario: str) -> list[Record]:
+    """The records of one scenario."""
+    return [record for record in records if record["scenario"] == scenario]
+
+
+def count(records: Iterable[Record], outcome: str) -> int:
+    """How many trials ended so."""
+    return sum(record["outcome"] == outcome for record in records)
