@@ -3,15 +3,15 @@
 Run in the checkout: python -m benchmarks.soak [SCENARIO] [--goals 1000] [--set world.size=24] [--out out/soak]
 
 One robot drives through one world in one simulation, from each goal to the next; the goals are random places with a way
-to them. Writes a CSV with a row for each goal, and a plot.
+to them. Writes a CSV with a row for each goal as it ends, and a plot; when interrupted, of the goals so far.
 """
 
 import argparse
 import csv
 import dataclasses
-import io
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,9 +19,10 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.console import INTERRUPTED
 from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import replacing, write_text
+from drake_starnav.files import replacing
 from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.simulation import add_collision_monitor, omniscient_path
@@ -128,15 +129,6 @@ class Soak:
         )
 
 
-def csv_text(legs: Sequence[Leg]) -> str:
-    """The legs as CSV."""
-    text = io.StringIO()
-    rows = csv.DictWriter(text, [field.name for field in dataclasses.fields(Leg)], lineterminator="\n")
-    rows.writeheader()
-    rows.writerows(dataclasses.asdict(leg) for leg in legs)
-    return text.getvalue()
-
-
 def draw(legs: Sequence[Leg], path: Path) -> None:
     """Nodes, time of a plan and memory over the goals, as a PNG."""
     from matplotlib.figure import Figure
@@ -172,12 +164,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 2
     legs: list[Leg] = []
-    for number in range(options.goals):
-        legs.append(soak.drive(number))
-        if legs[-1].outcome == "collision":
-            break
     options.out.mkdir(parents=True, exist_ok=True)
-    write_text(options.out / "soak.csv", csv_text(legs))
+    with (options.out / "soak.csv").open("w", encoding="utf-8", newline="") as file, suppress(KeyboardInterrupt):
+        rows = csv.DictWriter(file, [field.name for field in dataclasses.fields(Leg)], lineterminator="\n")
+        rows.writeheader()
+        for number in range(options.goals):
+            legs.append(soak.drive(number))
+            rows.writerow(dataclasses.asdict(legs[-1]))
+            file.flush()
+            if legs[-1].outcome == "collision":
+                break
+    if not legs:
+        return INTERRUPTED
     draw(legs, options.out / "soak.png")
     ended = [leg.outcome for leg in legs]
     print({outcome: ended.count(outcome) for outcome in dict.fromkeys(ended)})
