@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from drake_starnav.console import BAD_INPUT, INTERRUPTED, NOT_REACHED, REACHED, add_overrides
+from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable, write_text
 from drake_starnav.scenario import METHODS, scenario_names
@@ -43,15 +43,8 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     _add_report_options(parser)
     add_batch_options(parser)
     options = parser.parse_args(arguments)
-    try:
-        return _benchmark(options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
-        print(f"{parser.prog}: interrupted{kept}", file=sys.stderr)
-        return INTERRUPTED
+    kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
+    return exit_code(parser.prog, lambda: _benchmark(options), f"interrupted{kept}")
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
@@ -142,19 +135,16 @@ def report(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
     options = parser.parse_args(arguments)
-    try:
-        if options.jobs < 1:
-            raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number >= 1")
-        _check_report_options(options)
-        from drake_starnav.report.results import read_results
+    return exit_code(parser.prog, lambda: _report_files(options))
 
-        _report(read_results(options.file), options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        print(f"{parser.prog}: interrupted", file=sys.stderr)
-        return INTERRUPTED
+
+def _report_files(options: argparse.Namespace) -> int:
+    if options.jobs < 1:
+        raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number >= 1")
+    _check_report_options(options)
+    from drake_starnav.report.results import read_results
+
+    _report(read_results(options.file), options)
     return REACHED
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from drake_starnav.benchmark_command import benchmark, report
-from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides
+from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable, write_text
 from drake_starnav.parameters import unknown_name
@@ -39,11 +39,7 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
         help="with --meshcat: simulated time over real time at most; 0 for as fast as it goes (default: 1)",
     )  # fmt: skip
     options = parser.parse_args(arguments)
-    try:
-        return _simulate(options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
+    return exit_code(parser.prog, lambda: _simulate(options))
 
 
 def _simulate(options: argparse.Namespace) -> int:
@@ -112,11 +108,7 @@ def show_world(arguments: Sequence[str] | None = None) -> int:
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="a .png or an .html (default: out/SCENARIO.png)")
     options = parser.parse_args(arguments)
-    try:
-        return _show_world(options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
+    return exit_code(parser.prog, lambda: _show_world(options))
 
 
 def _show_world(options: argparse.Namespace) -> int:

@@ -1,9 +1,31 @@
 """What the command lines share."""
 
 import argparse
+import sys
+from collections.abc import Callable
+
+from drake_starnav.errors import StarnavError
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
+
+
+def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
+    """What a command's work returns, or the code for what ended it, which is told in one line.
+
+    Args:
+        prog: the command's name.
+        work: may raise `StarnavError`.
+        interrupted: what is told on Ctrl-C.
+    """
+    try:
+        return work()
+    except StarnavError as error:
+        print(f"{prog}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print(f"{prog}: {interrupted}", file=sys.stderr)
+        return INTERRUPTED
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:

@@ -8,8 +8,7 @@ from pathlib import Path
 from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
-from drake_starnav.console import BAD_INPUT, INTERRUPTED
-from drake_starnav.errors import StarnavError
+from drake_starnav.console import exit_code
 from drake_starnav.parameters import unknown_name
 
 Results = dict[str, list[Record]]
@@ -22,16 +21,13 @@ def experiment(
     """Add the options of every experiment, parse the arguments and measure; returns the exit code."""
     add_batch_options(parser)
     options = parser.parse_args(arguments)
-    try:
+
+    def work() -> int:
         check_batch_options(options)
         measure(options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        print(f"{parser.prog}: interrupted; what has run is in {options.out}, --resume goes on", file=sys.stderr)
-        return INTERRUPTED
-    return 0
+        return 0
+
+    return exit_code(parser.prog, work, f"interrupted; what has run is in {options.out}, --resume goes on")
 
 
 def add_rows_and_folder(parser: argparse.ArgumentParser, rows: Iterable[str], out: Path) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from drake_starnav.benchmark.trial_file import parse_trials
-from drake_starnav.console import BAD_INPUT, INTERRUPTED, NOT_REACHED, REACHED, add_overrides
+from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scenario, scenario_names
@@ -82,14 +82,7 @@ def record(arguments: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
     options = parser.parse_args(arguments)
-    try:
-        return _record(options)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        print(f"{parser.prog}: interrupted", file=sys.stderr)
-        return INTERRUPTED
+    return exit_code(parser.prog, lambda: _record(options))
 
 
 def _record(options: argparse.Namespace) -> int:

@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from drake_starnav.console import exit_code
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import check_writable, write_text
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars import StarParameters
@@ -185,19 +187,23 @@ def plot(rows: list[Method], results: list[Deviation], path: Path) -> None:
 
 def main() -> int:
     """Print the table and write it with its plot; returns the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        prog="ablate_segments.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder for table and plot (default: out)")
     options = parser.parse_args()
+    return exit_code(parser.prog, lambda: measure_segments(options))
+
+
+def measure_segments(options: argparse.Namespace) -> int:
+    """Measure, print the table and write it with its plot."""
     lidar, radius = LidarParameters(), RobotParameters().radius
-    try:
-        if options.scans < 1:
-            raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
-        views = sample_views(options.scans, options.seed, lidar, radius)
-    except StarnavError as error:
-        print(f"ablate_segments.py: {error}", file=sys.stderr)
-        return 2
+    if options.scans < 1:
+        raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
+    check_writable(options.out / "ablate_segments.md")
+    views = sample_views(options.scans, options.seed, lidar, radius)
     rows = methods()
     results = measured(rows, views, radius)
     text = (
@@ -207,8 +213,7 @@ def main() -> int:
         f"{table(rows, results)}"
     )
     print(text)
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "ablate_segments.md").write_text(text + "\n", encoding="utf-8")
+    write_text(options.out / "ablate_segments.md", text + "\n")
     plot(rows, results, options.out / "ablate_segments.png")
     return 0
 

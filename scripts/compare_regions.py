@@ -13,7 +13,9 @@ from pathlib import Path
 import numpy as np
 from pydrake.geometry.optimization import HPolyhedron, Hyperellipsoid, Iris, IrisOptions, Point, VPolytope
 
+from drake_starnav.console import exit_code
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import check_writable, write_text
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars import StarParameters, StarRegion, scan_region
@@ -196,22 +198,26 @@ def plot(comparisons: list[Comparison], path: Path) -> None:
 
 def main() -> int:
     """Print the table and write it with its picture; returns the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        prog="compare_regions.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder for table and picture (default: out)")
     options = parser.parse_args()
+    return exit_code(parser.prog, lambda: measure_regions(options))
+
+
+def measure_regions(options: argparse.Namespace) -> int:
+    """Measure, print the table and write it with its picture."""
     lidar, radius = LidarParameters(), RobotParameters().radius
     parameters = StarParameters(erosion="none")
-    try:
-        if options.scans < 1:
-            raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
-        kinds = [(KINDS[k % len(KINDS)], options.seed + k // len(KINDS)) for k in range(options.scans)]
-        worlds = (make_world(kind, seed, radius) for kind, seed in kinds)
-        comparisons = [compare(view, parameters) for view in random_views(worlds, lidar, radius, options.seed)]
-    except StarnavError as error:
-        print(f"compare_regions.py: {error}", file=sys.stderr)
-        return 2
+    if options.scans < 1:
+        raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
+    check_writable(options.out / "compare_regions.md")
+    kinds = [(KINDS[k % len(KINDS)], options.seed + k // len(KINDS)) for k in range(options.scans)]
+    worlds = (make_world(kind, seed, radius) for kind, seed in kinds)
+    comparisons = [compare(view, parameters) for view in random_views(worlds, lidar, radius, options.seed)]
     text = (
         f"{options.scans} scans of {', '.join(type(kind).__name__ for kind in KINDS)} from random free poses, seed "
         f"{options.seed}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
@@ -220,8 +226,7 @@ def main() -> int:
         f"{table(comparisons)}"
     )
     print(text)
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "compare_regions.md").write_text(text + "\n", encoding="utf-8")
+    write_text(options.out / "compare_regions.md", text + "\n")
     plot(comparisons[:EXAMPLES], options.out / "compare_regions.png")
     return 0
 

@@ -17,7 +17,7 @@ from tqdm import tqdm
 from drake_starnav.baselines import DsmParameters, KnownObstacles, Situation, baseline_step, known_obstacles
 from drake_starnav.benchmark import trial_seed
 from drake_starnav.benchmark.summary import markdown_table
-from drake_starnav.console import BAD_INPUT
+from drake_starnav.console import exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable, write_text
 from drake_starnav.parameters import unknown_name
@@ -122,20 +122,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--trials", type=int, default=8, help="of each scenario and combination (default: 8)")
     parser.add_argument("--out", type=Path, default=Path("out/tuning"), metavar="FOLDER", help="default: out/tuning")
     options = parser.parse_args(arguments)
-    try:
-        if options.trials < 1:
-            raise StarnavError(f"--trials is {options.trials}; allowed: a whole number >= 1")
-        for method in options.method:
-            if method not in GRIDS:
-                raise unknown_name(f"method {method!r}", method, GRIDS)
-        for method in options.method:
-            path = options.out / f"{method}.md"
-            check_writable(path)
-            write_text(path, tune(method, options.trials) + "\n")
-            print(f"wrote {path}", flush=True)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
+    return exit_code(parser.prog, lambda: run_grids(options))
+
+
+def run_grids(options: argparse.Namespace) -> int:
+    """Try the grid of each method, and write its table."""
+    if options.trials < 1:
+        raise StarnavError(f"--trials is {options.trials}; allowed: a whole number >= 1")
+    for method in options.method:
+        if method not in GRIDS:
+            raise unknown_name(f"method {method!r}", method, GRIDS)
+    for method in options.method:
+        path = options.out / f"{method}.md"
+        check_writable(path)
+        write_text(path, tune(method, options.trials) + "\n")
+        print(f"wrote {path}", flush=True)
     return 0
 
 
