@@ -5,12 +5,13 @@ import math
 from dataclasses import dataclass
 
 from pydrake.common.value import Value
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.faults import UNSEEN_JUMP, sensing_error, tolerating
+from drake_starnav.scan_matching import OdometryError
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment, delay_steps
 from drake_starnav.stopwatch import Stopwatch
@@ -21,6 +22,7 @@ from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.mover_tracker import MoverTracker
 from drake_starnav.systems.mpc_controller import MpcController
+from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
@@ -35,7 +37,7 @@ class Navigation:
     """The systems that `add_navigation` put into a builder, for connecting more to them.
 
     A baseline that heads for the goal itself has neither perception nor planner. There is a tracker if the scenario
-    declares obstacles that move.
+    declares obstacles that move, and a matcher if it declares that the believed pose errs.
     """
 
     world: World
@@ -45,6 +47,18 @@ class Navigation:
     planner: StarRoadmapPlanner | None
     controller: CertifiedController | BaselineController
     tracker: MoverTracker | None = None
+    matcher: ScanMatcher | None = None
+
+    def localization(self, name: str) -> OutputPort:
+        """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
+        if self.matcher is not None:
+            return self.matcher.GetOutputPort(name)
+        return self.station.GetOutputPort(f"localization.{name}")
+
+    @property
+    def certificate(self) -> OutputPort:
+        """The port of what the controller guarantees, in the same frame."""
+        return (self.matcher or self.controller).GetOutputPort("certificate")
 
 
 def add_navigation(
@@ -102,16 +116,21 @@ def add_navigation(
     perception: StarPerception | None = None
     planner: StarRoadmapPlanner | None = None
     tracker: MoverTracker | None = None
+    matcher: ScanMatcher | None = None
     controller: CertifiedController | BaselineController
     if scenario.controller.kind in CERTIFIED:
-        perception, planner, tracker = _add_planning(builder, scenario, station, goal, stopwatch)
-        controller = _add_certified_controller(builder, scenario, station, perception, planner, tracker, stopwatch)
+        perception, planner, tracker, matcher = _add_planning(builder, scenario, station, goal, stopwatch)
+        controller = _add_certified_controller(
+            builder, scenario, station, perception, matcher or planner, tracker, stopwatch
+        )
     else:
         if scenario.controller.target == "short_term_goal":
-            perception, planner, tracker = _add_planning(builder, scenario, station, goal, stopwatch)
+            perception, planner, tracker, _ = _add_planning(builder, scenario, station, goal, stopwatch)
         controller = _add_baseline(builder, scenario, world, station, goal, planner, stopwatch)
     builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
-    return Navigation(world, station, goal, perception, planner, controller, tracker)
+    if matcher is not None:
+        builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
+    return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
 
 
 def _add_planning(
@@ -120,7 +139,7 @@ def _add_planning(
     station: NavigationStation | RobotEquipment,
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
-) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None]:
+) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None, ScanMatcher | None]:
     step, lidar, movers = scenario.simulation.time_step, scenario.lidar, scenario.movers
     offset = step + math.fmod(lidar.delay, 1.0 / lidar.rate)
     scan, tracker = station.GetOutputPort("lidar.scan"), None
@@ -149,19 +168,35 @@ def _add_planning(
         StarRoadmapPlanner(scenario.robot, scenario.planner, offset=_last_offset(scenario), stopwatch=stopwatch),
     )
     builder.Connect(scan, perception.GetInputPort("scan"))
-    for source, name, system, port in (
-        (station, "localization.scan_pose", perception, "pose"),
-        (perception, "star", planner, "star"),
-        (station, "localization.pose", planner, "pose"),
-    ):
-        builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
+    builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
     builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
-    return perception, planner, tracker
+    star, pose, matcher = perception.GetOutputPort("star"), station.GetOutputPort("localization.pose"), None
+    if _matches(scenario):
+        localization = scenario.localization
+        error = OdometryError(localization.drift, localization.jump, lidar.noise)
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=offset + step))
+        for port, name in (
+            (star, "star"),
+            (station.GetOutputPort("localization.state"), "state"),
+            (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
+            (planner.GetOutputPort("guidance"), "guidance"),
+        ):
+            builder.Connect(port, matcher.GetInputPort(name))
+        star, pose = matcher.GetOutputPort("star"), matcher.GetOutputPort("pose")
+    builder.Connect(star, planner.GetInputPort("star"))
+    builder.Connect(pose, planner.GetInputPort("pose"))
+    return perception, planner, tracker, matcher
+
+
+def _matches(scenario: Scenario) -> bool:
+    """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
+    localization = scenario.localization
+    return localization.matching and not localization.exact and scenario.controller.kind in CERTIFIED
 
 
 def _last_offset(scenario: Scenario) -> float:
     """When planner and controller are updated first, s: after all that make something of a scan."""
-    return (3 if scenario.movers.max_speed > 0.0 else 2) * scenario.simulation.time_step
+    return (2 + (scenario.movers.max_speed > 0.0) + _matches(scenario)) * scenario.simulation.time_step
 
 
 def _add_certified_controller(
@@ -169,7 +204,7 @@ def _add_certified_controller(
     scenario: Scenario,
     station: NavigationStation | RobotEquipment,
     perception: StarPerception,
-    planner: StarRoadmapPlanner,
+    guide: StarRoadmapPlanner | ScanMatcher,
     tracker: MoverTracker | None,
     stopwatch: Stopwatch | None,
 ) -> CertifiedController:
@@ -199,7 +234,7 @@ def _add_certified_controller(
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(controller.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
         state = predictor.get_output_port()
-    builder.Connect(planner.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
+    builder.Connect(guide.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
     builder.Connect(star, controller.GetInputPort("safety_star"))
     builder.Connect(state, controller.GetInputPort("state"))
     return controller
@@ -250,7 +285,8 @@ def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = Non
 
     It exports the planner's, the controller's and the station's outputs under dotted names: `planner.guidance`,
     `planner.short_term_goal`, `planner.roadmap`, `planner.status` (if there is a planner), `controller.twist_command`,
-    `controller.guiding_vector`, `controller.certificate`, and all of the station's.
+    `controller.guiding_vector`, `controller.certificate`, and all of the station's; if the scenario declares that the
+    believed pose errs, also `matcher.pose` and the others of the matcher.
 
     Args:
         scenario: the parameters, as from `load_scenario`.
@@ -259,7 +295,8 @@ def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = Non
     """
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed, world=world)
-    for name, system in (("planner", navigation.planner), ("controller", navigation.controller)):
+    systems = {"planner": navigation.planner, "matcher": navigation.matcher, "controller": navigation.controller}
+    for name, system in systems.items():
         if system is None:
             continue
         for index in range(system.num_output_ports()):

@@ -14,6 +14,7 @@ import numpy as np
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.parameters import parameter
+from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 
@@ -43,6 +44,11 @@ class LocalizationParameters:
     )
     jump: float = parameter(0.0, "how far the believed position jumps at times", unit="m", low=0.0, high=5.0)
     jump_interval: float = parameter(10.0, "time from jump to jump", unit="s", low=0.1, high=1e6)
+    matching: bool = parameter(
+        True,
+        "where the believed pose errs, new scans are aligned with old ones to correct it (methods that follow the "
+        "planner's guidance)",
+    )
 
     @property
     def exact(self) -> bool:
@@ -107,26 +113,6 @@ def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
     """
     return 1.0 - slip * np.random.Generator(np.random.Philox(key=np.array([seed, 4], np.uint64), counter=index)).random(
         2
-    )
-
-
-def now_in(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
-    """A pose (x, y, yaw) as seen from another one."""
-    dx, dy, yaw = float(pose[0] - frame[0]), float(pose[1] - frame[1]), float(frame[2])
-    turn = math.remainder(float(pose[2]) - yaw, 2.0 * math.pi)
-    return dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw), turn
-
-
-def composed(frame: np.ndarray, step: tuple[float, float, float]) -> np.ndarray:
-    """The pose, shape (3,), that is at `step` (x, y, yaw) in another one; its yaw within a half turn."""
-    x, y, yaw = frame
-    dx, dy, turn = step
-    return np.array(
-        (
-            x + dx * math.cos(yaw) - dy * math.sin(yaw),
-            y + dx * math.sin(yaw) + dy * math.cos(yaw),
-            math.remainder(yaw + turn, 2.0 * math.pi),
-        )
     )
 
 

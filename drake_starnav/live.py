@@ -132,7 +132,8 @@ class LiveRun:
     @property
     def pose(self) -> np.ndarray:
         """Of the robot now, (x, y, yaw), W, m and rad."""
-        return self._read("localization.pose")
+        port = self._navigation.localization("pose")
+        return port.Eval(port.get_system().GetMyContextFromRoot(self.simulator.get_context()))
 
     @property
     def goal(self) -> np.ndarray:
@@ -201,7 +202,3 @@ class LiveRun:
         if now != self._said:
             self._say(f"{self.time:6.1f} s: {now}")
         self._said = now
-
-    def _read(self, port: str) -> np.ndarray:
-        station = self._navigation.station
-        return station.GetOutputPort(port).Eval(station.GetMyContextFromRoot(self.simulator.get_context()))

@@ -239,9 +239,8 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
 
 
 def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
-    station = navigation.station
     arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
-    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
+    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
     if navigation.planner is not None:
         builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))

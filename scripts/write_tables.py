@@ -21,6 +21,7 @@ from pydrake.systems.framework import PortDataType, System
 
 import drake_starnav.systems
 from drake_starnav.parameters import allowed_text
+from drake_starnav.scan_matching import OdometryError
 from drake_starnav.scenario import METHODS, SECTIONS, Scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
@@ -34,6 +35,7 @@ from drake_starnav.systems.mover_bodies import MoverDrive
 from drake_starnav.systems.mover_tracker import MoverTracker
 from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.planar_localization import PlanarLocalization
+from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.slider_goal import SliderGoal
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
@@ -68,6 +70,7 @@ def all_systems() -> list[System]:
         PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0),
         MoverTracker(defaults.movers, rate=lidar.rate, offset=0.005),
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
+        ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
         StarRoadmapPlanner(robot, planner, offset=0.01),
         DsmController(robot, controller, offset=0.01, movers=defaults.movers),
         BaselineController(robot, controller, defaults.foa, offset=0.01),

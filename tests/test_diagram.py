@@ -204,6 +204,19 @@ def test_systems_that_are_added_are_handed_back() -> None:
     assert navigation.world.goal == (3.8, 0.0)
 
 
+def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> None:
+    scenario = parse_scenario(POSTS, overrides=["localization.drift=0.02"], name="posts")
+    navigation = add_navigation(DiagramBuilder(), scenario)
+    assert navigation.localization("state").get_system() is navigation.matcher
+    assert navigation.certificate.get_system() is navigation.matcher
+    exports = make_diagram(scenario)
+    assert {f"matcher.{name}" for name in ("star", "state", "pose", "scan_pose", "guidance", "certificate")} < {
+        exports.get_output_port(k).get_name() for k in range(exports.num_output_ports())
+    }
+    without = parse_scenario(POSTS, overrides=["localization.drift=0.02", "localization.matching=false"], name="posts")
+    assert add_navigation(DiagramBuilder(), without).matcher is None
+
+
 @pytest.mark.parametrize(
     ("method", "names"),
     [

@@ -12,28 +12,20 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.faults import (
     DriveParameters,
     LocalizationParameters,
-    composed,
     drifted,
     jumped,
-    now_in,
     sensing_error,
     tolerating,
     wheel_shares,
 )
 from drake_starnav.lidar import LidarParameters
+from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from tests.scans import seeds
 
 NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
 poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1)).map(np.array)
-
-
-@given(poses, poses)
-def test_a_pose_seen_from_another_is_that_pose(frame, pose):
-    found = composed(frame, now_in(frame, pose))
-    np.testing.assert_allclose(found[:2], pose[:2], atol=1e-9)
-    assert math.remainder(found[2] - pose[2], 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
 @given(seeds, poses, st.floats(0.0, 0.3), st.floats(0.0, 0.5), st.floats(-0.5, 0.5))

@@ -29,8 +29,8 @@ class Room:
 
 
 BASE = "errors parameters files console"
-SENSING = f"{BASE} robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
-METHOD = f"{SENSING} motion stars roadmap control movers baselines worlds metrics"
+SENSING = f"{BASE} planar robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
+METHOD = f"{SENSING} motion scan_matching stars roadmap control movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
@@ -43,6 +43,7 @@ TABLE = {
     "parameters": Room("errors"),
     "files": Room("errors"),
     "console": Room("errors"),
+    "planar": Room("", ARRAYS),
     "robot": Room(BASE, ARRAYS),
     "scan": Room(BASE, ARRAYS),
     "lidar": Room(BASE, ARRAYS),
@@ -55,8 +56,9 @@ TABLE = {
     "models": Room("errors"),
     "polyline": Room("", ARRAYS),
     "scan_log": Room(f"{BASE} scan", "numpy rosbags"),
-    "stars": Room(f"{BASE} robot scan", ARRAYS),
-    "roadmap": Room(f"{BASE} robot scan stars", f"{ARRAYS} sklearn"),
+    "scan_matching": Room(f"{BASE} planar scan", ARRAYS),
+    "stars": Room(f"{BASE} planar robot scan", ARRAYS),
+    "roadmap": Room(f"{BASE} planar robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
     "movers": Room(f"{BASE} robot scan stars control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),

@@ -208,3 +208,14 @@ def test_a_shipped_world_is_crossed_at_speed() -> None:
     assert (trial.outcome, trial.score) == ("reached", 0.5)
     assert trial.min_clearance_m > 0.0
     assert trial.mean_speed_mps > 0.8
+
+
+def test_a_robot_that_drifts_ends_at_its_goal() -> None:
+    """By odometry alone it ends where it believes the goal to be; the scans tell it where the goal is."""
+    ends = {}
+    for matching in ("true", "false"):
+        overrides = ["localization.drift=0.1", f"localization.matching={matching}"]
+        trial = run_trial(parse_scenario(SMALL, overrides=overrides, name="small"), seed=4)
+        assert trial.outcome == "reached"
+        ends[matching] = np.hypot(*(np.array(trial.path[-1]) - (3.5, 0.0)))
+    assert ends["true"] < 0.35 < ends["false"]

@@ -121,12 +121,12 @@ def add_visualizers(
         "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
     )
     for port, name in (
-        (station.GetOutputPort("localization.pose"), "pose"),
+        (navigation.localization("pose"), "pose"),
         (station.GetOutputPort("lidar.scan"), "scan"),
-        (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
+        (navigation.localization("scan_pose"), "scan_pose"),
         (navigation.goal.get_output_port(), "goal"),
         (controller.GetOutputPort("twist_command"), "twist"),
-        (controller.GetOutputPort("certificate"), "certificate"),
+        (navigation.certificate, "certificate"),
     ):
         builder.Connect(port, visualizer.GetInputPort(name))
     if navigation.planner is not None:

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from drake_starnav.planar import composed, placed
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.fastest_path import Headway
 from drake_starnav.roadmap.parameters import PlannerParameters
@@ -74,6 +75,10 @@ class Guidance:
             regions: around the robot, for the modulation; without them it drives straight to the next way point.
         """
         return Guidance(np.array(path, dtype=float).reshape(-1, 2), True, RegionStack.of(tuple(regions)))
+
+    def moved(self, frame: np.ndarray) -> "Guidance":
+        """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame))
 
 
 @dataclass(frozen=True)
@@ -160,6 +165,11 @@ class Observation:
     def none() -> "Observation":
         """Nothing has been seen yet."""
         return Observation(None, LaserScan.nothing(), np.zeros(3))
+
+    def moved(self, frame: np.ndarray) -> "Observation":
+        """The same observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        region = None if self.region is None else self.region.moved(frame)
+        return Observation(region, self.scan, composed(frame, self.pose))
 
 
 def plan_step(

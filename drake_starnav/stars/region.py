@@ -6,6 +6,7 @@ Gamma is above 1 inside, 1 on the boundary, infinite at the reference point p_re
 Source: paper, section III-B; theta by atan2 and the boundary's frame from Phi and Phi' are corrections.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
+from drake_starnav.planar import placed
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
@@ -72,6 +74,11 @@ class StarRegion:
         flat = points.reshape(-1, 2)
         inside = [covers(self.center, self.bearing_0, self.boundary.values, x, y) for x, y in flat]
         return np.array(inside).reshape(points.shape[:-1])
+
+    def moved(self, frame: np.ndarray) -> "StarRegion":
+        """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        center = placed(frame, self.center[None, :])[0]
+        return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))
 
     def outline(self, count: int | None = None) -> np.ndarray:
         """Boundary points in W, shape (count, 2), m; default all M samples."""
@@ -178,6 +185,11 @@ class RegionStack:
         storage.used = n + 1
         center, bearing_0, values, slopes, reach = (array[: n + 1] for array in storage.arrays)
         return RegionStack(center, bearing_0, values, slopes, reach, storage)
+
+    def moved(self, frame: np.ndarray) -> "RegionStack":
+        """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        center, bearing_0 = placed(frame, self.center), self.bearing_0 + frame[2]
+        return dataclasses.replace(self, center=center, bearing_0=bearing_0, storage=None)
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.faults import LocalizationParameters, composed, drifted, jumped, now_in
+from drake_starnav.faults import LocalizationParameters, drifted, jumped
 from drake_starnav.lidar import scan_index
+from drake_starnav.planar import composed, now_in
 
 DRIFT_PERIOD = 0.02
 """The believed pose takes up its error this often, s."""

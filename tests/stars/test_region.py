@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from drake_starnav.planar import placed
 from drake_starnav.stars.free_range import half_gaps
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import RegionStack, StarRegion, covers, fit_region, scan_region, segment_covered
@@ -185,3 +186,19 @@ def test_a_covered_segment_has_all_its_samples_in_some_region(seed):
         line = a + (b - a) * np.linspace(0.0, 1.0, count + 1)[:, None]
         expected = np.any([r.contains(line) for r in many], axis=0).all()
         assert segment_covered(*stack.arrays, *a, *b, 0.05) == expected
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_a_region_in_another_frame_contains_what_it_did(seed):
+    region, _, _ = seen_from(seed)
+    rng = np.random.default_rng(seed)
+    frame = rng.uniform(-3.0, 3.0, 3)
+    points = region.center + rng.uniform(-3.0, 3.0, (500, 2))
+    there = placed(frame, points)
+    gamma = region.gamma(points)
+    np.testing.assert_allclose(region.moved(frame).gamma(there), gamma, rtol=1e-6)
+    stack = RegionStack.of((region,)).moved(frame)
+    away = np.abs(gamma - 1.0) > 1e-2  # not where rounding decides
+    found = [covers(stack.center[0], stack.bearing_0[0], stack.values[0], *p) for p in there[away]]
+    assert np.mean(np.array(found) == region.contains(points[away])) > 0.99

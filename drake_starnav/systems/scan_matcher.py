@@ -1,0 +1,106 @@
+"""The planner's world freed of the odometry's errors, by aligning scans."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
+
+from drake_starnav.planar import composed, inverse
+from drake_starnav.roadmap import Guidance, Observation
+from drake_starnav.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.systems.certified_controller import Certificate
+
+
+class ScanMatcher(LeafSystem):
+    """Stands between a robot that drifts and its planner, which sees a world that does not.
+
+    ```
+                   ┌─────────────┐
+    star ─────────>│             ├──> star
+    state ────────>│ ScanMatcher ├──> state
+    scan_pose ────>│             ├──> pose
+    guidance ─────>│             ├──> scan_pose
+    certificate ──>│             ├──> guidance
+                   │             ├──> certificate
+                   └─────────────┘
+    ```
+
+    Frames: O, in which the robot believes to be, and M, that of the map, which is where O was at the start: to the
+    planner and the goal M is the world.
+
+    Ports:
+        star: abstract, `Observation` in O; as output, in M.
+        state: vector (x, y, yaw, v, omega) of the robot in O; as output, in M.
+        pose: vector (x, y, yaw) of the robot in M.
+        scan_pose: vector (x, y, yaw) of the sensor frame when the last scan was taken, in O; as output, in M.
+        guidance: abstract, the planner's `Guidance` in M; as output, in O, for the controller, so that its certificate
+            lies in a frame that no correction moves.
+        certificate: abstract, the controller's `Certificate` in O; as output, in M, to be drawn.
+
+    Periodic update at the lidar's rate; the map of scans is an immutable snapshot in abstract state.
+    """
+
+    def __init__(self, error: OdometryError, *, rate: float, offset: float) -> None:
+        """
+        Args:
+            error: of odometry and lidar.
+            rate: of the lidar, Hz.
+            offset: from the lidar's update to this one, s; at least one step of the plant after the perception's.
+        """
+        super().__init__()
+        self._error = error
+        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self._now = self.DeclareVectorInputPort("state", 5)
+        self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
+        self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
+        stopped = Certificate(False, np.zeros((1, 3)))
+        self._certificate = self.DeclareAbstractInputPort("certificate", Value(stopped))
+        self._map = self.DeclareAbstractState(Value(ScanMap()))
+        held = self.abstract_state_ticket(self._map)
+        now = {held, self._now.ticket()}
+        self.DeclareAbstractOutputPort(
+            "star", lambda: Value(Observation.none()), self._calc_star, {held, self._star.ticket()}
+        )
+        self.DeclareVectorOutputPort("state", 5, self._calc_state, now)
+        self.DeclareVectorOutputPort("pose", 3, self._calc_pose, now)
+        self.DeclareVectorOutputPort("scan_pose", 3, self._calc_scan_pose, {held, self._scan_pose.ticket()})
+        self.DeclareAbstractOutputPort(
+            "guidance", lambda: Value(Guidance.none()), self._calc_guidance, {held, self._guidance.ticket()}
+        )
+        self.DeclareAbstractOutputPort(
+            "certificate", lambda: Value(stopped), self._calc_certificate, {held, self._certificate.ticket()}
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
+
+    def _update(self, context: Context, state: State) -> EventStatus:
+        seen, before = self._star.Eval(context), self._known(context)
+        if seen.region is None or seen.scan.time <= before.time:
+            return EventStatus.DidNothing()
+        after = matched(before, seen.scan, seen.pose, self._error)
+        if after is before:
+            return EventStatus.DidNothing()
+        state.get_mutable_abstract_state(self._map).set_value(after)
+        return EventStatus.Succeeded()
+
+    def _known(self, context: Context) -> ScanMap:
+        return context.get_abstract_state(self._map).get_value()
+
+    def _calc_star(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._star.Eval(context).moved(self._known(context).correction))
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        state = self._now.Eval(context)
+        output.SetFromVector(np.concatenate((self._known(context).corrected(state[:3]), state[3:])))
+
+    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._known(context).corrected(self._now.Eval(context)[:3]))
+
+    def _calc_scan_pose(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(composed(self._known(context).correction, self._scan_pose.Eval(context)))
+
+    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._guidance.Eval(context).moved(inverse(self._known(context).correction)))
+
+    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
+        certificate, correction = self._certificate.Eval(context), self._known(context).correction
+        path = np.array([composed(correction, pose) for pose in certificate.path])
+        output.set_value(Certificate(certificate.certified, path))

@@ -1,0 +1,100 @@
+"""The matcher between a robot whose odometry errs and its planner."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.planar import composed, inverse, placed
+from drake_starnav.roadmap import Guidance, Observation, PlannerParameters
+from drake_starnav.scan_matching import OdometryError
+from drake_starnav.stars.region import scan_region
+from drake_starnav.systems.certified_controller import Certificate
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.worlds.world import World
+from tests.scans import RADIUS, cast
+
+RATE, DRIFT = 20.0, 0.1
+ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
+PATH = np.array([(0.5, 0.2), (1.5, -0.4)])
+
+
+class Matching:
+    """A matcher whose inputs are fixed by hand."""
+
+    def __init__(self) -> None:
+        self.system = ScanMatcher(OdometryError(DRIFT, 0.0, 0.01), rate=RATE, offset=0.01)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.put("guidance", Value(Guidance.along(PATH)))
+        self.put("certificate", Value(Certificate(True, np.array([(1.0, 0.0, 0.5)]))))
+        self.put("star", Value(Observation.none()))
+        self.believe(np.zeros(3))
+
+    def put(self, name: str, value) -> None:
+        self.system.GetInputPort(name).FixValue(self.context, value)
+
+    def believe(self, pose: np.ndarray) -> None:
+        self.put("state", np.array((*pose, 0.8, -0.1)))
+        self.put("scan_pose", pose)
+
+    def see(self, pose: np.ndarray, believed: np.ndarray) -> None:
+        """Stand at a true pose, believe another, scan, and let one period pass."""
+        time = self.context.get_time()
+        scan = cast(ROOM, pose)
+        object.__setattr__(scan, "time", time)
+        region = scan_region(scan, believed, RADIUS, PlannerParameters())
+        self.put("star", Value(Observation(region, scan, believed)))
+        self.believe(believed)
+        self.simulator.AdvanceTo(time + 1.0 / RATE)
+
+    def out(self, name: str):
+        return self.system.GetOutputPort(name).Eval(self.context)
+
+
+@pytest.fixture
+def driven() -> tuple[Matching, np.ndarray, np.ndarray]:
+    """A matcher after a metre of driving, with the true and the believed pose."""
+    matching = Matching()
+    for x in np.arange(0.0, 1.0, 0.04):
+        pose, believed = np.array((x, -0.2, 0.0)), np.array((x * (1.0 + DRIFT), -0.2, 0.0))
+        matching.see(pose, believed)
+    return matching, pose, believed
+
+
+def test_before_the_first_scan_all_passes_as_it_is() -> None:
+    matching = Matching()
+    matching.simulator.AdvanceTo(0.1)
+    assert matching.out("star").region is None
+    assert np.array_equal(matching.out("guidance").path, PATH)
+    assert np.array_equal(matching.out("state"), (0.0, 0.0, 0.0, 0.8, -0.1))
+
+
+def test_what_the_planner_sees_is_where_it_truly_is(driven) -> None:
+    matching, pose, believed = driven
+    assert believed[0] - pose[0] > 0.09
+    for name in ("pose", "scan_pose", "state"):
+        assert matching.out(name)[:3] == pytest.approx(pose, abs=0.01)
+    assert np.array_equal(matching.out("state")[3:], (0.8, -0.1))
+    star = matching.out("star")
+    assert star.pose == pytest.approx(pose, abs=0.01)
+    assert np.array_equal(star.region.center, star.pose[:2])
+
+
+def test_what_the_controller_is_told_lies_in_its_own_frame(driven) -> None:
+    matching, _, believed = driven
+    correction = composed(matching.out("pose"), inverse(believed))
+    matching.put("guidance", Value(Guidance(PATH, False, Guidance.none().regions)))
+    told = matching.out("guidance")
+    assert not told.arrives
+    np.testing.assert_allclose(placed(correction, told.path), PATH, atol=1e-9)
+    assert matching.out("certificate").certified
+    np.testing.assert_allclose(matching.out("certificate").path[0], composed(correction, (1.0, 0.0, 0.5)), atol=1e-9)
+
+
+def test_a_scan_is_only_used_once(driven) -> None:
+    matching, _, believed = driven
+    before = matching.out("pose")
+    matching.believe(believed)
+    matching.simulator.AdvanceTo(matching.context.get_time() + 1.0)
+    assert np.array_equal(matching.out("pose"), before)

@@ -1,0 +1,143 @@
+"""Scans laid upon earlier ones correct what the odometry got wrong, and only that."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.faults import drifted
+from drake_starnav.planar import composed, now_in
+from drake_starnav.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.worlds.world import World
+from tests.scans import cast, scattered, seeds
+
+ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
+CORRIDOR = World("corridor", (0, 0, 0), (0, 0), bounds=(-50.0, -1.0, 50.0, 1.0))
+NOISE = 0.01
+
+
+def noisy(scan, rng, noise=NOISE):
+    return dataclasses.replace(scan, ranges=scan.ranges + noise * rng.standard_normal(len(scan.ranges)))
+
+
+def driven(world, poses, error, seed, jump=None, lost=0.0):
+    """The map after true poses (n, 3), 0.05 s apart, with odometry that drifts as declared; and where O puts the last.
+
+    `jump` is (index, offset) of a jump of the odometry; a share `lost` of the beams is.
+    """
+    rng = np.random.default_rng(seed)
+    known, believed, before = ScanMap(), np.array(poses[0], dtype=float), poses[0]
+    for k, pose in enumerate(poses):
+        believed, before = drifted(believed, before, pose, error.drift, seed), pose
+        if jump is not None and jump[0] == k:
+            believed = believed + (*jump[1], 0.0)
+        scan = dataclasses.replace(noisy(cast(world, pose), rng), time=0.05 * k)
+        if lost > 0.0:
+            ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
+            scan = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
+        known = matched(known, scan, believed, error)
+    return known, believed
+
+
+def circling(turns, radius=0.35, step=0.035):
+    """Poses on a circle about the origin, to the left."""
+    angle = np.arange(0.0, 2.0 * math.pi * turns, step / radius)
+    return np.column_stack((radius * np.cos(angle), radius * np.sin(angle), angle + 0.5 * math.pi))
+
+
+def to_and_fro(length, times, step=0.04):
+    """Poses on a line along x through the origin, turning on the spot at its ends."""
+    x = np.arange(-0.5 * length, 0.5 * length, step)
+    there = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
+    turn = np.arange(0.0, math.pi, 0.1)
+    turns = np.column_stack((np.full_like(turn, x[-1]), np.zeros_like(turn), turn))
+    back = there[::-1] + (0.0, 0.0, math.pi)
+    around = np.column_stack((np.full_like(turn, x[0]), np.zeros_like(turn), math.pi + turn))
+    lap = np.vstack((there, turns, back, around))
+    return np.vstack([lap + (0.0, 0.0, 2.0 * math.pi * k) for k in range(times)])
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_what_drifts_is_corrected_to_a_tenth(seed):
+    error = OdometryError(0.05, 0.0, NOISE)
+    poses = circling(3, radius=0.25, step=0.025)
+    known, believed = driven(scattered(np.random.default_rng(seed)), poses, error, seed)
+    off, odometry = now_in(poses[-1], known.corrected(believed)), now_in(poses[-1], believed)
+    assert abs(odometry[2]) > math.radians(45.0)
+    assert abs(off[2]) < 0.1 * abs(odometry[2])
+    assert math.hypot(*off[:2]) < 0.03
+
+
+def test_errors_do_not_add_up_where_the_robot_comes_back():
+    error = OdometryError(0.05, 0.0, NOISE)
+    errors = []
+    for times in (1, 4):
+        poses = to_and_fro(3.0, times)
+        known, believed = driven(ROOM, poses, error, 3)
+        errors.append(now_in(poses[-1], known.corrected(believed)))
+    assert max(math.hypot(*e[:2]) for e in errors) < 0.03
+    assert max(abs(e[2]) for e in errors) < math.radians(0.6)
+    assert len(known.keyframes) < 15
+
+
+@pytest.mark.parametrize("offset", [(0.2, 0.0), (-0.1, 0.15), (0.05, 0.05)])
+def test_a_jump_is_taken_back(offset):
+    poses = to_and_fro(2.0, 1)
+    known, believed = driven(ROOM, poses, OdometryError(0.0, 0.25, NOISE), 5, jump=(30, offset))
+    assert math.hypot(*(believed[:2] - poses[-1, :2])) > 0.05
+    assert math.hypot(*(known.corrected(believed)[:2] - poses[-1, :2])) < 0.03
+
+
+def test_with_exact_odometry_hardly_anything_is_corrected():
+    poses = circling(2)
+    known, _ = driven(ROOM, poses, OdometryError(0.0, 0.0, NOISE), 1)
+    assert math.hypot(*known.correction[:2]) < 0.01
+    assert abs(known.correction[2]) < math.radians(0.3)
+
+
+def test_lost_beams_cost_little():
+    error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
+    known, believed = driven(ROOM, poses, error, 2, lost=0.3)
+    assert math.hypot(*now_in(poses[-1], known.corrected(believed))[:2]) < 0.03
+
+
+def test_along_a_bare_corridor_the_odometry_is_believed():
+    error = OdometryError(0.02, 0.0, NOISE)
+    x = np.arange(0.0, 6.0, 0.04)
+    poses = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
+    known, believed = driven(CORRIDOR, poses, error, 4)
+    off = now_in(poses[-1], known.corrected(believed))
+    assert abs(off[0]) < 2.0 * error.drift * x[-1]  # no worse than the odometry may be, twice
+    assert abs(off[1]) < 0.02 and abs(off[2]) < math.radians(0.5)  # and what walls tell is taken
+
+
+def test_a_robot_that_stands_is_not_moved_about():
+    rng = np.random.default_rng(0)
+    error = OdometryError(0.02, 0.0, NOISE)
+    known = matched(ScanMap(), noisy(cast(ROOM), rng), np.zeros(3), error)
+    for k in range(5):
+        assert matched(known, noisy(cast(ROOM), rng), np.array((0.002 * k, 0.0, 0.002 * k)), error) is known
+
+
+def test_a_scan_that_hits_nothing_tells_nothing():
+    known = matched(ScanMap(), cast(ROOM), np.zeros(3), OdometryError(0.02, 0.0, NOISE))
+    empty = dataclasses.replace(cast(ROOM), ranges=np.full(360, np.inf))
+    assert matched(known, empty, np.array((0.1, 0.0, 0.0)), OdometryError(0.02, 0.0, NOISE)) is known
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.1, 3.1))
+@settings(max_examples=10)
+def test_where_the_frame_of_the_odometry_lies_does_not_matter(x, y, yaw):
+    frame, poses = np.array((x, y, yaw)), circling(0.5)
+    error = OdometryError(0.02, 0.0, NOISE)
+    elsewhere, here = ScanMap(), ScanMap()
+    for k, pose in enumerate(poses):
+        scan = dataclasses.replace(cast(ROOM, pose), time=0.05 * k)
+        here = matched(here, scan, pose, error)
+        elsewhere = matched(elsewhere, scan, composed(frame, pose), error)
+    found = now_in(frame, elsewhere.corrected(composed(frame, poses[-1])))
+    assert found == pytest.approx(now_in(np.zeros(3), here.corrected(poses[-1])), abs=1e-3)
