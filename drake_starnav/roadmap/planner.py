@@ -13,7 +13,7 @@ from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.fastest_path import Headway
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
-from drake_starnav.roadmap.search import LINE_STEP, find_route
+from drake_starnav.roadmap.search import LINE_STEP, barred_in_vain, find_route
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, scan_region, segment_covered
 
@@ -341,14 +341,20 @@ def _planned(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> PlannerState:
-    """The state with a new route; where none is left, margins shrink round by round until one is found."""
+    """The state with a new route; where none is left, margins shrink round by round until one is found.
+
+    Where only what was tried in vain bars the goal, that is tried again, before all else is explored that cannot help.
+    """
     current = None if state.target is None else state.target[0]
     roadmap, rounds = state.roadmap, state.rounds
     while True:
         route = find_route(roadmap, region, position, goal, parameters, robot_radius, current)
-        if route is not None:
+        again = parameters.margin_shrinking and rounds < parameters.margin_rounds
+        if route is not None and not (
+            again and route.hopeless and barred_in_vain(roadmap, position, goal, parameters, robot_radius)
+        ):
             break
-        if not parameters.margin_shrinking or rounds >= parameters.margin_rounds:
+        if not again:
             return dataclasses.replace(
                 state,
                 roadmap=roadmap,
@@ -358,7 +364,7 @@ def _planned(
                 rounds=rounds,
             )
         rounds += 1
-        margin = max(roadmap.margin - parameters.margin_step, 0.0)
+        margin = roadmap.margin if route is not None else max(roadmap.margin - parameters.margin_step, 0.0)
         roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
         region = _narrower(seen, roadmap, margin, parameters, robot_radius)
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)

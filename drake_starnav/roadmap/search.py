@@ -1,5 +1,6 @@
 """Search of the roadmap: which frontier next, and by which path."""
 
+import dataclasses
 import heapq
 import math
 from dataclasses import dataclass
@@ -32,10 +33,12 @@ class Route:
     Attributes:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
+        hopeless: whether no way leads from the target to the goal, even if all unknown space were free.
     """
 
     path: np.ndarray
     target: Frontiers
+    hopeless: bool = False
 
 
 def find_route(
@@ -86,7 +89,23 @@ def find_route(
         return None
     target = frontiers.where(np.arange(len(frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
-    return Route(_pulled(roadmap, position, path, parameters), target)
+    hopeless = field is not None and not np.isfinite(field.at(target.probe)[0])
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless)
+
+
+def barred_in_vain(
+    roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters, robot_radius: float
+) -> bool:
+    """Whether nothing but places that were tried in vain bars the way from the robot to the goal.
+
+    What has been hit leaves a way then, and what else may be explored leads nowhere.
+    """
+    if not len(roadmap.closed) and not len(roadmap.blocked):
+        return False
+    nothing = np.zeros((0, 2))
+    reopened = dataclasses.replace(roadmap, closed=nothing, blocked=nothing)
+    field = optimistic_cost(reopened, position, goal, parameters, robot_radius)
+    return bool(np.isfinite(field.at(position[None, :])[0]))
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

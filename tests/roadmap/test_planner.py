@@ -158,6 +158,19 @@ def test_a_passage_that_cannot_be_driven_is_left_for_another():
     assert len(open_door) < 150 and not len(open_door[-1].roadmap.blocked)
 
 
+def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help():
+    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-4, -0.4), (0.4, 4))]
+    posts = [(x, y, 0.2) for x in (-3.0, -1.5, 0.5) for y in (-3.0, -1.8, 1.8, 3.0)]
+    world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
+    tries = iter(range(10**6))
+    states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
+    again = next(k for k, state in enumerate(states) if state.rounds)
+    assert len(states[again - 1].roadmap.blocked)
+    assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
+    assert states[again].roadmap.margin == PARAMETERS.margin and not len(states[again].roadmap.blocked)
+    assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
+
+
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
     unseen = drive(BAFFLES, PARAMETERS, steps=200, speed=0.0, silent=True)[-1]
     assert len(unseen.roadmap) == 1 and not len(unseen.roadmap.retired) and not len(unseen.roadmap.blocked)

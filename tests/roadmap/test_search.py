@@ -10,6 +10,7 @@ from drake_starnav.roadmap.roadmap import StarRoadmap, retired
 from drake_starnav.roadmap.search import (
     GATE_LENGTH,
     LINE_STEP,
+    barred_in_vain,
     estimates,
     find_route,
     graph_distances,
@@ -184,3 +185,24 @@ def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
     gate, way = optimistic_gate(roadmap, path)
     np.testing.assert_array_equal(gate.stand, path[:1])
     assert len(way) == 1 and gate.owner.tolist() == [0]
+
+
+def split_room(door: float) -> World:
+    """Start and goal in two halves of a room with a door of some width (m) between; a post hides a part of one."""
+    half = 0.5 * door
+    walls = [[(2.0, low), (2.1, low), (2.1, high), (2.0, high)] for low, high in ((-3.0, -half), (half, 3.0))]
+    return World("split", (0, 0, 0), (4.2, 2.5), cylinders=[(-0.9, 1.5, 0.3)], polygons=walls, bounds=(-3, -3, 5, 3))
+
+
+@pytest.mark.parametrize(("door", "tried", "in_vain"), [(0.8, True, True), (0.8, False, False), (0.02, True, False)])
+def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_vain):
+    world, position = split_room(door), np.array((1.0, 0.0))
+    goal = np.array(world.goal)
+    roadmap = explored(world, np.array([(0.0, 0.0), (1.0, 0.0), (0.5, -1.0), (0.5, 1.0)]), PARAMETERS)
+    if tried:
+        places = np.array([(2.05, y) for y in np.arange(-0.4, 0.41, 0.1)])
+        frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)
+        roadmap = dataclasses.replace(roadmap, closed=places, frontiers=frontiers)
+    route = find_route(roadmap, here(world, position), position, goal, PARAMETERS, RADIUS)
+    assert route.hopeless == (tried or door < 0.1)
+    assert barred_in_vain(roadmap, position, goal, PARAMETERS, RADIUS) == in_vain
