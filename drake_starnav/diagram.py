@@ -10,8 +10,8 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
 from drake_starnav.errors import UnsupportedError
-from drake_starnav.faults import UNSEEN_JUMP, sensing_error, tolerating
-from drake_starnav.scan_matching import OdometryError
+from drake_starnav.faults import sensing_error, tolerating
+from drake_starnav.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment, delay_steps
 from drake_starnav.stopwatch import Stopwatch

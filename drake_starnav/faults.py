@@ -17,11 +17,10 @@ from drake_starnav.parameters import parameter
 from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scan_matching import UNSEEN_JUMP
 
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
-UNSEEN_JUMP = 0.02
-"""A step of the pose that differs by more than this from what the robot commanded is taken for a jump, m."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 

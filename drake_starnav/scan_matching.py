@@ -34,8 +34,8 @@ STEP_ERROR = 0.0005
 """Of an odometry without faults, from scan to scan, m and rad."""
 RETURN_ERROR = 0.1, 0.05
 """By so much the map may disagree with an older part of itself to which the robot returns, m and rad."""
-JUMP = 0.02
-"""A step that differs by more from what the last speed makes of it is a jump, m."""
+UNSEEN_JUMP = 0.02
+"""A step of the pose that differs by more than this from what the robot's speed makes of it is taken for a jump, m."""
 SURFACE_ERROR = 0.005
 """Of a surface between its hits, beside the noise, m."""
 WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
@@ -91,6 +91,7 @@ class ScanMap:
 
     Attributes:
         keyframes: oldest first.
+        places: shape (n, 2), of the keyframes, M, m.
         correction: (x, y, yaw) of O in M.
         odometry: (x, y, yaw) in O where the last scan was aligned.
         time: of that scan, s.
@@ -99,6 +100,7 @@ class ScanMap:
     """
 
     keyframes: tuple[Keyframe, ...] = ()
+    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     correction: np.ndarray = field(default_factory=lambda: np.zeros(3))
     odometry: np.ndarray = field(default_factory=lambda: np.zeros(3))
     time: float = -math.inf
@@ -127,19 +129,19 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     hit = _lasting_hits(scan)
     if not known.keyframes:
         first = Keyframe.of(scan, composed(known.correction, odometry), error.noise)
-        return ScanMap((first,), known.correction, np.array(odometry, dtype=float), scan.time)
+        return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)
     step = now_in(known.odometry, odometry)
     way = math.hypot(step[0], step[1])
     if (way < STILL and abs(step[2]) < STILL) or hit.sum() < LEAST_HITS:
         return known
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
-    jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > JUMP
-    jump = error.jump if jumped else min(error.jump, JUMP)
+    jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP
+    jump = error.jump if jumped else min(error.jump, UNSEEN_JUMP)
     deviation = np.array((error.drift * way + jump, error.drift * way + jump, error.drift * abs(step[2]))) + STEP_ERROR
     predicted = composed(known.correction, odometry)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted, 0.0, known.last
-    near = _in_view(known.keyframes, scan, predicted)
+    near = _in_view(known, scan, predicted)
     for index in dict.fromkeys((*near[:OLDEST_TRIED], known.last)):
         returning = np.array((RETURN_ERROR[0], *RETURN_ERROR)) if index < known.last else 0.0
         found, fits = _laid_upon(known.keyframes[index], points, predicted, deviation + returning, error)
@@ -149,32 +151,31 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
             break
     if share < POOR_SHARE:
         pose = predicted
-    keyframes = known.keyframes
-    alone = all(np.hypot(*(keyframes[k].pose[:2] - pose[:2])) > SPACING for k in near)
-    if alone or (share < GOOD_SHARE and np.hypot(*(keyframes[-1].pose[:2] - pose[:2])) > LEAST_SPACING):
-        keyframes = (*keyframes, Keyframe.of(scan, pose, error.noise))
+    keyframes, places = known.keyframes, known.places
+    away = np.hypot(*(places - pose[:2]).T)
+    if (away[near] > SPACING).all() or (share < GOOD_SHARE and away[-1] > LEAST_SPACING):
+        keyframes, places = (*keyframes, Keyframe.of(scan, pose, error.noise)), np.vstack((places, pose[:2]))
         used = used if share >= GOOD_SHARE else len(keyframes) - 1
     correction = composed(pose, inverse(odometry))
-    return ScanMap(keyframes, correction, np.array(odometry, dtype=float), scan.time, speed, used)
+    return ScanMap(keyframes, places, correction, np.array(odometry, dtype=float), scan.time, speed, used)
 
 
 def _lasting_hits(scan: LaserScan) -> np.ndarray:
     return scan.hits & scan.lasting
 
 
-def _in_view(keyframes: tuple[Keyframe, ...], scan: LaserScan, pose: np.ndarray) -> list[int]:
-    """The keyframes within REACH that a scan at a pose sees the places of, oldest first."""
-    out = []
-    for index, keyframe in enumerate(keyframes):
-        x, y, _ = now_in(pose, keyframe.pose)
-        away = math.hypot(x, y)
-        if away > REACH:
-            continue
-        beam = round(((math.atan2(y, x) - scan.angle_min) % (2.0 * math.pi)) / scan.angle_increment)
-        beam = beam % len(scan.ranges) if scan.full_circle else min(beam, len(scan.ranges) - 1)
-        if away < SPACING * 0.5 or scan.distances[beam] > away:
-            out.append(index)
-    return out
+def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray) -> list[int]:
+    """The keyframes within REACH of a pose whose places the scan taken there does not hide, oldest first."""
+    away = np.hypot(*(known.places - pose[:2]).T)
+    near = np.flatnonzero(away <= REACH)
+    offset = known.places[near] - pose[:2]
+    bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min, 2.0 * math.pi)
+    beam = np.rint(bearing / scan.angle_increment).astype(np.int64)
+    if scan.full_circle:
+        beam %= len(scan.ranges)
+    looked = beam < len(scan.ranges)
+    hidden = looked & (scan.distances[np.where(looked, beam, 0)] <= away[near]) & (away[near] >= 0.5 * SPACING)
+    return near[~hidden].tolist()
 
 
 def _laid_upon(
@@ -252,7 +253,7 @@ def _aligned(points, guess, weight, known, anchor, normal, angle_min, increment,
 
     Gauss-Newton over the distances from the lines of the nearest known points, with Geman-McClure's weights.
     """
-    n = len(known)
+    n, turn = len(known), 2.0 * math.pi / increment
     x, y, yaw = guess
     inliers = 0
     for _ in range(ITERATIONS):
@@ -268,6 +269,8 @@ def _aligned(points, guess, weight, known, anchor, normal, angle_min, increment,
             px, py = x + rx, y + ry
             away = math.hypot(px, py)
             middle = int(round(((math.atan2(py, px) - angle_min) % (2.0 * math.pi)) / increment))
+            if not wrap and middle > 0.5 * (n + turn):
+                middle -= int(turn)  # just before the first beam
             reach = min(int(math.ceil(gate / max(away, gate) / increment)), n // 4)
             best, nearest = -1, gate * gate
             for k in range(middle - reach, middle + reach + 1):
@@ -284,8 +287,7 @@ def _aligned(points, guess, weight, known, anchor, normal, angle_min, increment,
             if abs(residual) < 3.0 * sigma:
                 inliers += 1
             w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
-            turn = ny * rx - nx * ry
-            j = np.array((nx, ny, turn))
+            j = np.array((nx, ny, ny * rx - nx * ry))
             for a in range(3):
                 g[a] += w * residual * j[a]
                 for b in range(3):

@@ -23,10 +23,10 @@ def noisy(scan, rng, noise=NOISE):
     return dataclasses.replace(scan, ranges=scan.ranges + noise * rng.standard_normal(len(scan.ranges)))
 
 
-def driven(world, poses, error, seed, jump=None, lost=0.0):
+def driven(world, poses, error, seed, jump=None, lost=0.0, **lidar):
     """The map after true poses (n, 3), 0.05 s apart, with odometry that drifts as declared; and where O puts the last.
 
-    `jump` is (index, offset) of a jump of the odometry; a share `lost` of the beams is.
+    `jump` is (index, offset) of a jump of the odometry; a share `lost` of the beams is; `lidar` goes to `cast`.
     """
     rng = np.random.default_rng(seed)
     known, believed, before = ScanMap(), np.array(poses[0], dtype=float), poses[0]
@@ -34,7 +34,7 @@ def driven(world, poses, error, seed, jump=None, lost=0.0):
         believed, before = drifted(believed, before, pose, error.drift, seed), pose
         if jump is not None and jump[0] == k:
             believed = believed + (*jump[1], 0.0)
-        scan = dataclasses.replace(noisy(cast(world, pose), rng), time=0.05 * k)
+        scan = dataclasses.replace(noisy(cast(world, pose, **lidar), rng), time=0.05 * k)
         if lost > 0.0:
             ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
             scan = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
@@ -103,6 +103,15 @@ def test_lost_beams_cost_little():
     error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
     known, believed = driven(ROOM, poses, error, 2, lost=0.3)
     assert math.hypot(*now_in(poses[-1], known.corrected(believed))[:2]) < 0.03
+
+
+def test_a_lidar_that_looks_ahead_only_corrects_as_well():
+    ahead = {"beams": 241, "angle_min": -2.0 * math.pi / 3.0, "angle_increment": math.pi / 180.0}
+    error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
+    known, believed = driven(ROOM, poses, error, 6, **ahead)
+    assert abs(now_in(poses[-1], believed)[2]) > math.radians(30.0)
+    off = now_in(poses[-1], known.corrected(believed))
+    assert math.hypot(*off[:2]) < 0.05 and abs(off[2]) < math.radians(1.0)
 
 
 def test_along_a_bare_corridor_the_odometry_is_believed():
