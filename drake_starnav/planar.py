@@ -33,5 +33,6 @@ def inverse(frame: np.ndarray) -> np.ndarray:
 def placed(frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points (n, 2) of a frame that is at the pose `frame`, as points of the frame around it, shape (n, 2)."""
     x, y, yaw = frame
+    dx, dy = points[:, 0], points[:, 1]
     cosine, sine = math.cos(yaw), math.sin(yaw)
-    return points @ np.array(((cosine, sine), (-sine, cosine))) + (x, y)
+    return np.column_stack((x + dx * cosine - dy * sine, y + dx * sine + dy * cosine))

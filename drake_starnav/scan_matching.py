@@ -32,6 +32,8 @@ LEAST_HITS = 20
 """A scan with fewer hits says nothing."""
 STEP_ERROR = 0.0005
 """Of an odometry without faults, from scan to scan, m and rad."""
+DRIFT_SHARE = 2.0
+"""The declared drift counts so many times as a standard deviation: it is no noise, it goes the same way each time."""
 RETURN_ERROR = 0.1, 0.05
 """By so much the map may disagree with an older part of itself to which the robot returns, m and rad."""
 UNSEEN_JUMP = 0.02
@@ -137,7 +139,8 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
     jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP
     jump = error.jump if jumped else min(error.jump, UNSEEN_JUMP)
-    deviation = np.array((error.drift * way + jump, error.drift * way + jump, error.drift * abs(step[2]))) + STEP_ERROR
+    drift = DRIFT_SHARE * error.drift
+    deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + STEP_ERROR
     predicted = composed(known.correction, odometry)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted, 0.0, known.last
