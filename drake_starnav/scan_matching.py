@@ -4,17 +4,17 @@ Frames: O, that of the odometry, in which the robot believes to be; and M, that 
 then on `ScanMap.correction` says where O lies in M. Some scans are kept as keyframes with their poses in M. A new scan
 is aligned with the oldest keyframe that sees the same place, so that errors do not add up where the robot comes back.
 
-Source: A. Censi, An ICP variant using a point-to-line metric, ICRA 2008; the odometry as a prior: this project.
+Source: this project; for the alignment see `scan_alignment`.
 """
 
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.planar import composed, inverse, now_in
 from drake_starnav.scan import LaserScan
+from drake_starnav.scan_alignment import aligned, surfaces
 
 STILL = 0.02
 """A robot that has moved or turned by less since the last scan was aligned waits for the next one, m and rad."""
@@ -42,7 +42,6 @@ SURFACE_ERROR = 0.005
 """Of a surface between its hits, beside the noise, m."""
 WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
 """A hit is compared with a surface at most so far from it, at first and in the end, m."""
-ITERATIONS = 15
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class Keyframe:
         points = np.full((len(scan.ranges), 2), np.inf)
         hit = _lasting_hits(scan)
         points[hit] = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
-        anchor, normal = _surfaces(points, scan.angle_increment, scan.full_circle, max(0.1, 8.0 * noise))
+        anchor, normal = surfaces(points, scan.angle_increment, scan.full_circle, max(0.1, 8.0 * noise))
         return Keyframe(np.array(pose, dtype=float), scan, points, anchor, normal)
 
 
@@ -194,7 +193,7 @@ def _laid_upon(
         error: of the lidar.
     """
     scan = keyframe.scan
-    pose, inliers = _aligned(
+    pose, inliers = aligned(
         points,
         np.array(now_in(keyframe.pose, predicted)),
         1.0 / deviation**2,
@@ -209,95 +208,3 @@ def _laid_upon(
         NARROWEST_GATE,
     )
     return composed(keyframe.pose, pose), inliers / len(points)
-
-
-@njit(cache=True)
-def _surfaces(points, increment, wrap, width):
-    """Through each hit's neighbours on the same surface within `width`: a point of their line, and its normal."""
-    n = len(points)
-    anchor, normal = np.zeros((n, 2)), np.zeros((n, 2))
-    for i in range(n):
-        if points[i, 0] == np.inf:
-            continue
-        x, y = points[i]
-        apart = math.hypot(x, y) * increment
-        near, chord = max(width, 2.5 * apart), max(0.5 * width, 3.0 * apart)
-        count, sx, sy, sxx, sxy, syy = 1, 0.0, 0.0, 0.0, 0.0, 0.0
-        for side in (-1, 1):
-            lx, ly = x, y
-            for k in range(1, n // 4):
-                j = i + side * k
-                if not wrap and not 0 <= j < n:
-                    break
-                px, py = points[j % n]
-                if px == np.inf or math.hypot(px - lx, py - ly) > chord or math.hypot(px - x, py - y) > near:
-                    break
-                lx, ly = px, py
-                dx, dy = px - x, py - y
-                count, sx, sy = count + 1, sx + dx, sy + dy
-                sxx, sxy, syy = sxx + dx * dx, sxy + dx * dy, syy + dy * dy
-        if count < 3:
-            continue
-        mx, my = sx / count, sy / count
-        a, b, c = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-        spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
-        least, most = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
-        if most < 1e-12 or least > 0.15 * most:
-            continue  # a corner, or a cloud
-        along = 0.5 * math.atan2(2.0 * b, a - c)
-        anchor[i, 0], anchor[i, 1] = x + mx, y + my
-        normal[i, 0], normal[i, 1] = -math.sin(along), math.cos(along)
-    return anchor, normal
-
-
-@njit(cache=True)
-def _aligned(points, guess, weight, known, anchor, normal, angle_min, increment, wrap, sigma, gate, last_gate):
-    """The pose of points in the frame of known ones, near a guess that counts with `weight`, and how many points fit.
-
-    Gauss-Newton over the distances from the lines of the nearest known points, with Geman-McClure's weights.
-    """
-    n, turn = len(known), 2.0 * math.pi / increment
-    x, y, yaw = guess
-    inliers = 0
-    for _ in range(ITERATIONS):
-        h = np.zeros((3, 3))
-        g = np.zeros(3)
-        h[0, 0], h[1, 1], h[2, 2] = weight
-        g[0], g[1], g[2] = weight[0] * (x - guess[0]), weight[1] * (y - guess[1]), weight[2] * (yaw - guess[2])
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        scale = max(3.0 * sigma, 0.3 * gate) ** 2
-        inliers = 0
-        for i in range(len(points)):
-            rx, ry = points[i, 0] * cosine - points[i, 1] * sine, points[i, 0] * sine + points[i, 1] * cosine
-            px, py = x + rx, y + ry
-            away = math.hypot(px, py)
-            middle = int(round(((math.atan2(py, px) - angle_min) % (2.0 * math.pi)) / increment))
-            if not wrap and middle > 0.5 * (n + turn):
-                middle -= int(turn)  # just before the first beam
-            reach = min(int(math.ceil(gate / max(away, gate) / increment)), n // 4)
-            best, nearest = -1, gate * gate
-            for k in range(middle - reach, middle + reach + 1):
-                if not wrap and not 0 <= k < n:
-                    continue
-                dx, dy = known[k % n, 0] - px, known[k % n, 1] - py
-                squared = dx * dx + dy * dy
-                if squared < nearest:
-                    best, nearest = k % n, squared
-            if best < 0 or (normal[best, 0] == 0.0 and normal[best, 1] == 0.0):
-                continue
-            nx, ny = normal[best]
-            residual = nx * (px - anchor[best, 0]) + ny * (py - anchor[best, 1])
-            if abs(residual) < 3.0 * sigma:
-                inliers += 1
-            w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
-            j = np.array((nx, ny, ny * rx - nx * ry))
-            for a in range(3):
-                g[a] += w * residual * j[a]
-                for b in range(3):
-                    h[a, b] += w * j[a] * j[b]
-        change = np.linalg.solve(h, -g)
-        x, y, yaw = x + change[0], y + change[1], yaw + change[2]
-        if gate <= last_gate and max(abs(change[0]), abs(change[1]), abs(change[2])) < 1e-4:
-            break
-        gate = max(0.6 * gate, last_gate)
-    return np.array((x, y, yaw)), inliers

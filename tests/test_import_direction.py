@@ -30,7 +30,7 @@ class Room:
 
 BASE = "errors parameters files console"
 SENSING = f"{BASE} planar robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
-METHOD = f"{SENSING} motion scan_matching stars roadmap control movers baselines worlds metrics"
+METHOD = f"{SENSING} motion scan_alignment scan_matching stars roadmap control movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
@@ -56,7 +56,8 @@ TABLE = {
     "models": Room("errors"),
     "polyline": Room("", ARRAYS),
     "scan_log": Room(f"{BASE} scan", "numpy rosbags"),
-    "scan_matching": Room(f"{BASE} planar scan", ARRAYS),
+    "scan_alignment": Room("", ARRAYS),
+    "scan_matching": Room(f"{BASE} planar scan scan_alignment", ARRAYS),
     "stars": Room(f"{BASE} planar robot scan", ARRAYS),
     "roadmap": Room(f"{BASE} planar robot scan stars", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars", ARRAYS),
