@@ -11,6 +11,11 @@ from numba import njit
 ITERATIONS = 15
 FLATNESS = 0.15
 """Hits lie on a line if their variance across it is at most this share of that along it."""
+TELLING = 0.05
+"""A direction in which lines face with less than this share of their weight is not told by them: what noise of their
+normals pretends there always says that nothing has moved."""
+CERTAIN = 1e12
+"""Inverse variance of the guess in such a direction, 1/m^2."""
 
 
 @njit(cache=True)
@@ -66,7 +71,8 @@ def surfaces(points, increment, wrap, width):
 def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, wrap, sigma, gate, last_gate):
     """The pose of points in the frame of known ones, near a guess, and how many of them fit.
 
-    Gauss-Newton over the distances from the lines of the nearest known points, with Geman-McClure's weights.
+    Gauss-Newton over the distances from the lines of the nearest known points, with Geman-McClure's weights. Where all
+    lines run one way, as in a corridor, the guess stands along them.
 
     Args:
         points: shape (k, 2), m.
@@ -120,6 +126,16 @@ def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, 
                 g[a] += w * residual * j[a]
                 for b in range(3):
                     h[a, b] += w * j[a] * j[b]
+        # the directions in which the lines face most and least, of the points' part of h
+        a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
+        spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
+        if 0.5 * (a + c) - spread < TELLING * (a + c):
+            along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
+            ux, uy = math.cos(along), math.sin(along)
+            away = ux * (x - guess[0]) + uy * (y - guess[1])
+            g[0], g[1] = g[0] + CERTAIN * away * ux, g[1] + CERTAIN * away * uy
+            h[0, 0], h[1, 1] = h[0, 0] + CERTAIN * ux * ux, h[1, 1] + CERTAIN * uy * uy
+            h[0, 1], h[1, 0] = h[0, 1] + CERTAIN * ux * uy, h[1, 0] + CERTAIN * ux * uy
         change = np.linalg.solve(h, -g)
         x, y, yaw = x + change[0], y + change[1], yaw + change[2]
         if gate <= last_gate and max(abs(change[0]), abs(change[1]), abs(change[2])) < 1e-4:

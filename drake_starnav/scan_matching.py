@@ -137,7 +137,8 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
         return known
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
     jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP
-    jump = error.jump if jumped else min(error.jump, UNSEEN_JUMP)
+    jump = error.jump if jumped or error.jump <= UNSEEN_JUMP else 0.0
+    speed = known.speed if jumped else speed
     drift = DRIFT_SHARE * error.drift
     deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + STEP_ERROR
     predicted = composed(known.correction, odometry)

@@ -114,13 +114,16 @@ def test_a_lidar_that_looks_ahead_only_corrects_as_well():
     assert math.hypot(*off[:2]) < 0.05 and abs(off[2]) < math.radians(1.0)
 
 
-def test_along_a_bare_corridor_the_odometry_is_believed():
-    error = OdometryError(0.02, 0.0, NOISE)
+@pytest.mark.parametrize(("drift", "jump"), [(0.02, 0.0), (0.0, 0.1), (0.0, 0.02), (0.02, 0.1)])
+@pytest.mark.parametrize("back", [False, True])
+def test_along_a_bare_corridor_the_odometry_is_believed(drift, jump, back):
+    error = OdometryError(drift, jump, NOISE)
     x = np.arange(0.0, 6.0, 0.04)
+    x = np.append(x, x[::-1]) if back else x
     poses = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
     known, believed = driven(CORRIDOR, poses, error, 4)
     off = now_in(poses[-1], known.corrected(believed))
-    assert abs(off[0]) < 2.0 * error.drift * x[-1]  # no worse than the odometry may be, twice
+    assert abs(off[0]) <= drift * 6.0 * (2.0 if back else 1.0) + 0.01  # no worse than the odometry may be
     assert abs(off[1]) < 0.02 and abs(off[2]) < math.radians(0.5)  # and what walls tell is taken
 
 
