@@ -186,7 +186,7 @@ def plan_step(
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing`, when the target
     frontier's probe is seen, on arrival at the target, and when no progress was made for `progress_timeout`.
     In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired; a robot that
-    faces its way and makes no progress blocks the place just ahead too.
+    faces its way and makes no progress blocks the place just ahead too, unless it is leaving another one.
 
     Args:
         state: before; it is not changed.
@@ -212,8 +212,9 @@ def plan_step(
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         if stalled and parameters.retire_dead_ends and len(state.path) and _faces(seen.pose, state.path[0]):
             ahead = _ahead(position, state.path[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
-            roadmap = blocked(roadmap, ahead, parameters, robot_radius)
-            region = clear_of(region, ahead[None, :], parameters, robot_radius)
+            if not _shut_in(position, ahead, roadmap.blocked):
+                roadmap = blocked(roadmap, ahead, parameters, robot_radius)
+                region = clear_of(region, ahead[None, :], parameters, robot_radius)
         if tried and target is not None:
             if parameters.retire_dead_ends:
                 roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
@@ -255,6 +256,16 @@ def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
     """Whether a robot at a pose (x, y, yaw) faces a place (2,) in W."""
     offset = place - pose[:2]
     return math.cos(math.atan2(offset[1], offset[0]) - pose[2]) > math.cos(FACING)
+
+
+def _shut_in(position: np.ndarray, place: np.ndarray, blocked: np.ndarray) -> bool:
+    """Whether a place ahead, and one that is blocked already behind it, would hold the robot between them.
+
+    It came here by one of the two ways: it may be slow to leave, but it can.
+    """
+    way, others = place - position, blocked - position
+    behind = others @ way < 0.0
+    return bool((np.hypot(*others[behind].T) < 2.0 * np.hypot(*way)).any())
 
 
 def _ahead(position: np.ndarray, place: np.ndarray, distance: float) -> np.ndarray:

@@ -148,6 +148,13 @@ def test_a_robot_that_only_turns_blocks_nothing():
     assert len(last.roadmap.retired) == 1 and not len(last.roadmap.blocked)
 
 
+def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
+    blocked = drive(BAFFLES, PARAMETERS, steps=int(20.0 / PERIOD), speed=0.01)[-1].roadmap.blocked
+    offset = blocked - BAFFLES.start[:2]
+    assert len(blocked) >= 1
+    assert (offset @ offset.T > 0.0).all()  # the way back from each is open
+
+
 def test_a_passage_that_cannot_be_driven_is_left_for_another():
     wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 1.2), (2.0, 3.0))]
     world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
