@@ -86,8 +86,8 @@ def first_disc(
 ) -> tuple[float, float, float, bool]:
     """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
 
-    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)). Its sides are
-    out of view where something nearer hides them, or where they would be out of the lidar's range.
+    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)). A side is
+    out of view where something nearer hides it, or where it would be out of the lidar's range.
     """
     n = len(scan.ranges)
     nearest = float(scan.distances[run].min())
