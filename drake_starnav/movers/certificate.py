@@ -24,8 +24,9 @@ from drake_starnav.control.braking import limited, moved
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 
-STANDING_SPEED = 0.02
-"""A robot that is slower than this stands, m/s."""
+STANDING_SPEED = 0.005
+"""A robot that is told to be slower than this stands, m/s. Its body does not follow exactly, so that this is well below
+what a monitor takes for standing."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of what the robot must keep clear of."""
 

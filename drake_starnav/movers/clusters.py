@@ -86,7 +86,8 @@ def first_disc(
 ) -> tuple[float, float, float, bool]:
     """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
 
-    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)).
+    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)). A side is
+    out of view where something nearer hides it, or where it would be out of the lidar's range.
     """
     n = len(scan.ranges)
     nearest = float(scan.distances[run].min())
@@ -97,8 +98,30 @@ def first_disc(
     x, y = place + (nearest + radius) * towards
     before, after = (run[0] - 1) % n, (run[-1] + 1) % n
     distance = scan.distances
-    whole = bool(distance[before] > distance[run[0]] and distance[after] > distance[run[-1]])
+    bare = distance[before] > distance[run[0]] and distance[after] > distance[run[-1]]
+    whole = bool(bare and nearest + radius < scan.range_max)
     return float(x), float(y), radius, whole
+
+
+@njit(cache=True)
+def fitted_radius(points, start, radius, weight):
+    """The radius of the disc that fits points on its boundary, by Gauss-Newton from a centre and a radius.
+
+    The start counts as much as FIT_PRIOR hits, the radius as much as `weight` of them: a short arc hardly tells.
+    """
+    x, y, r = start[0], start[1], radius
+    for _ in range(FIT_ROUNDS):
+        normal = np.diag(np.array((FIT_PRIOR, FIT_PRIOR, weight)))
+        right = np.array((FIT_PRIOR * (start[0] - x), FIT_PRIOR * (start[1] - y), weight * (radius - r)))
+        for k in range(len(points)):
+            dx, dy = x - points[k, 0], y - points[k, 1]
+            away = max(math.hypot(dx, dy), 1e-6)
+            row = np.array((dx / away, dy / away, -1.0))
+            normal += np.outer(row, row)
+            right -= (away - r) * row
+        step = np.linalg.solve(normal, right)
+        x, y, r = x + step[0], y + step[1], r + step[2]
+    return r
 
 
 @njit(cache=True)

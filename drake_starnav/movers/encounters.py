@@ -17,6 +17,7 @@ from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.predictive import times_left
 from drake_starnav.control.tracking import wrapped_angle
 from drake_starnav.movers.acceptance import accepted, standards
+from drake_starnav.movers.certificate import STANDING_SPEED
 from drake_starnav.movers.foresight import (
     COLUMNS,
     COST,
@@ -37,6 +38,7 @@ from drake_starnav.movers.foresight import (
     way_cost,
 )
 from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.sidestep import sidestep_velocity
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
@@ -69,14 +71,36 @@ class Encounter:
     least: float
 
 
-def manoeuvres(twist: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed."""
+def manoeuvres(twist: np.ndarray, limits: np.ndarray, aside: np.ndarray | None = None) -> np.ndarray:
+    """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed.
+
+    Args:
+        twist: (v, omega) commanded last, m/s and rad/s.
+        limits: as from `limits_array`.
+        aside: a velocity that leads around what moves, shape (2,), W, m/s.
+    """
     v_max = limits[0]
     rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
         rows += [(HEADING, heading, v_max), (HEADING, heading, -v_max)]
+    if aside is not None:
+        rows.append((HEADING, math.atan2(aside[1], aside[0]), min(math.hypot(*aside), v_max)))
     return np.array(rows)
+
+
+def around(
+    pose: np.ndarray, path: np.ndarray, tracks: Tracks, age: float, robot: RobotParameters, movers: MoverParameters
+) -> np.ndarray | None:
+    """The velocity towards the next way point, modulated around the tracks that count; None without one."""
+    if not (movers.sidestep and len(path)):
+        return None
+    ahead = path[0] - pose[:2]
+    velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
+    counted = tracks.counted
+    centers, radii = tracks.at(tracks.time + age)[counted], tracks.radius[counted] + robot.radius + movers.margin
+    aside = sidestep_velocity(pose[:2], velocity, centers, tracks.velocity[counted], radii)
+    return aside if math.hypot(*aside) > STANDING_SPEED else None
 
 
 def encounter(
@@ -124,7 +148,7 @@ def encounter(
     if nearest >= movers.comfort:
         return Encounter(nearest, None, np.inf)
     v, omega, least, found = _searched(
-        manoeuvres(twist, limits),
+        manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)),
         pose,
         twist,
         static,

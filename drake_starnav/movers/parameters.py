@@ -54,6 +54,9 @@ class MoverParameters:
     comfort: float = parameter(
         0.4, "foreseen distance from a moving obstacle below which the robot gives way", unit="m", above=0.0, high=5.0
     )
+    sidestep: bool = parameter(
+        True, "also try the direction that dynamical system modulation finds in the frames of moving obstacles"
+    )
 
     def __post_init__(self) -> None:
         check_parameters(self, "movers")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_starnav.movers.clusters import clusters, first_disc, fitted_center
+from drake_starnav.movers.clusters import SMALLEST_RADIUS, clusters, first_disc, fitted_center, fitted_radius
 from drake_starnav.movers.course import courses
 from drake_starnav.movers.hidden import hidden_places
 from drake_starnav.movers.parameters import MoverParameters
@@ -15,6 +15,8 @@ from drake_starnav.scan import MOVES, STAYS, LaserScan
 RADIUS_GAIN = 0.2
 MOTION_GAIN = 0.2
 """Shares by which a track's radius, and its share of moving beams, follow the latest cluster."""
+RADIUS_WEIGHT = 0.2
+"""What the radius of a track is worth, in hits, where a cluster shows a part of the rim only."""
 NOISE = 0.01
 NOISE_PER_RANGE = 0.005
 """Standard deviation of a measured centre, m, and what a metre of range adds."""
@@ -24,8 +26,9 @@ FIRST_SPEED_SHARE = 0.75
 GATE = 0.25
 GATE_SPEED = 2.0
 GATE_NEW = 0.3
-"""A cluster may continue a track whose prediction is nearer than GATE, m, and this speed times the time since the last
-scan; a track that does not count yet may be farther by GATE_NEW, m."""
+GATE_WIDEST = 0.7
+"""A cluster may continue a track whose prediction is nearer than GATE, m, and this speed times the time since the track
+was seen; a track that does not count yet may be farther by GATE_NEW, m, and none by more than GATE_WIDEST."""
 COUNTED_AFTER = 4
 COUNTED_SPEED = 0.12
 COUNTED_MOTION = 0.3
@@ -118,7 +121,8 @@ def updated(
     """The tracks after one more scan.
 
     Each cluster continues the track that is predicted nearest to it, or begins one. The centre of a continued track is
-    where a disc of its radius fits the hits best, so that a half hidden obstacle does not seem to slow down.
+    where a disc of its radius fits the hits best, so that a half hidden obstacle does not seem to slow down. If the
+    radius is found to be another, the centre is, too, farther away or nearer: it has not moved there.
 
     Args:
         tracks: before.
@@ -133,7 +137,7 @@ def updated(
     everything = np.ones(len(motion), bool)
     points = scan.points_at(scan.distances, everything, pose)
     first = [first_disc(scan, run, points[run], pose[:2], parameters.max_radius) for run in runs]
-    partner = _partners(first, before, scan.time - tracks.time)
+    partner = _partners(first, before)
     spread = FIRST_SPEED_SHARE * parameters.max_speed
     rows, owner_of_beam = [], np.full(len(motion), -1)
     for k in range(len(before)):
@@ -148,7 +152,13 @@ def updated(
         if k < 0:
             rows.append((x, y, 0.0, 0.0, seen_radius, FIRST_SPREAD**2, 0.0, spread**2, 1, scan.time, 0.0, 0.0, 0.0))
             continue
-        kept = before.radius[k] + (RADIUS_GAIN * (seen_radius - before.radius[k]) if whole else 0.0)
+        if whole:
+            kept = before.radius[k] + RADIUS_GAIN * (seen_radius - before.radius[k])
+        else:
+            fitted = fitted_radius(points[run], before.position[k], before.radius[k], RADIUS_WEIGHT)
+            kept = min(max(fitted, SMALLEST_RADIUS), parameters.max_radius)
+        away = before.position[k] - pose[:2]
+        before.position[k] += (kept - before.radius[k]) / max(math.hypot(*away), 1e-9) * away
         center = fitted_center(points[run], before.position[k], kept)
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
@@ -229,14 +239,14 @@ def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:
     return dataclasses.replace(tracks, time=time, position=tracks.at(time), variance=variance)
 
 
-def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks, elapsed: float) -> dict[int, int]:
+def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks) -> dict[int, int]:
     """Track -> cluster, the nearest pairs first."""
     pairs = []
     for c, (x, y, _, _) in enumerate(discs):
         for k in range(len(tracks)):
             apart = math.hypot(x - tracks.position[k, 0], y - tracks.position[k, 1])
-            gate = GATE + GATE_SPEED * elapsed + (GATE_NEW if tracks.scans[k] < COUNTED_AFTER else 0.0)
-            if apart < gate:
+            gate = GATE + GATE_SPEED * (tracks.time - tracks.seen[k])
+            if apart < min(gate + (GATE_NEW if tracks.scans[k] < COUNTED_AFTER else 0.0), GATE_WIDEST):
                 pairs.append((apart, c, k))
     partner: dict[int, int] = {}
     taken: set[int] = set()

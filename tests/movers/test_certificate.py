@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.braking import limits_array
 from drake_starnav.control.tracking import limited_twist
+from drake_starnav.metrics import STANDING
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
@@ -123,3 +124,12 @@ def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
     (disc,) = near(rows, np.zeros(2), 3.0)
     np.testing.assert_allclose(disc[:2], (1.0, 0.0))
     assert disc[5] >= 0.2
+
+
+def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
+    """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
+    near_by = threats(seen(np.array([(RADIUS + 0.2 + MOVERS.margin + 0.001, 0.0)]), 0.2), MOVERS)
+    creeping = np.array((0.6 * STANDING, 0.0))
+    keeps = (PERIOD, LIMITS, near_by, RADIUS + MOVERS.margin, 0.0)
+    assert not stays_clear(np.zeros(3), creeping, creeping, *keeps)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), *keeps)

@@ -1,11 +1,12 @@
 """Hits become clusters, and clusters discs."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from drake_starnav.movers.clusters import clusters, first_disc, fitted_center
+from drake_starnav.movers.clusters import clusters, first_disc, fitted_center, fitted_radius
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.scan import MOVES, STAYS, LaserScan
 from tests.movers.scenes import hall
@@ -52,3 +53,18 @@ def test_the_centre_is_found_from_a_part_of_the_rim() -> None:
     angle = np.linspace(2.0, 3.0, 8)
     rim = np.array((1.0, 2.0)) + 0.4 * np.column_stack((np.cos(angle), np.sin(angle)))
     np.testing.assert_allclose(fitted_center(rim, np.array((1.1, 1.95)), 0.4), (1.0, 2.0), atol=0.02)
+
+
+def test_the_radius_is_found_from_a_part_of_the_rim_and_kept_where_that_is_too_short() -> None:
+    rim = np.array((1.0, 2.0)) + 0.4 * np.column_stack((np.cos(a := np.linspace(2.0, 3.5, 20)), np.sin(a)))
+    start = np.array((1.05, 1.95))
+    assert fitted_radius(rim, start, 0.3, 0.01) == pytest.approx(0.4, abs=0.02)
+    assert fitted_radius(rim[:2], start, 0.3, 0.2) == pytest.approx(0.3, abs=0.06)
+
+
+def test_a_disc_with_sides_out_of_range_is_not_whole() -> None:
+    scan, motion, points = seen((2.0, 2.0, 0.3))
+    clipped = dataclasses.replace(scan, range_max=2.7, ranges=np.where(scan.ranges < 2.7, scan.ranges, np.inf))
+    for lidar, expected in ((scan, True), (clipped, False)):
+        (run,) = clusters(lidar, motion, MOVERS)
+        assert first_disc(lidar, run, points[run], np.zeros(2), 0.6)[3] == expected

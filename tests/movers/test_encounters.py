@@ -1,5 +1,6 @@
 """What is foreseen, and that the robot is told a way on that both certificates accept."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,7 +9,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import limits_array
 from drake_starnav.movers.certificate import stays_clear, threats
 from drake_starnav.movers.course import courses
-from drake_starnav.movers.encounters import Encounter, encounter
+from drake_starnav.movers.encounters import Encounter, around, encounter, manoeuvres
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
@@ -93,3 +94,18 @@ def test_the_same_situation_has_the_same_way_on() -> None:
     tracks = mover((2.0, 0.1), (-0.6, 0.1))
     first, second = met(tracks), met(tracks)
     np.testing.assert_array_equal(first.twist, second.twist)
+
+
+def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
+    """Round one who comes from ahead on the left, it leads to the right."""
+    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), limits_array(ROBOT), np.zeros(2)
+    aside = around(np.zeros(3), PATH, tracks, 0.0, ROBOT, MOVERS)
+    assert aside is not None
+    assert aside[1] < 0.0
+    row = manoeuvres(still, limits, aside)[-1]
+    assert row[1] == math.atan2(aside[1], aside[0])
+    assert 0.0 < row[2] <= ROBOT.max_speed
+    without = dataclasses.replace(MOVERS, sidestep=False)
+    assert around(np.zeros(3), PATH, tracks, 0.0, ROBOT, without) is None
+    assert around(np.zeros(3), np.zeros((0, 2)), tracks, 0.0, ROBOT, MOVERS) is None
+    assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1

@@ -72,6 +72,30 @@ def test_a_half_hidden_disc_does_not_seem_to_slow_down() -> None:
         assert np.abs(known.tracks.velocity[known.tracks.counted] - (0.0, 0.5)).max() < 0.15
 
 
+def test_a_disc_that_comes_into_range_is_not_taken_to_be_small_and_fast() -> None:
+    """At first only the tip of its rim is within range; as more of it is, it seems to grow."""
+    scene = Scene(hall(half=8.0), (0.5,), straight((5.7, 0.0), (-1.0, 0.0)))
+    for duration in np.arange(0.5, 1.2, 0.1):
+        known, time = tracked(scene, float(duration))
+        for k in np.flatnonzero(known.tracks.settled & (known.tracks.motion > 0.3)):
+            assert abs(known.tracks.radius[k] - 0.5) < 0.12
+            assert math.dist(known.tracks.velocity[k], (-1.0, 0.0)) < 0.35
+            assert math.dist(known.tracks.position[k], scene.at(time)[0]) < 0.15
+
+
+def test_a_disc_that_was_hidden_for_a_moment_keeps_its_track() -> None:
+    """It turned while it was behind the column, so that it is not quite where it was foreseen."""
+
+    def at(t: float) -> np.ndarray:
+        return np.array(((2.4 + 0.8 * min(max(t - 1.0, 0.0), 0.6), 0.9 * t - 1.2),))
+
+    scene = Scene(hall((1.2, 0.0, 0.22)), (0.2,), at)
+    known, time = tracked(scene, 1.9)
+    nearest = np.argmin(np.hypot(*(known.tracks.position - at(time)[0]).T))
+    assert known.tracks.scans[nearest] > 20
+    assert known.tracks.seen[nearest] == time
+
+
 def test_a_turn_is_noticed() -> None:
     rate = 0.6
 
