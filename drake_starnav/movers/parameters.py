@@ -33,7 +33,7 @@ class MoverParameters:
         "trusted to be its tracked motion. 1: no contact while driving, whatever it does",
         low=0.0,
         high=1.0,
-        when="lower it, and the guarantee is gone, where being run into while standing is as bad as running into something",
+        when="lower it, without the guarantee, where being run into while standing is as bad as running into something",
     )
     margin: float = parameter(
         0.03, "clearance that the certificate keeps from obstacles that move", unit="m", low=0.0, high=1.0
