@@ -31,6 +31,8 @@ FACING = math.radians(30.0)
 """A robot that cannot go on faces where it should go within this, rad; one that does not may only be turning."""
 GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
+KNOWN_WITHIN = 2.0
+"""Ground that a node of an earlier goal covers needs no other within so many times the node spacing."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -314,7 +316,7 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     if parameters.growth == "arrival":
         return False
     driven = _distance(position, state.node_position)
-    if driven > parameters.node_spacing and not _on_known_ground(state, position, parameters.node_spacing):
+    if driven > parameters.node_spacing and not _on_known_ground(state, position, parameters):
         return True
     shape = (region.center, region.bearing_0, region.boundary.values)
     if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
@@ -322,9 +324,9 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
 
 
-def _on_known_ground(state: PlannerState, position: np.ndarray, distance: float) -> bool:
-    """Whether the robot is nearer than a distance (m) to a node of an earlier goal, and in its region."""
-    stack = state.roadmap.stack
+def _on_known_ground(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the robot is near a node of an earlier goal, and in its region."""
+    stack, distance = state.roadmap.stack, KNOWN_WITHIN * parameters.node_spacing
     near = np.flatnonzero(np.hypot(*(stack.center[: state.known] - position).T) <= distance)
     return any(covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position) for k in near)
 
