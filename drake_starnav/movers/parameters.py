@@ -28,12 +28,12 @@ class MoverParameters:
         high=10.0,
     )
     caution: float = parameter(
-        1.0,
+        0.5,
         "which share of a tracked obstacle's greatest speed the certificate counts with in all directions; the rest is "
         "trusted to be its tracked motion. 1: no contact while driving, whatever it does",
         low=0.0,
         high=1.0,
-        when="lower it, without the guarantee, where being run into while standing is as bad as running into something",
+        when="1 for the guarantee; less where being run into while standing is as bad as running into something",
     )
     margin: float = parameter(
         0.03, "clearance that the certificate keeps from obstacles that move", unit="m", low=0.0, high=1.0
