@@ -19,9 +19,8 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.console import INTERRUPTED
+from drake_starnav.console import INTERRUPTED, add_overrides, exit_code
 from drake_starnav.diagram import Navigation, add_navigation
-from drake_starnav.errors import StarnavError
 from drake_starnav.files import replacing
 from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario, load_scenario
@@ -155,14 +154,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("scenario", nargs="?", default="maze")
     parser.add_argument("--goals", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    add_overrides(parser)
     parser.add_argument("--out", type=Path, default=Path("out/soak"), metavar="FOLDER")
     options = parser.parse_args(arguments)
-    try:
-        soak = Soak(load_scenario(options.scenario, overrides=options.set), options.seed)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return 2
+    return exit_code(parser.prog, lambda: run(options))
+
+
+def run(options: argparse.Namespace) -> int:
+    """Drive to all goals; write each leg as it ends, then the plot."""
+    soak = Soak(load_scenario(options.scenario, overrides=options.overrides), options.seed)
     legs: list[Leg] = []
     options.out.mkdir(parents=True, exist_ok=True)
     with (options.out / "soak.csv").open("w", encoding="utf-8", newline="") as file, suppress(KeyboardInterrupt):

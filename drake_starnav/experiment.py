@@ -15,11 +15,26 @@ Results = dict[str, list[Record]]
 """The trials of each variant, by its name."""
 
 
+def experiment_parser(prog: str, description: str, scenarios: Sequence[str], out: Path) -> argparse.ArgumentParser:
+    """A parser with the options of every experiment: scenario, --out, and those of `add_batch_options`.
+
+    Args:
+        prog: the script's name.
+        description: what it measures.
+        scenarios: that it runs by default.
+        out: the folder that it writes to by default.
+    """
+    parser = argparse.ArgumentParser(prog=prog, description=description)
+    parser.add_argument("scenario", nargs="*", default=scenarios, help=f"default: {' '.join(scenarios)}")
+    parser.add_argument("--out", type=Path, default=out, metavar="FOLDER", help=f"default: {out}")
+    add_batch_options(parser)
+    return parser
+
+
 def experiment(
     parser: argparse.ArgumentParser, measure: Callable[[argparse.Namespace], None], arguments: Sequence[str] | None
 ) -> int:
-    """Add the options of every experiment, parse the arguments and measure; returns the exit code."""
-    add_batch_options(parser)
+    """Parse the arguments and measure; returns the exit code."""
     options = parser.parse_args(arguments)
 
     def work() -> int:
@@ -30,16 +45,10 @@ def experiment(
     return exit_code(parser.prog, work, f"interrupted; what has run is in {options.out}, --resume goes on")
 
 
-def add_rows_and_folder(parser: argparse.ArgumentParser, rows: Iterable[str], out: Path) -> None:
-    """The options --rows, of the variants' names, and --out; see `check_rows`."""
+def add_rows(parser: argparse.ArgumentParser, rows: Iterable[str]) -> None:
+    """The option --rows, of the variants' names; see `check_rows`."""
     names = list(rows)
     parser.add_argument("--rows", nargs="+", default=names, metavar="ROW", help=f"of {', '.join(names)} (default: all)")
-    add_folder(parser, out)
-
-
-def add_folder(parser: argparse.ArgumentParser, out: Path) -> None:
-    """The option --out."""
-    parser.add_argument("--out", type=Path, default=out, metavar="FOLDER", help=f"default: {out}")
 
 
 def check_rows(options: argparse.Namespace, known: Iterable[str]) -> None:

@@ -11,10 +11,11 @@ from drake_starnav.benchmark.summary import markdown_table, number, rate_text
 from drake_starnav.errors import StarnavError
 from drake_starnav.experiment import (
     Results,
-    add_rows_and_folder,
+    add_rows,
     check_rows,
     count,
     experiment,
+    experiment_parser,
     of_scenario,
     run_variants,
 )
@@ -27,9 +28,10 @@ BY_NAME = {row.name: row for row in ABLATIONS}
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the table; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(prog="ablate.py", description="Measure what each part of the method is worth.")
-    parser.add_argument("scenario", nargs="*", default=["forest", "maze", "room"], help="default: forest maze room")
-    add_rows_and_folder(parser, BY_NAME, Path("out/ablation"))
+    parser = experiment_parser(
+        "ablate.py", "Measure what each part of the method is worth.", ["forest", "maze", "room"], Path("out/ablation")
+    )
+    add_rows(parser, BY_NAME)
     return experiment(parser, ablate, arguments)
 
 

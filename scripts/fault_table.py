@@ -9,10 +9,11 @@ from drake_starnav.benchmark import compare
 from drake_starnav.benchmark.summary import markdown_table, number, rate_text
 from drake_starnav.experiment import (
     Results,
-    add_rows_and_folder,
+    add_rows,
     check_rows,
     count,
     experiment,
+    experiment_parser,
     of_scenario,
     run_variants,
 )
@@ -53,9 +54,10 @@ ROWS: dict[str, tuple[str, ...]] = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the table; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(prog="fault_table.py", description="Measure what faults cost.")
-    parser.add_argument("scenario", nargs="*", default=["forest", "maze", "room"], help="default: forest maze room")
-    add_rows_and_folder(parser, ROWS, Path("out/faults"))
+    parser = experiment_parser(
+        "fault_table.py", "Measure what faults cost.", ["forest", "maze", "room"], Path("out/faults")
+    )
+    add_rows(parser, ROWS)
     return experiment(parser, measure_faults, arguments)
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_starnav.benchmark.summary import markdown_table, number, rate_text
-from drake_starnav.experiment import Results, add_folder, count, experiment, of_scenario, run_variants
+from drake_starnav.console import add_overrides
+from drake_starnav.experiment import Results, count, experiment, experiment_parser, of_scenario, run_variants
 from drake_starnav.files import check_writable, write_text
 from drake_starnav.report.figures import new_figure, svg
 
@@ -18,16 +19,13 @@ OUTCOMES = ("collision", "struck", "timeout", "unreachable")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the curve; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(prog="mover_curve.py", description="Measure what caution costs.")
-    default = ["crowd_room", "crowd_hall"]
-    parser.add_argument("scenario", nargs="*", default=default, help=f"default: {' '.join(default)}")
+    parser = experiment_parser(
+        "mover_curve.py", "Measure what caution costs.", ["crowd_room", "crowd_hall"], Path("out/movers")
+    )
     parser.add_argument(
         "--cautions", nargs="+", type=float, default=CAUTIONS, metavar="C", help="from 0 to 1 (default: five of them)"
     )
-    parser.add_argument(
-        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="change the scenarios"
-    )
-    add_folder(parser, Path("out/movers"))
+    add_overrides(parser)
     return experiment(parser, measure_curve, arguments)
 
 
