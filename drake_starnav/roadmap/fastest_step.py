@@ -6,8 +6,9 @@ import numpy as np
 
 from drake_starnav.roadmap.fastest_path import Headway, fastest_path, narrowest_place
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.planner import Observation, PlannerState, PlannerStatus, node_is_due, plan_step
+from drake_starnav.roadmap.planner import node_is_due, plan_step
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points
+from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 

@@ -14,8 +14,8 @@ from drake_starnav import drawing
 from drake_starnav.drawing import LAYERS, Mesh, RecordingParameters
 from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.planner import PlannerState
 from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.roadmap.state import PlannerState
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.systems.meshcat_stage import MeshcatStage

@@ -1,0 +1,152 @@
+"""What the planner sees, remembers and tells: immutable snapshots."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from drake_starnav.planar import composed, placed
+from drake_starnav.roadmap.fastest_path import Headway
+from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.scan import LaserScan
+from drake_starnav.stars.region import RegionStack, StarRegion
+
+
+class PlannerStatus(Enum):
+    """What the planner is doing."""
+
+    WAITING = "waiting"
+    EXPLORING = "exploring"
+    APPROACHING = "approaching"
+    UNREACHABLE = "unreachable"
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """What the controller needs from any planner. Immutable; W, m.
+
+    Attributes:
+        path: shape (k, 2), way points ahead; the first is the short-term goal. Empty: stand still.
+        arrives: whether the last way point is the goal, to stop at.
+        regions: star-shaped regions of the roadmap, for the modulation.
+    """
+
+    path: np.ndarray
+    arrives: bool
+    regions: RegionStack
+
+    def __deepcopy__(self, memo: dict) -> "Guidance":
+        return self
+
+    @staticmethod
+    def none() -> "Guidance":
+        """Stand still."""
+        return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
+
+    @staticmethod
+    def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
+        """Follow a path to its end, and stop there: for who plans by other means.
+
+        Args:
+            path: shape (k, 2), way points ahead, W, m.
+            regions: around the robot, for the modulation; without them it drives straight to the next way point.
+        """
+        return Guidance(np.array(path, dtype=float).reshape(-1, 2), True, RegionStack.of(tuple(regions)))
+
+    def moved(self, frame: np.ndarray) -> "Guidance":
+        """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame))
+
+
+@dataclass(frozen=True)
+class PlannerState:
+    """Everything the planner remembers. Immutable.
+
+    Attributes:
+        roadmap: the latest snapshot.
+        status: what the planner is doing.
+        path: shape (k, 2), way points still ahead, W, m.
+        target: stand and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
+        node_position: where the last node was added, shape (2,).
+        progress_position: where progress was last made, shape (2,).
+        progress_time: when, s.
+        rounds: how often the margin was shrunk or retried.
+        plans: how often the roadmap was searched, or the fastest path was.
+        headway: the watch over a robot on the fastest path.
+        known: how many nodes were there when the goal was set.
+    """
+
+    roadmap: StarRoadmap
+    status: PlannerStatus
+    path: np.ndarray
+    target: np.ndarray | None
+    node_position: np.ndarray
+    progress_position: np.ndarray
+    progress_time: float
+    rounds: int
+    plans: int
+    headway: Headway = field(default_factory=Headway)
+    known: int = 0
+
+    def __deepcopy__(self, memo: dict) -> "PlannerState":
+        return self
+
+    @staticmethod
+    def initial(parameters: PlannerParameters, robot_radius: float) -> "PlannerState":
+        """Before the first scan."""
+        nowhere = np.full(2, np.inf)
+        return PlannerState(
+            roadmap=StarRoadmap.empty(parameters, robot_radius),
+            status=PlannerStatus.WAITING,
+            path=np.zeros((0, 2)),
+            target=None,
+            node_position=nowhere,
+            progress_position=nowhere,
+            progress_time=0.0,
+            rounds=0,
+            plans=0,
+        )
+
+    def with_new_goal(self) -> "PlannerState":
+        """The state once the goal has moved, even after having given up: the map stays, the way is to be found anew."""
+        return dataclasses.replace(
+            self, status=PlannerStatus.WAITING, path=np.zeros((0, 2)), target=None, known=len(self.roadmap)
+        )
+
+    @property
+    def guidance(self) -> Guidance:
+        """The part of the plan that the controller needs."""
+        if not len(self.path):
+            return Guidance.none()
+        return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One scan as the planner sees it.
+
+    Attributes:
+        region: star-shaped region of the scan, W; None before the first scan.
+        scan: in S.
+        pose: (x, y, yaw) of S in W when the scan was taken.
+    """
+
+    region: StarRegion | None
+    scan: LaserScan
+    pose: np.ndarray
+
+    def __deepcopy__(self, memo: dict) -> "Observation":
+        return self
+
+    @staticmethod
+    def none() -> "Observation":
+        """Nothing has been seen yet."""
+        return Observation(None, LaserScan.nothing(), np.zeros(3))
+
+    def moved(self, frame: np.ndarray) -> "Observation":
+        """The same observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        region = None if self.region is None else self.region.moved(frame)
+        return Observation(region, self.scan, composed(frame, self.pose))
