@@ -1,8 +1,8 @@
-"""Where tracked obstacles will be: along their present curve, off what stays.
+"""Where tracked obstacles will be: straight on, off what stays.
 
-An obstacle goes on with its speed and, for a while, with its turning rate; where it would run into something that
-stays, it is taken to bounce off like a ball. Neither needs to be true: it is the best guess for who plans ahead, and
-the certificate does not rely on it.
+An obstacle goes on with its velocity; where it would run into something that stays, it is taken to bounce off like a
+ball. Neither needs to be true: it is the best guess for who plans ahead, and the certificate does not rely on it. To
+go on with a measured turning rate, too, foretells worse, even those that wind their way: the rate is too uncertain.
 """
 
 import math
@@ -12,14 +12,11 @@ from numba import njit
 
 COURSE_STEP = 0.1
 """Time between two foreseen places, s."""
-TURNING_TIME = 1.0
-"""A turn is taken to end in this time: the turning rate decays with it, s."""
 
 
 def courses(
     position: np.ndarray,
     velocity: np.ndarray,
-    turn: np.ndarray,
     radius: np.ndarray,
     walls: np.ndarray,
     duration: float,
@@ -28,21 +25,20 @@ def courses(
 
     Args:
         position, velocity: shape (n, 2), of the centres now, W, m and m/s.
-        turn: shape (n,), turning rates of the velocities, rad/s.
         radius: shape (n,), m.
         walls: shape (m, 2), points that stay, W, m.
         duration: s.
     """
     steps = math.ceil(duration / COURSE_STEP - 1e-9) + 1
-    return _courses(position, velocity, turn, radius, walls, steps)
+    return _courses(position, velocity, radius, walls, steps)
 
 
 @njit(cache=True)
-def _courses(position, velocity, turn, radius, walls, steps):
+def _courses(position, velocity, radius, walls, steps):
     n = len(radius)
     out = np.empty((n, steps + 1, 2))
     for k in range(n):
-        x, y, vx, vy, rate = position[k, 0], position[k, 1], velocity[k, 0], velocity[k, 1], turn[k]
+        x, y, vx, vy = position[k, 0], position[k, 1], velocity[k, 0], velocity[k, 1]
         far = radius[k] + math.hypot(vx, vy) * COURSE_STEP * steps
         near = np.empty((len(walls), 2))
         m = 0
@@ -52,9 +48,6 @@ def _courses(position, velocity, turn, radius, walls, steps):
                 m += 1
         out[k, 0, 0], out[k, 0, 1] = x, y
         for i in range(1, steps + 1):
-            c, s = math.cos(rate * COURSE_STEP), math.sin(rate * COURSE_STEP)
-            vx, vy = c * vx - s * vy, s * vx + c * vy
-            rate *= 1.0 - COURSE_STEP / TURNING_TIME
             x += vx * COURSE_STEP
             y += vy * COURSE_STEP
             closest, nx, ny = radius[k], 0.0, 0.0
@@ -66,6 +59,5 @@ def _courses(position, velocity, turn, radius, walls, steps):
             if closest < radius[k]:
                 along = vx * nx + vy * ny
                 vx, vy = vx - 2.0 * along * nx, vy - 2.0 * along * ny
-                rate = 0.0
             out[k, i, 0], out[k, i, 1] = x, y
     return out

@@ -35,10 +35,6 @@ COUNTED_MOTION = 0.3
 """A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
 COURSE_LEAD = 0.3
 """Courses go on for so much longer than the horizon, so that they last until the next scan, s."""
-TURN_TIME = 0.5
-"""The turning rate of a track is smoothed over this time, s."""
-BOUNCE = 0.6
-"""A velocity that turns by more between two scans has not been turning steadily, rad."""
 SETTLED_AFTER = 10
 """The speed of a track is known after so many scans."""
 PACE_DECAY = 0.2
@@ -61,7 +57,6 @@ class Tracks:
         scans: shape (n,), how many scans have seen each.
         seen: shape (n,), when it was seen last, s.
         motion: shape (n,), share of its beams that hit what was free before, smoothed.
-        turn: shape (n,), smoothed turning rate of its velocity, rad/s.
         pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
@@ -77,7 +72,6 @@ class Tracks:
     scans: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     seen: np.ndarray = field(default_factory=lambda: np.zeros(0))
     motion: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    turn: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pace: np.ndarray = field(default_factory=lambda: np.zeros(0))
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -150,7 +144,7 @@ def updated(
         owner_of_beam[run] = len(rows)
         k = next((k for k, cluster in partner.items() if cluster == c), -1)
         if k < 0:
-            rows.append((x, y, 0.0, 0.0, seen_radius, FIRST_SPREAD**2, 0.0, spread**2, 1, scan.time, 0.0, 0.0, 0.0))
+            rows.append((x, y, 0.0, 0.0, seen_radius, FIRST_SPREAD**2, 0.0, spread**2, 1, scan.time, 0.0, 0.0))
             continue
         if whole:
             kept = before.radius[k] + RADIUS_GAIN * (seen_radius - before.radius[k])
@@ -163,21 +157,11 @@ def updated(
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
         state, variance = _corrected(before, k, center, noise)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
-        turn = before.turn[k] + _turn_gain(scan.time - tracks.time) * (
-            _turned(before.velocity[k], state[2:]) / max(scan.time - tracks.time, 1e-6) - before.turn[k]
-        )
-        if before.scans[k] < SETTLED_AFTER or abs(_turned(before.velocity[k], state[2:])) > BOUNCE:
-            turn = 0.0
         pace = max(math.hypot(state[2], state[3]), before.pace[k] - PACE_DECAY * (scan.time - tracks.time))
-        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, turn, pace))
-    table = np.array(rows, dtype=float).reshape(-1, 13)
+        rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, pace))
+    table = np.array(rows, dtype=float).reshape(-1, 12)
     doubtful = motion != STAYS
-    position, velocity, radius, turn = (
-        table[:, 0:2].copy(),
-        table[:, 2:4].copy(),
-        table[:, 4].copy(),
-        table[:, 11].copy(),
-    )
+    position, velocity, radius = table[:, 0:2].copy(), table[:, 2:4].copy(), table[:, 4].copy()
     return Tracks(
         time=scan.time,
         position=position,
@@ -187,11 +171,10 @@ def updated(
         scans=table[:, 8].astype(np.int64),
         seen=table[:, 9].copy(),
         motion=table[:, 10].copy(),
-        turn=turn,
-        pace=table[:, 12].copy(),
+        pace=table[:, 11].copy(),
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
-        course=courses(position, velocity, turn, radius, walls, parameters.horizon + COURSE_LEAD),
+        course=courses(position, velocity, radius, walls, parameters.horizon + COURSE_LEAD),
         hidden=hidden_places(scan, motion, pose) if parameters.hidden else np.zeros((0, 2)),
     )
 
@@ -213,20 +196,8 @@ def _row(tracks: Tracks, k: int) -> tuple[float, ...]:
         tracks.scans[k],
         tracks.seen[k],
         tracks.motion[k],
-        tracks.turn[k],
         tracks.pace[k],
     )
-
-
-def _turned(before: np.ndarray, after: tuple[float, ...]) -> float:
-    """Angle from one velocity to another, rad."""
-    ax, ay = before
-    bx, by = after
-    return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-
-
-def _turn_gain(elapsed: float) -> float:
-    return min(elapsed / TURN_TIME, 1.0)
 
 
 def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:

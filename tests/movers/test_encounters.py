@@ -38,11 +38,10 @@ def mover(position: tuple[float, float], velocity: tuple[float, float]) -> Track
         scans=np.array([30]),
         seen=np.zeros(1),
         motion=np.ones(1),
-        turn=np.zeros(1),
         pace=np.hypot(*moving.T),
         hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
         owner=np.zeros(40, np.int64),
-        course=courses(place, moving, np.zeros(1), np.array([RADIUS]), np.zeros((0, 2)), MOVERS.horizon + 0.3),
+        course=courses(place, moving, np.array([RADIUS]), np.zeros((0, 2)), MOVERS.horizon + 0.3),
     )
 
 

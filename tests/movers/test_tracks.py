@@ -96,7 +96,7 @@ def test_a_disc_that_was_hidden_for_a_moment_keeps_its_track() -> None:
     assert known.tracks.seen[nearest] == time
 
 
-def test_a_turn_is_noticed() -> None:
+def test_a_disc_that_goes_round_is_followed() -> None:
     rate = 0.6
 
     def circle(t: float) -> np.ndarray:
@@ -104,7 +104,9 @@ def test_a_turn_is_noticed() -> None:
 
     known, time = tracked(Scene(hall(), (0.25,), circle), 2.5)
     k = only_one(known.tracks, circle(time)[0])
-    assert abs(known.tracks.turn[k] - rate) < 0.2
+    moves = rate * np.array((-circle(time)[0, 1], circle(time)[0, 0]))
+    np.testing.assert_allclose(known.tracks.position[k], circle(time)[0], atol=0.05)
+    np.testing.assert_allclose(known.tracks.velocity[k], moves, atol=0.2)
 
 
 def test_a_disc_that_turns_back_is_not_taken_to_be_slow() -> None:
