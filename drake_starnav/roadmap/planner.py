@@ -28,7 +28,7 @@ GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 KNOWN_WITHIN = 2.0
 """Ground that a node of an earlier goal covers needs no other within so many times the node spacing."""
-PROBE_SEEN_AFTER = 0.15
+PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
 
