@@ -22,6 +22,7 @@ from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.summary import markdown_table
 from drake_starnav.benchmark.trial_file import processor_name
 from drake_starnav.benchmark.workers import local_processes
+from drake_starnav.console import exit_code
 from drake_starnav.errors import StarnavError
 from scripts.record_results import FOLDER, ROOT, with_section
 
@@ -170,19 +171,20 @@ def duration(seconds: float) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure and write; returns the exit code."""
+    """Measure the scaling; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(prog="scaling", description=(__doc__ or "").partition("\n\n")[2])
     parser.add_argument("--trials", type=int, default=8, help="of each scenario in a round (default: 8)")
     parser.add_argument("--rounds", type=int, default=3, help="of one and of two processes (default: 3)")
     options = parser.parse_args(arguments)
-    try:
-        for name in ("trials", "rounds"):
-            if getattr(options, name) < 1:
-                raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= 1")
-        scaling = measure(options.trials, options.rounds)
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return 2
+    return exit_code(parser.prog, lambda: write_page(options))
+
+
+def write_page(options: argparse.Namespace) -> int:
+    """Measure, and write the figures and the page; returns the exit code."""
+    for name in ("trials", "rounds"):
+        if getattr(options, name) < 1:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= 1")
+    scaling = measure(options.trials, options.rounds)
     FIGURES.write_text(json.dumps(asdict(scaling), indent=2) + "\n", encoding="utf-8")
     PAGE.write_text(page(scaling), encoding="utf-8")
     print(section(scaling))

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from pydrake.systems.framework import DiagramBuilder, System
 
+from drake_starnav.console import exit_code
 from drake_starnav.diagram import add_navigation
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario
@@ -54,17 +55,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=DIAGRAMS, metavar="FOLDER", help="default: docs/images/diagrams")
     options = parser.parse_args()
-    try:
-        if shutil.which(DOT) is None:
-            raise StarnavError(f"there is no program `{DOT}`, which draws; allowed: one on PATH (apt install graphviz)")
-        options.out.mkdir(parents=True, exist_ok=True)
-        for name, text in graphs().items():
-            done = subprocess.run([DOT, "-Tsvg", *FONT], input=text, capture_output=True, text=True, check=True)
-            (options.out / f"{name}.svg").write_text(done.stdout, encoding="utf-8")
-    except StarnavError as error:
-        print(f"draw_diagrams.py: {error}", file=sys.stderr)
-        return 2
-    print(f"wrote {len(graphs())} diagrams to {options.out}; python scripts/write_tables.py shows them")
+    return exit_code("draw_diagrams.py", lambda: draw(options.out))
+
+
+def draw(folder: Path) -> int:
+    """Write the pictures to a folder; returns the exit code."""
+    if shutil.which(DOT) is None:
+        raise StarnavError(f"there is no program `{DOT}`, which draws; allowed: one on PATH (apt install graphviz)")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in graphs().items():
+        done = subprocess.run([DOT, "-Tsvg", *FONT], input=text, capture_output=True, text=True, check=True)
+        (folder / f"{name}.svg").write_text(done.stdout, encoding="utf-8")
+    print(f"wrote {len(graphs())} diagrams to {folder}; python scripts/write_tables.py shows them")
     return 0
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.console import exit_code
 from drake_starnav.control import guiding_vector
 from drake_starnav.diagram import add_navigation
 from drake_starnav.errors import StarnavError
@@ -212,22 +213,23 @@ def _robot(axis: Any, moment: Moment) -> None:
 
 
 def main() -> int:
-    """Drive, draw, and say what was written; returns the exit code."""
+    """Draw the figures; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenario", nargs="?", default="room", help="a shipped scenario or a YAML file (default: room)")
     parser.add_argument("--seed", type=int, default=3, help="of world and noise (default: 3)")
     parser.add_argument("--time", type=float, default=6.0, help="when to look, s (default: 6)")
     parser.add_argument("--out", type=Path, default=FOLDER, metavar="FOLDER", help="default: docs/images/method")
     options = parser.parse_args()
-    try:
-        if not 0.1 <= options.time <= 1000.0:
-            raise StarnavError(f"--time is {options.time:g}; allowed: 0.1 <= x <= 1000 s")
-        moment = drive(load_scenario(options.scenario), options.seed, options.time)
-        if not len(moment.state.path):
-            raise StarnavError(f"--time is {options.time:g} s, when there is no path; allowed: a time before arrival")
-    except StarnavError as error:
-        print(f"draw_method.py: {error}", file=sys.stderr)
-        return 2
+    return exit_code("draw_method.py", lambda: draw(options))
+
+
+def draw(options: argparse.Namespace) -> int:
+    """Drive and write the figures; returns the exit code."""
+    if not 0.1 <= options.time <= 1000.0:
+        raise StarnavError(f"--time is {options.time:g}; allowed: 0.1 <= x <= 1000 s")
+    moment = drive(load_scenario(options.scenario), options.seed, options.time)
+    if not len(moment.state.path):
+        raise StarnavError(f"--time is {options.time:g} s, when there is no path; allowed: a time before arrival")
     for file in write_figures(moment, options.out):
         print(f"wrote {file}")
     return 0

@@ -10,8 +10,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, VectorLogSink
 from pydrake.trajectories import PiecewisePolynomial
 
+from drake_starnav.console import exit_code
 from drake_starnav.diagram import Navigation, add_navigation
-from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.station import add_plant, drive_geometry
 from drake_starnav.stopwatch import Stopwatch
@@ -49,19 +49,20 @@ def timed(diagram: Diagram, duration: float) -> tuple[float, Simulator]:
 
 
 def main() -> int:
-    """Print the table; returns the exit code."""
+    """Measure; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenario", nargs="?", default="forest")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--duration", type=float, default=20.0, help="simulated time of a run, s (default: 20)")
     parser.add_argument("--runs", type=int, default=5, help="pairs of runs (default: 5)")
     options = parser.parse_args()
-    try:
-        scenario = load_scenario(options.scenario)
-        timed(whole_diagram(scenario, options.seed, Stopwatch())[0], 1.0)  # compiles
-    except StarnavError as error:
-        print(f"profile_diagram.py: {error}", file=sys.stderr)
-        return 2
+    return exit_code("profile_diagram.py", lambda: profile(options))
+
+
+def profile(options: argparse.Namespace) -> int:
+    """Print the table; returns the exit code."""
+    scenario = load_scenario(options.scenario)
+    timed(whole_diagram(scenario, options.seed, Stopwatch())[0], 1.0)  # compiles
     stopwatch = Stopwatch()
     whole, alone = [], []
     for _ in range(options.runs):

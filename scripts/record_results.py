@@ -18,6 +18,7 @@ from drake_starnav.benchmark.summary import (
     rate_text,
     summarise,
 )
+from drake_starnav.console import exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.report.results import Results, read_results
 from drake_starnav.report.tables import tables_markdown
@@ -34,13 +35,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", nargs="*", type=Path, help="files that benchmark.py --json wrote; they replace the old")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a text is out of date")
     options = parser.parse_args(arguments)
-    try:
-        if options.file and not options.check:
-            store(options.file)
-        outdated = {path: text for path, text in texts().items() if stale(path, text)}
-    except StarnavError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return 2
+    return exit_code(parser.prog, lambda: record(options))
+
+
+def record(options: argparse.Namespace) -> int:
+    """What `main` does with its options; returns the exit code."""
+    if options.file and not options.check:
+        store(options.file)
+    outdated = {path: text for path, text in texts().items() if stale(path, text)}
     for path, text in outdated.items():
         if options.check:
             print(f"{path.relative_to(ROOT)} is out of date; run {SECTION[1]}", file=sys.stderr)
