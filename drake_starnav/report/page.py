@@ -188,7 +188,7 @@ _STYLE = (
     "img{display:block;width:100%;height:auto;margin:10px 0}.wide{overflow-x:auto}"
     "table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}"
     "th,td{padding:3px 9px;border-bottom:1px solid #e4e4e4;text-align:left;vertical-align:top}"
-    "th{border-bottom:1px solid #888}.number{text-align:right}tbody tr:hover{background:#f4f7fb}"
+    "th{border-bottom:1px solid #888}.number{text-align:right;white-space:nowrap}tbody tr:hover{background:#f4f7fb}"
     "pre,code{background:#f4f4f4;font:12.5px/1.45 ui-monospace,Menlo,Consolas,monospace}"
     "pre{padding:8px 10px;overflow-x:auto;white-space:pre-wrap;overflow-wrap:anywhere}"
     "code{overflow-wrap:anywhere}#trials td:not(:last-child){white-space:nowrap}"
