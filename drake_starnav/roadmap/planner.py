@@ -185,8 +185,12 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
 def _on_known_ground(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
     """Whether the robot is near a node of an earlier goal, and in its region."""
     stack, distance = state.roadmap.stack, KNOWN_WITHIN * parameters.node_spacing
-    near = np.flatnonzero(np.hypot(*(stack.center[: state.known] - position).T) <= distance)
-    return any(covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position) for k in near)
+    near = np.flatnonzero(np.hypot(*(stack.center - position).T) <= distance)
+    return any(
+        state.roadmap.scans[k][0].time <= state.known_until
+        and covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position)
+        for k in near
+    )
 
 
 def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:

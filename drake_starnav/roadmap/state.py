@@ -1,6 +1,7 @@
 """What the planner sees, remembers and tells: immutable snapshots."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -76,7 +77,7 @@ class PlannerState:
         rounds: how often the margin was shrunk or retried.
         plans: how often the roadmap was searched, or the fastest path was.
         headway: the watch over a robot on the fastest path.
-        known: how many nodes were there when the goal was set.
+        known_until: time of the last node's scan when the goal was set, s: what nodes saw until then is known ground.
     """
 
     roadmap: StarRoadmap
@@ -89,7 +90,7 @@ class PlannerState:
     rounds: int
     plans: int
     headway: Headway = field(default_factory=Headway)
-    known: int = 0
+    known_until: float = -math.inf
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
         return self
@@ -113,7 +114,11 @@ class PlannerState:
     def with_new_goal(self) -> "PlannerState":
         """The state once the goal has moved, even after having given up: the map stays, the way is to be found anew."""
         return dataclasses.replace(
-            self, status=PlannerStatus.WAITING, path=np.zeros((0, 2)), target=None, known=len(self.roadmap)
+            self,
+            status=PlannerStatus.WAITING,
+            path=np.zeros((0, 2)),
+            target=None,
+            known_until=max((scan.time for scan, _ in self.roadmap.scans), default=-math.inf),
         )
 
     @property

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap.planner import KNOWN_WITHIN
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.roadmap.search import LINE_STEP
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import first_cover, scan_region, segment_covered
@@ -57,10 +59,11 @@ def drive(
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
-    for k in range(steps):
+    first = round(state.roadmap.scans[-1][0].time / PERIOD) + 1 if len(state.roadmap) else 0
+    for k in range(first, first + steps):
         way = state.path[0] - position if len(state.path) else np.array((1.0, 0.0))
         pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
-        if k == 0 or not silent:
+        if k == first or not silent:
             scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
             seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
         state = plan_step(state, seen, position, goal, PERIOD * k, parameters, RADIUS)
@@ -201,8 +204,21 @@ def test_on_ground_known_from_an_earlier_goal_no_node_is_added():
     back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
     states = drive(back, PARAMETERS, steps=200, begin=there)
     assert states[-1].status is PlannerStatus.APPROACHING and len(states[-1].roadmap) == len(there.roadmap)
-    forgotten = dataclasses.replace(there, known=0)
+    forgotten = dataclasses.replace(there, known_until=-np.inf)
     assert len(drive(back, PARAMETERS, steps=200, begin=forgotten)[-1].roadmap) > len(there.roadmap)
+
+
+def test_where_nodes_were_dropped_new_ones_are_not_taken_for_ground_known_from_an_earlier_goal():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    there = drive(world, PARAMETERS, steps=200)[-1].with_new_goal()
+    *dropped, last = zip(there.roadmap.regions, there.roadmap.scans, strict=True)
+    rest = extended(StarRoadmap.empty(PARAMETERS, RADIUS), last[0], *last[1], PARAMETERS, RADIUS)
+    back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
+    states = drive(back, PARAMETERS, steps=200, begin=dataclasses.replace(there, roadmap=rest))
+    beyond = states[-1].roadmap.stack.center[:, 0]
+    beyond = beyond[beyond < last[0].center[0] - KNOWN_WITHIN * PARAMETERS.node_spacing]
+    assert len(dropped) > 3 and len(beyond) > 2
+    assert np.abs(np.diff(beyond)).max() < 1.5 * PARAMETERS.node_spacing
 
 
 def test_guidance_hands_on_the_path_and_the_regions():
