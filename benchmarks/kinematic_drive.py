@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drake_starnav.control import Command, ControllerParameters, control_step
+from drake_starnav.guidance import Guidance
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
-from drake_starnav.stars import RegionStack, StarRegion
+from drake_starnav.stars import StarRegion
 from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
@@ -38,13 +39,11 @@ class ScanMoment:
 
 @dataclass(frozen=True)
 class CommandMoment:
-    """What a command is given; FOA needs the scan with its pose instead of path, regions and star."""
+    """What a command is given; FOA needs the scan with its pose instead of regions and star."""
 
     pose: np.ndarray
     twist: np.ndarray
-    path: np.ndarray
-    arrives: bool
-    regions: RegionStack
+    guidance: Guidance
     star: SafetyStar
     scan: LaserScan
     scan_pose: np.ndarray
@@ -92,8 +91,7 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
 def command(moment: CommandMoment, step: Callable[..., Command] = control_step) -> np.ndarray:
     """The controller's twist."""
     return step(
-        moment.pose, moment.twist, np.zeros(2), moment.path, moment.arrives, moment.regions, moment.star,
-        CONTROLLER, ROBOT,
+        moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star, CONTROLLER, ROBOT,
     ).twist  # fmt: skip
 
 
@@ -129,8 +127,8 @@ def drive(
             kept.node_count = len(state.roadmap)
             guidance = state.guidance
             scan_count += 1
-        now = CommandMoment(pose, twist, guidance.path, guidance.arrives, guidance.regions, star, scan, scan_pose)
-        if k % SAMPLED == SAMPLED // 2 and len(now.path):
+        now = CommandMoment(pose, twist, guidance, star, scan, scan_pose)
+        if k % SAMPLED == SAMPLED // 2 and len(guidance.path):
             kept.commands.append(now)
         begin = time.perf_counter()
         twist = command(now, step)

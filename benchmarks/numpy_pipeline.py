@@ -13,6 +13,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
 from drake_starnav.control.tracking import CREEP_SPEED, PASSED_DISTANCE
+from drake_starnav.guidance import Guidance
 from drake_starnav.roadmap import StarRoadmap
 from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE
 from drake_starnav.robot import RobotParameters
@@ -153,24 +154,23 @@ def safety_values(
 def command(
     pose: np.ndarray,
     twist: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
 ) -> np.ndarray:
-    """As the twist of `control.control_step`; `path` must not be empty."""
+    """As the twist of `control.control_step`; the path must not be empty."""
+    path = guidance.path
     offset = path - pose[:2]
     away = np.hypot(offset[:, 0], offset[:, 1])
     ahead = int(np.argmax(away > PASSED_DISTANCE)) if (away > PASSED_DISTANCE).any() else len(path) - 1
     distance = away[ahead]
     direction = offset[ahead] / distance
     if distance > parameters.modulation_distance:
-        direction = _modulated(pose[:2], direction, regions, parameters)
+        direction = _modulated(pose[:2], direction, guidance.regions, parameters)
     direction = _off_walls(pose[:2], direction, star.near_hits, robot.radius, parameters.near_wall_zone)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
-    stop_at = distance if arrives and len(path) == 1 else math.inf
+    stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
     v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)
     omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
     v, omega = _certified_twist(pose, twist, v, omega, 1.0 / parameters.rate + parameters.delay, star, robot)

@@ -49,7 +49,7 @@ FEW, MANY, AROUND = 50, 400, 0.1
 def foa_command(moment: CommandMoment) -> np.ndarray:
     """The FOA baseline's twist: hit points, modulation towards the short-term goal, heading law."""
     points = moment.scan.points(moment.scan_pose)
-    to_goal = moment.path[0] - moment.pose[:2]
+    to_goal = moment.guidance.path[0] - moment.pose[:2]
     nominal = ROBOT.max_speed * to_goal / max(math.hypot(*to_goal), 1e-9)
     velocity = foa_velocity(moment.pose[:2], nominal, points, control_radius=ROBOT.radius)
     turn = math.atan2(velocity[1], velocity[0]) - moment.pose[2]
@@ -93,9 +93,7 @@ def package_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def numpy_command(moment: CommandMoment) -> np.ndarray:
     """`command` in NumPy."""
-    return numpy_pipeline.command(
-        moment.pose, moment.twist, moment.path, moment.arrives, moment.regions, moment.star, CONTROLLER, ROBOT
-    )
+    return numpy_pipeline.command(moment.pose, moment.twist, moment.guidance, moment.star, CONTROLLER, ROBOT)
 
 
 def cost_arguments(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.diagram import add_navigation as add_navigation
     from drake_starnav.diagram import make_diagram as make_diagram
     from drake_starnav.errors import StarnavError as StarnavError
+    from drake_starnav.guidance import Guidance as Guidance
     from drake_starnav.lidar import LidarParameters as LidarParameters
-    from drake_starnav.roadmap import Guidance as Guidance
     from drake_starnav.roadmap import PlannerParameters as PlannerParameters
     from drake_starnav.roadmap import StarRoadmap as StarRoadmap
     from drake_starnav.robot import RobotParameters as RobotParameters
@@ -49,7 +49,7 @@ _PUBLIC = {
     "StarRegion": "stars",
     "PlannerParameters": "roadmap",
     "StarRoadmap": "roadmap",
-    "Guidance": "roadmap",
+    "Guidance": "guidance",
     "ControllerParameters": "control",
     "World": "worlds",
     "make_world": "worlds",

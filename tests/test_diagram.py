@@ -13,7 +13,8 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import add_navigation, make_diagram
-from drake_starnav.roadmap import Guidance, PlannerStatus
+from drake_starnav.guidance import Guidance
+from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.station import NavigationStation

@@ -30,7 +30,7 @@ class Room:
 
 BASE = "errors parameters files console"
 SENSING = f"{BASE} planar robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
-METHOD = f"{SENSING} motion scan_alignment scan_matching stars roadmap control movers baselines worlds metrics"
+METHOD = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
@@ -59,9 +59,10 @@ TABLE = {
     "scan_alignment": Room("", ARRAYS),
     "scan_matching": Room(f"{BASE} planar scan scan_alignment", ARRAYS),
     "stars": Room(f"{BASE} planar robot scan", ARRAYS),
-    "roadmap": Room(f"{BASE} planar robot scan stars", f"{ARRAYS} sklearn"),
-    "control": Room(f"{BASE} robot scan stars", ARRAYS),
-    "movers": Room(f"{BASE} robot scan stars control", ARRAYS),
+    "guidance": Room("planar stars", "numpy"),
+    "roadmap": Room(f"{BASE} planar robot scan stars guidance", f"{ARRAYS} sklearn"),
+    "control": Room(f"{BASE} robot scan stars guidance", ARRAYS),
+    "movers": Room(f"{BASE} robot scan stars guidance control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
     "metrics": Room(BASE, "numpy"),

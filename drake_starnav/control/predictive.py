@@ -19,6 +19,7 @@ The candidates are certified in the order of their cost until one passes; if non
 the certificate as it would without prediction.
 """
 
+import dataclasses
 import math
 
 import numpy as np
@@ -34,6 +35,7 @@ from drake_starnav.control.tracking import (
     limited_twist,
     wrapped_angle,
 )
+from drake_starnav.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack, covers, first_cover, segment_covered
 from drake_starnav.stars.safety import SafetyStar
@@ -54,16 +56,14 @@ def predictive_step(
     pose: np.ndarray,
     twist: np.ndarray,
     errors: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
 ) -> Command:
     """One period of the controller, as `tracking.control_step` and with its arguments."""
-    direction, desired, errors = desired_twist(pose, twist, errors, path, arrives, regions, star, parameters, robot)
-    v, omega, accepted = predictive_twist(pose, twist, desired, path, arrives, regions, star, parameters, robot)
+    direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
+    v, omega, accepted = predictive_twist(pose, twist, desired, guidance, star, parameters, robot)
     desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
 
@@ -72,9 +72,7 @@ def predictive_twist(
     pose: np.ndarray,
     twist: np.ndarray,
     reactive: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
@@ -85,9 +83,7 @@ def predictive_twist(
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
         reactive: (v, omega) that the law wants; it is what remains where there is no way point in sight.
-        path: shape (k, 2), way points ahead, W, m.
-        arrives: whether the last way point is the goal.
-        regions: around the robot.
+        guidance: where to go.
         star: what the last scans certify.
         parameters: of the controller.
         robot: its size and limits.
@@ -96,10 +92,10 @@ def predictive_twist(
         v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
     """
     limits, period = limits_array(robot), 1.0 / parameters.rate
-    seen = path_in_sight(pose[:2], path, regions) if len(path) else None
+    seen = path_in_sight(pose[:2], guidance.path, guidance.regions) if len(guidance.path) else None
     if seen is not None:
         twists = candidates(twist, reactive, parameters, robot)
-        cost = foreseen_costs(twists, pose, twist, seen, arrives, regions, star, parameters, robot)
+        cost = foreseen_costs(twists, pose, twist, dataclasses.replace(guidance, path=seen), star, parameters, robot)
         for k in np.argsort(cost, kind="stable"):
             v, omega = float(twists[k, 0]), float(twists[k, 1])
             if not parameters.certificate or stops_inside(
@@ -138,23 +134,21 @@ def foreseen_costs(
     twists: np.ndarray,
     pose: np.ndarray,
     twist: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
 ) -> np.ndarray:
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
     limits = limits_array(robot)
-    line = np.vstack((pose[:2], path))
+    line = np.vstack((pose[:2], guidance.path))
     settings = np.array(
         (
             parameters.horizon,
             parameters.prediction_step,
             parameters.prediction_hold,
             parameters.heading_gain,
-            parameters.goal_slowdown if arrives else np.inf,
+            parameters.goal_slowdown if guidance.arrives else np.inf,
             robot.radius,
             parameters.safety_margin,
             parameters.clearance_zone,
@@ -163,7 +157,7 @@ def foreseen_costs(
         )
     )
     return _foreseen_costs(
-        twists, pose, twist, line, times_left(line, limits), *regions.arrays,
+        twists, pose, twist, line, times_left(line, limits), *guidance.regions.arrays,
         star.center, star.bearing_0, star.values, star.near_hits, limits, settings,
     )  # fmt: skip
 

@@ -11,6 +11,7 @@ from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
+from drake_starnav.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
@@ -98,9 +99,7 @@ def control_step(
     pose: np.ndarray,
     twist: np.ndarray,
     errors: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
@@ -111,14 +110,12 @@ def control_step(
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
         errors: from the last command.
-        path: shape (k, 2), way points ahead, W, m; empty: stop.
-        arrives: whether the last way point is the goal.
-        regions: around the robot.
+        guidance: where to go.
         star: what the last scans certify.
         parameters: of the controller.
         robot: its size and limits.
     """
-    direction, desired, errors = desired_twist(pose, twist, errors, path, arrives, regions, star, parameters, robot)
+    direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
     period = 1.0 / parameters.rate
     accepted = True
     if parameters.certificate and parameters.certified_by == "points":
@@ -134,9 +131,7 @@ def desired_twist(
     pose: np.ndarray,
     twist: np.ndarray,
     errors: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
@@ -148,6 +143,7 @@ def desired_twist(
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     clearance = math.inf
+    path = guidance.path
     last = len(path) == 1
     if len(path) and parameters.look_ahead > 0.0:
         needed = needed_distances(star.half_gaps, robot.radius)
@@ -155,10 +151,10 @@ def desired_twist(
         ahead, clearance, last = look_ahead(pose[:2], path, star.hits, needed, parameters.look_ahead, least)
         path = ahead[None, :]
     if len(path):
-        direction, distance = guiding_vector(pose[:2], path, regions, star.near_hits, parameters, robot.radius)
+        direction, distance = guiding_vector(pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius)
     if direction.any():
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
-        stop_at = distance if arrives and last else math.inf
+        stop_at = distance if guidance.arrives and last else math.inf
         if robot.speed_per_clearance > 0.0:
             needed = needed_distances(star.half_gaps, robot.radius)
             clearance = min(clearance, float(clearance_at(pose[0], pose[1], star.hits, needed)))

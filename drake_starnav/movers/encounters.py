@@ -16,6 +16,7 @@ from drake_starnav.control.braking import limits_array
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.predictive import times_left
 from drake_starnav.control.tracking import wrapped_angle
+from drake_starnav.guidance import Guidance
 from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED
 from drake_starnav.movers.foresight import (
@@ -41,7 +42,6 @@ from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.sidestep import sidestep_velocity
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 
 SEGMENT = 5
@@ -106,9 +106,7 @@ def around(
 def encounter(
     pose: np.ndarray,
     twist: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     tracks: Tracks,
     rows: np.ndarray,
@@ -122,9 +120,7 @@ def encounter(
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
-        path: shape (k, 2), way points ahead, W, m; empty: nowhere to go.
-        arrives: whether the last way point is the goal.
-        regions: around the robot.
+        guidance: where to go.
         star: what the last scans certify.
         tracks: of the last scan; those that count are predicted.
         rows: `threats` that the certificate in time counts with.
@@ -134,15 +130,16 @@ def encounter(
     counted = tracks.counted
     course, discs = tracks.course[counted], np.column_stack((tracks.radius, tracks.greatest_speed(movers)))[counted]
     limits = limits_array(robot)
+    path = guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
-    slowdown = controller.goal_slowdown if arrives or not len(path) else np.inf
+    slowdown = controller.goal_slowdown if guidance.arrives or not len(path) else np.inf
     settings = np.array(
         (
             movers.horizon, controller.heading_gain, slowdown, robot.radius,
             movers.margin, movers.caution, movers.comfort,
         )
     )  # fmt: skip
-    static = (*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
+    static = (*guidance.regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
     goal, moving = (line, times_left(line, limits)), (course, discs, age)
     nearest = _along_the_path(pose, twist, static, goal, moving, limits, settings)
     if nearest >= movers.comfort:

@@ -7,13 +7,13 @@ import numpy as np
 from drake_starnav.control.braking import SPEED_SHARES, TURN_SHARES, limits_array
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.tracking import Command, limited_twist
+from drake_starnav.guidance import Guidance
 from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.encounters import encounter
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 
 
@@ -22,9 +22,7 @@ def wary_step(
     pose: np.ndarray,
     twist: np.ndarray,
     errors: np.ndarray,
-    path: np.ndarray,
-    arrives: bool,
-    regions: RegionStack,
+    guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
     robot: RobotParameters,
@@ -44,7 +42,7 @@ def wary_step(
         age: time since then, s.
         movers: what is declared.
     """
-    command = step(pose, twist, errors, path, arrives, regions, star, parameters, robot)
+    command = step(pose, twist, errors, guidance, star, parameters, robot)
     rows = threats(tracks, movers)
     if not len(rows) and not tracks.counted.any():
         return command
@@ -54,7 +52,7 @@ def wary_step(
     rows = near(rows, pose[:2], reach)
 
     if tracks.counted.any():
-        met = encounter(pose, twist, path, arrives, regions, star, tracks, rows, age, parameters, robot, movers)
+        met = encounter(pose, twist, guidance, star, tracks, rows, age, parameters, robot, movers)
         if met.twist is not None:
             return Command(limited_twist(twist, met.twist, robot, period), command.guiding_vector, True, command.errors)
     distance = robot.radius + movers.margin

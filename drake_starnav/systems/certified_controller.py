@@ -10,9 +10,9 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.control import Command, ControllerParameters
 from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.guidance import Guidance
 from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.movers.wary_step import wary_step
-from drake_starnav.roadmap import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
@@ -97,8 +97,8 @@ class CertifiedController(LeafSystem):
         held = context.get_discrete_state()
         twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):
-            now = (pose, twist, errors, guidance.path, guidance.arrives, guidance.regions, star)
-            command = self._command(context, (*now, self._controller, self._robot))
+            now = (pose, twist, errors, guidance, star, self._controller, self._robot)
+            command = self._command(context, now)
         values.set_value(TWIST, command.twist)
         values.set_value(VECTOR, command.guiding_vector)
         values.set_value(ERRORS, command.errors)

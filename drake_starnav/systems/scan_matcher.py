@@ -4,8 +4,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
+from drake_starnav.guidance import Guidance
 from drake_starnav.planar import composed, inverse
-from drake_starnav.roadmap import Guidance, Observation
+from drake_starnav.roadmap import Observation
 from drake_starnav.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.systems.certified_controller import Certificate
 

@@ -4,8 +4,8 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
+from drake_starnav.guidance import Guidance
 from drake_starnav.roadmap import (
-    Guidance,
     Observation,
     PlannerParameters,
     PlannerState,

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 
 from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.control.modulation import modulated_direction, nearest_point_direction
+from drake_starnav.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
@@ -81,8 +82,8 @@ def test_the_pid_follows_its_formula(heading):
     )  # so that the limits do not show
     twist, errors = np.array((0.2, 0.0)), np.array((0.7, heading))
     command = control_step(
-        np.zeros(3), twist, errors, 3.0 * unit(heading)[None, :], False, RegionStack.of(()), SafetyStar.none(),
-        parameters, robot,
+        np.zeros(3), twist, errors, Guidance(3.0 * unit(heading)[None, :], False, RegionStack.of(())),
+        SafetyStar.none(), parameters, robot,
     )  # fmt: skip
     error = np.array((min(1.0, 0.5 / max(abs(heading), 1e-6)) - 0.2, heading))
     rate = 40.0 * (error - errors)

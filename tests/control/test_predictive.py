@@ -20,6 +20,7 @@ from drake_starnav.control.predictive import (
     turning_time,
 )
 from drake_starnav.control.tracking import CREEP_SPEED, PASSED_DISTANCE, desired_twist
+from drake_starnav.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
@@ -127,7 +128,7 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
 def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     twists = candidates(twist, np.array((0.3, 1.0)), PARAMETERS, ROBOT)[::7]
-    cost = foreseen_costs(twists, pose, twist, path, arrives, regions, star, PARAMETERS, ROBOT)
+    cost = foreseen_costs(twists, pose, twist, Guidance(path, arrives, regions), star, PARAMETERS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
 
@@ -136,14 +137,15 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 @given(seeds, st.booleans())
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
-    _, reactive, _ = desired_twist(pose, twist, np.zeros(2), path, arrives, regions, star, PARAMETERS, ROBOT)
-    v, omega, accepted = predictive_twist(pose, twist, reactive, path, arrives, regions, star, PARAMETERS, ROBOT)
+    guidance = Guidance(path, arrives, regions)
+    _, reactive, _ = desired_twist(pose, twist, np.zeros(2), guidance, star, PARAMETERS, ROBOT)
+    v, omega, accepted = predictive_twist(pose, twist, reactive, guidance, star, PARAMETERS, ROBOT)
     if accepted:
         assert certified(pose, twist, np.array((v, omega)), PERIOD, LIMITS, star)
     else:
         assert (v, omega, accepted) == certified_twist(pose, twist, reactive, PERIOD, LIMITS, star)
         assert v == 0.0
-    again = predictive_twist(pose, twist, reactive, path, arrives, regions, star, PARAMETERS, ROBOT)
+    again = predictive_twist(pose, twist, reactive, guidance, star, PARAMETERS, ROBOT)
     assert again == (v, omega, accepted)
 
 
@@ -158,7 +160,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
             regions, star, memory = known_from(world, pose, memory)
         if k % 100 == 0:
             path = rng.uniform(-3.0, 3.0, (2, 2))
-        command = predictive_step(pose, twist, np.zeros(2), path, False, regions, star, PARAMETERS, ROBOT)
+        command = predictive_step(pose, twist, np.zeros(2), Guidance(path, False, regions), star, PARAMETERS, ROBOT)
         v, omega = 0.5 * (twist + command.twist)
         middle = pose[2] + 0.5 * omega * PERIOD
         pose = pose + PERIOD * np.array((v * math.cos(middle), v * math.sin(middle), omega))
@@ -171,8 +173,8 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
 @given(st.floats(-3.1, 3.1), st.floats(0.3, 3.0), st.booleans())
 def test_in_the_open_it_sets_out_at_once_and_in_the_right_direction(heading, away, arrives):
     path = away * np.array([[math.cos(heading), math.sin(heading)]])
-    command = predictive_step(np.zeros(3), np.zeros(2), np.zeros(2), path, arrives, RegionStack.of([WIDE]), OPEN,
-                              PARAMETERS, ROBOT)  # fmt: skip
+    guidance = Guidance(path, arrives, RegionStack.of([WIDE]))
+    command = predictive_step(np.zeros(3), np.zeros(2), np.zeros(2), guidance, OPEN, PARAMETERS, ROBOT)
     assert command.certified
     v, omega = command.twist
     assert v > 0.0 or omega * heading > 0.0
@@ -185,13 +187,14 @@ WIDE = smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)
 def test_without_a_path_or_sight_the_law_decides():
     twist, wanted = np.array((0.4, 0.1)), np.array((0.7, -0.5))
     for path in (np.zeros((0, 2)), np.array([[3.0, 0.0]])):
-        chosen = predictive_twist(np.zeros(3), twist, wanted, path, False, NOWHERE, OPEN, PARAMETERS, ROBOT)
+        chosen = predictive_twist(np.zeros(3), twist, wanted, Guidance(path, False, NOWHERE), OPEN, PARAMETERS, ROBOT)
         assert chosen == (0.7, -0.5, True)
 
 
 def test_without_certificate_the_best_candidate_is_taken_even_into_the_unseen():
     free = ControllerParameters(kind="mpc", certificate=False)
-    arguments = (np.zeros(3), np.zeros(2), np.zeros(2), np.array([[3.0, 0.0]]), False, RegionStack.of([WIDE]))
+    guidance = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of([WIDE]))
+    arguments = (np.zeros(3), np.zeros(2), np.zeros(2), guidance)
     assert predictive_step(*arguments, SafetyStar.none(), free, ROBOT).twist[0] > 0.0
     assert predictive_step(*arguments, SafetyStar.none(), PARAMETERS, ROBOT).twist[0] == 0.0
 

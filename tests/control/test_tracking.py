@@ -15,6 +15,7 @@ from drake_starnav.control.tracking import (
     guiding_vector,
     limited_twist,
 )
+from drake_starnav.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
@@ -35,9 +36,7 @@ def step(
         np.array(pose),
         np.array(twist),
         np.zeros(2),
-        np.array(path).reshape(-1, 2),
-        arrives,
-        RegionStack.of(()),
+        Guidance(np.array(path).reshape(-1, 2), arrives, RegionStack.of(())),
         star,
         parameters,
         ROBOT,
@@ -109,7 +108,7 @@ def test_the_robot_arrives_in_the_open(tracking, seed):
     nearest = np.inf
     for _ in range(1500):
         before = twist
-        command = control_step(pose, twist, errors, path, True, RegionStack.of(()), OPEN, parameters, ROBOT)
+        command = control_step(pose, twist, errors, Guidance.along(path), OPEN, parameters, ROBOT)
         twist, errors = command.twist, command.errors
         assert np.abs(twist - before)[0] <= PERIOD * ROBOT.max_acceleration + 1e-12
         pose = pose + PERIOD * np.array((twist[0] * math.cos(pose[2]), twist[0] * math.sin(pose[2]), twist[1]))
@@ -176,7 +175,7 @@ def test_clearance_limits_the_speed_if_the_robot_says_so():
         twist = np.zeros(2)
         for _ in range(200):
             twist = control_step(
-                np.zeros(3), twist, np.zeros(2), np.array(((5.0, 0.0),)), False, RegionStack.of(()),
+                np.zeros(3), twist, np.zeros(2), Guidance(np.array(((5.0, 0.0),)), False, RegionStack.of(())),
                 near(0.0, careful.radius + clearance), PARAMETERS, careful,
             ).twist  # fmt: skip
         assert twist[0] == pytest.approx(speed)

@@ -58,10 +58,9 @@ def drive(
             star = safety_star(memory, scan, distance, pose, safe, CONTROLLER.safety_range, PLANNER)
             seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
             plan = plan_step(plan, seen, pose[:2], goal, time, PLANNER, ROBOT.radius)
-        to = plan.guidance
         age = time - known.tracks.time
         command = wary_step(
-            control_step, pose, twist, errors, to.path, to.arrives, to.regions, star, CONTROLLER, ROBOT,
+            control_step, pose, twist, errors, plan.guidance, star, CONTROLLER, ROBOT,
             tracks=known.tracks, age=age, movers=movers,
         )  # fmt: skip
         pose = moved(pose, 0.5 * (twist + command.twist), tick)

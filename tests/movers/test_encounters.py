@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import limits_array
+from drake_starnav.guidance import Guidance
 from drake_starnav.movers.certificate import stays_clear, threats
 from drake_starnav.movers.course import courses
 from drake_starnav.movers.encounters import Encounter, around, encounter, manoeuvres
@@ -60,7 +61,7 @@ def met(
     star: SafetyStar | None = None,
 ) -> Encounter:
     regions, seen = known()
-    now = (np.zeros(3), np.array(twist), path, True, regions, star or seen, tracks, threats(tracks, MOVERS))
+    now = (np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen, tracks, threats(tracks, MOVERS))
     return encounter(*now, 0.0, CONTROLLER, ROBOT, MOVERS)
 
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import Command, control_step
+from drake_starnav.guidance import Guidance
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.movers.wary_step import wary_step
-from drake_starnav.roadmap import Guidance
 from drake_starnav.stars.safety import SafetyStar
 from tests.movers.loop import CONTROLLER, ROBOT, drive, pacing
 from tests.movers.scenes import Scene, hall, straight
@@ -62,18 +62,16 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
 
 def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
     told = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
-    nowhere = Guidance.none()
-    now = (np.zeros(3), np.zeros(2), np.zeros(2), nowhere.path, nowhere.arrives, nowhere.regions, SafetyStar.none())
+    now = (np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
     assert wary_step(lambda *_: told, *now, CONTROLLER, ROBOT, tracks=Tracks(), age=0.0, movers=STRICT) is told
 
 
 def test_it_brakes_where_nothing_can_be_certified() -> None:
-    nowhere = Guidance.none()
     angle = np.linspace(0.0, 2.0 * math.pi, 90)
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
     tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
-    now = (np.zeros(3), twist, np.zeros(2), nowhere.path, nowhere.arrives, nowhere.regions, SafetyStar.none())
+    now = (np.zeros(3), twist, np.zeros(2), Guidance.none(), SafetyStar.none())
     command = wary_step(control_step, *now, CONTROLLER, ROBOT, tracks=tracks, age=0.0, movers=STRICT)
     assert not command.certified
     assert math.isclose(command.twist[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

@@ -1,0 +1,46 @@
+"""What any planner tells the controller."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.planar import placed
+from drake_starnav.stars.region import RegionStack, StarRegion
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """What the controller needs from any planner. Immutable; W, m.
+
+    Attributes:
+        path: shape (k, 2), way points ahead; the first is the short-term goal. Empty: stand still.
+        arrives: whether the last way point is the goal, to stop at.
+        regions: star-shaped regions of the roadmap, for the modulation.
+    """
+
+    path: np.ndarray
+    arrives: bool
+    regions: RegionStack
+
+    def __deepcopy__(self, memo: dict) -> "Guidance":
+        return self
+
+    @staticmethod
+    def none() -> "Guidance":
+        """Stand still."""
+        return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
+
+    @staticmethod
+    def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
+        """Follow a path to its end, and stop there: for who plans by other means.
+
+        Args:
+            path: shape (k, 2), way points ahead, W, m.
+            regions: around the robot, for the modulation; without them it drives straight to the next way point.
+        """
+        return Guidance(np.array(path, dtype=float).reshape(-1, 2), True, RegionStack.of(tuple(regions)))
+
+    def moved(self, frame: np.ndarray) -> "Guidance":
+        """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame))
