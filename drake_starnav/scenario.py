@@ -265,15 +265,18 @@ def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
     kind = WORLD_KINDS.get(world.tag) if isinstance(world, _Tagged) else None
     for field_ in dataclasses.fields(kind) if kind else ():
         if field_.metadata.get("path"):
-            _make_absolute(world, field_.name, folder)
+            _make_absolute(world, "world", field_.name, folder)
     if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
-        _make_absolute(robot, "model", folder)
+        _make_absolute(robot, "robot", "model", folder)
 
 
-def _make_absolute(mapping: Any, key: str, folder: Path) -> None:
+def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
     value = mapping.get(key)
     if isinstance(value, str) and value and "://" not in value:
-        mapping[key] = str((folder / Path(value).expanduser()).resolve())
+        try:
+            mapping[key] = str((folder / Path(value).expanduser()).resolve())
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
+            raise StarnavError(f"{section}.{key} is {value!r} ({error}); allowed: the path of a file") from None
 
 
 def _world(mapping: Any, place: str) -> Any:

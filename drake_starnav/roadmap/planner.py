@@ -28,6 +28,8 @@ GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 KNOWN_WITHIN = 2.0
 """Ground that a node of an earlier goal covers needs no other within so many times the node spacing."""
+BESIDE = 0.1
+"""Nearer than this to such a node, the ground is known even where nothing is free beyond the margin, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -183,13 +185,13 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
 
 
 def _on_known_ground(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot is near a node of an earlier goal, and in its region."""
-    stack, distance = state.roadmap.stack, KNOWN_WITHIN * parameters.node_spacing
-    near = np.flatnonzero(np.hypot(*(stack.center - position).T) <= distance)
+    """Whether the robot is beside a node of an earlier goal, or near one and in its region."""
+    stack = state.roadmap.stack
+    away = np.hypot(*(stack.center - position).T)
     return any(
         state.roadmap.scans[k][0].time <= state.known_until
-        and covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position)
-        for k in near
+        and (away[k] < BESIDE or covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position))
+        for k in np.flatnonzero(away <= KNOWN_WITHIN * parameters.node_spacing)
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.roadmap.planner import KNOWN_WITHIN
+from drake_starnav.roadmap.planner import BESIDE, KNOWN_WITHIN, node_is_due
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.roadmap.search import LINE_STEP
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
@@ -206,6 +206,19 @@ def test_on_ground_known_from_an_earlier_goal_no_node_is_added():
     assert states[-1].status is PlannerStatus.APPROACHING and len(states[-1].roadmap) == len(there.roadmap)
     forgotten = dataclasses.replace(there, known_until=-np.inf)
     assert len(drive(back, PARAMETERS, steps=200, begin=forgotten)[-1].roadmap) > len(there.roadmap)
+
+
+def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
+    half = RADIUS + 0.5 * PARAMETERS.margin
+    world = World("slot", (0, 0, 0), (0.5, 0), bounds=(-1.0, -half, 2.0, half))
+    there = drive(world, PARAMETERS, steps=1)[-1].with_new_goal()
+    there = dataclasses.replace(there, node_position=np.array((3.0, 0.0)))
+    place = np.array((0.02, 0.01))
+    scan = cast(world, np.array((*place, 0.0)))
+    region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
+    assert not there.roadmap.regions[0].contains(place)
+    assert not node_is_due(there, region, place, PARAMETERS)
+    assert node_is_due(there, region, place + (2.0 * BESIDE, 0.0), PARAMETERS)
 
 
 def test_where_nodes_were_dropped_new_ones_are_not_taken_for_ground_known_from_an_earlier_goal():
