@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def record(options: argparse.Namespace) -> int:
-    """What `main` does with its options; returns the exit code."""
+    """Store the files, and write the texts or name those out of date; returns the exit code."""
     if options.file and not options.check:
         store(options.file)
     outdated = {path: text for path, text in texts().items() if stale(path, text)}
