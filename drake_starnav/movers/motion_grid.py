@@ -3,7 +3,8 @@
 A hit lies on something that moves if its cell was seen free before and a hit of a neighbouring beam says the same (a
 tip or a post thinner than the distance between two beams is now missed and now hit). It lies on something that stays if
 a cell at or beside it has been hit for long enough without being seen free in between. Before either is known, a hit
-belongs to something that stays if it is part of a surface that is wider than anything that moves.
+belongs to something that stays if it is part of a surface that is wider than anything that moves, or of one that is
+known to stay elsewhere: as the robot drives by, more and more of it comes into view.
 """
 
 import math
@@ -78,11 +79,15 @@ class MotionGrid:
             parameters: static_after, max_radius.
         """
         x, y, yaw = pose
-        wide = _wide(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, 2.0 * parameters.max_radius)
-        return _told(
+        lasting, freed = _looked_up(
             self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
-            scan.angle_increment, scan.distances, scan.hits, wide, scan.time, parameters.static_after,
+            scan.angle_increment, scan.distances, scan.hits, scan.time, parameters.static_after,
         )  # fmt: skip
+        widest = 2.0 * parameters.max_radius
+        stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, lasting)
+        moves = freed & ~lasting
+        moves &= np.roll(moves, 1) | np.roll(moves, -1)
+        return np.where(moves, MOVES, np.where(scan.hits & ~(lasting | (stays & ~freed)), UNKNOWN, STAYS))
 
     def walls(self, time: float, parameters: MoverParameters) -> np.ndarray:
         """Middles of the cells that have stayed hit for `static_after` at a time (s), shape (n, 2), W, m."""
@@ -123,8 +128,8 @@ def connected(distance, hit, k, j, increment):
 
 
 @njit(cache=True)
-def _wide(distance, hit, increment, wrap, width):
-    """Which hits are part of a run of connected hits with ends farther apart than `width`."""
+def _on_what_stays(distance, hit, increment, wrap, width, lasting):
+    """Which hits are part of a run of connected ones that is wider than `width`, or in which a hit is `lasting`."""
     n = len(distance)
     out = np.zeros(n, np.bool_)
     start = -1
@@ -144,18 +149,20 @@ def _wide(distance, hit, increment, wrap, width):
         if hit[first]:
             count = (before - first) % n
             a, b = distance[first], distance[before]
-            chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(count * increment), 0.0))
-            if chord > width:
-                for m in range(count + 1):
-                    out[(first + m) % n] = True
+            stays = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(count * increment), 0.0)) > width
+            for m in range(count + 1):
+                stays = stays or lasting[(first + m) % n]
+            for m in range(count + 1):
+                out[(first + m) % n] = stays
         first = k
     return out
 
 
 @njit(cache=True)
-def _told(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, wide, time, lasting):
+def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time, lasting):
+    """Which beams hit where something has stayed for long enough, or outside the grid, and which where it was free."""
     n, cells = len(distance), len(first_hit)
-    out = np.full(n, STAYS)
+    stays, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for k in range(n):
         if not hit[k]:
             continue
@@ -163,25 +170,15 @@ def _told(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increme
         i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
         j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
         if not (1 <= i < cells - 1 and 1 <= j < cells - 1):
+            stays[k] = True
             continue
-        stays = False
+        freed[k] = seen_free[i, j] >= 0.0
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
                 since = first_hit[a, b]
                 if since >= 0.0 and time - since >= lasting and last_hit[a, b] - since >= HIT_SHARE * lasting:
-                    stays = True
-        if stays:
-            continue
-        if seen_free[i, j] >= 0.0:
-            out[k] = MOVES
-        elif not wide[k]:
-            out[k] = UNKNOWN
-    lonely = np.zeros(n, np.bool_)
-    for k in range(n):
-        beside = out[k - 1] == MOVES or out[(k + 1) % n] == MOVES
-        lonely[k] = out[k] == MOVES and not beside
-    out[lonely] = UNKNOWN
-    return out
+                    stays[k] = True
+    return stays, freed
 
 
 @njit(cache=True)

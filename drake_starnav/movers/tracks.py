@@ -155,7 +155,7 @@ def updated(
         before.position[k] += (kept - before.radius[k]) / max(math.hypot(*away), 1e-9) * away
         center = fitted_center(points[run], before.position[k], kept)
         noise = NOISE + NOISE_PER_RANGE * float(scan.distances[run].min())
-        state, variance = _corrected(before, k, center, noise)
+        state, variance = _corrected(before, k, center, noise, parameters.max_speed)
         smoothed = before.motion[k] + MOTION_GAIN * (share - before.motion[k])
         pace = max(math.hypot(state[2], state[3]), before.pace[k] - PACE_DECAY * (scan.time - tracks.time))
         rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, pace))
@@ -228,11 +228,14 @@ def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks) -> 
     return partner
 
 
-def _corrected(tracks: Tracks, k: int, center: np.ndarray, noise: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """State (x, y, vx, vy) and variances of a predicted track after its centre was measured."""
+def _corrected(
+    tracks: Tracks, k: int, center: np.ndarray, noise: float, max_speed: float
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """State (x, y, vx, vy) and variances of a predicted track once its centre was measured; no faster than declared."""
     p, c, v = tracks.variance[k]
     total = p + noise * noise
     gain_p, gain_v = p / total, c / total
     miss = center - tracks.position[k]
     position, velocity = tracks.position[k] + gain_p * miss, tracks.velocity[k] + gain_v * miss
+    velocity *= min(1.0, max_speed / max(math.hypot(*velocity), 1e-9))
     return (*position, *velocity), ((1.0 - gain_p) * p, (1.0 - gain_p) * c, v - gain_v * c)

@@ -80,3 +80,48 @@ def test_an_update_leaves_the_grid_before_it_alone() -> None:
     before = grid.first_hit.copy()
     assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3)).first_hit != before).any()
     np.testing.assert_array_equal(grid.first_hit, before)
+
+
+def test_the_far_side_of_what_stays_stays_too_as_it_comes_into_view() -> None:
+    scene = Scene(hall((2.0, 0.7, 0.3)), (), lambda t: np.zeros((0, 2)))
+    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.zeros(3)
+    looking = math.ceil(MOVERS.static_after / PERIOD)
+    for k in range(looking + round(4.0 / 0.8 / PERIOD)):
+        scan = scene.scan(k * PERIOD, pose)
+        motion = grid.told(scan, pose, MOVERS)
+        if k > looking:
+            points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
+            column = np.hypot(*(points - (2.0, 0.7)).T) < 0.3 + 1e-6
+            assert (motion[column] == STAYS).all(), f"at {pose.round(2)}"
+        grid = grid.updated(scan, pose)
+        if k > looking:
+            pose = moved(pose, np.array((0.8, 0.0)), PERIOD)
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.1])
+def test_what_passes_close_by_what_stays_is_noticed(gap: float) -> None:
+    scene = Scene(hall((1.5, 0.9, 0.3)), (0.25,), straight((0.0, 0.35 - gap), (0.5, 0.0)))
+    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.array((1.5, -1.0, 1.5))
+    for k in range(120):
+        time = k * PERIOD
+        scan = scene.scan(time, pose)
+        motion = grid.told(scan, pose, MOVERS)
+        points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
+        own = np.hypot(*(points - scene.at(time)[0]).T) < 0.25 + 1e-6
+        if time > MOVERS.static_after:
+            assert (motion[own] == MOVES).mean() > 0.6
+        grid = grid.updated(scan, pose)
+
+
+def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
+    """It goes where it has hidden the view, so that nothing there was seen free."""
+    scene = Scene(hall(), (0.25,), lambda t: np.array(((1.2 + 0.5 * max(t - 2.5, 0.0), 0.0),)))
+    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.zeros(3)
+    for k in range(90):
+        scan = scene.scan(k * PERIOD, pose)
+        motion = grid.told(scan, pose, MOVERS)
+        points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
+        own = np.hypot(*(points - scene.at(k * PERIOD)[0]).T) < 0.25 + 1e-6
+        if k * PERIOD > 2.5 + 0.2 / 0.5:
+            assert (motion[own] != STAYS).all()
+        grid = grid.updated(scan, pose)

@@ -118,6 +118,13 @@ def test_a_disc_that_turns_back_is_not_taken_to_be_slow() -> None:
         assert known.tracks.greatest_speed(MOVERS)[only_one(known.tracks, back(time)[0])] > 0.6
 
 
+def test_no_track_is_faster_than_declared_even_if_it_has_taken_one_disc_for_another() -> None:
+    scene = Scene(hall(), (0.25,), lambda t: np.array(((1.8, 0.0 if t < 1.0 else 0.24),)))
+    for time in np.arange(0.8, 1.5, PERIOD):
+        known, _ = tracked(scene, float(time))
+        assert np.hypot(*known.tracks.velocity.T).max() <= MOVERS.max_speed + 1e-9
+
+
 def test_a_disc_out_of_sight_is_forgotten_and_one_that_is_gone_sooner() -> None:
     gone = Scene(hall(), (0.25,), lambda t: np.array(((1.5, 0.5 * t - 0.5 if t < 1.0 else 100.0),)))
     assert tracked(gone, 0.95)[0].tracks.counted.sum() == 1
