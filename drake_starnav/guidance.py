@@ -8,6 +8,9 @@ import numpy as np
 from drake_starnav.planar import placed
 from drake_starnav.stars.region import RegionStack, StarRegion
 
+PASSED_DISTANCE = 0.06
+"""A way point this near has been passed, m."""
+
 
 @dataclass(frozen=True)
 class Guidance:

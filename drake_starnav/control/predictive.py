@@ -29,13 +29,12 @@ from drake_starnav.control.braking import certified_twist, limited, limits_array
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.tracking import (
     CREEP_SPEED,
-    PASSED_DISTANCE,
     Command,
     desired_twist,
     limited_twist,
     wrapped_angle,
 )
-from drake_starnav.guidance import Guidance
+from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack, covers, first_cover, segment_covered
 from drake_starnav.stars.safety import SafetyStar

@@ -11,13 +11,11 @@ from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
-from drake_starnav.guidance import Guidance
+from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 
-PASSED_DISTANCE = 0.06
-"""A way point this near has been passed, m."""
 CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
 LOOK_AHEAD_SPARE = 0.004

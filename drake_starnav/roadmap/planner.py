@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from drake_starnav.guidance import PASSED_DISTANCE
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
@@ -14,8 +15,6 @@ from drake_starnav.stars.region import StarRegion, covers, first_cover, scan_reg
 
 OUTSIDE_TOLERANCE = 0.03
 """The robot counts as having left the regions only when this far outside, m."""
-PASSED_DISTANCE = 0.06
-"""A way point this near has been passed, m."""
 AT_GOAL = 0.3
 """A robot this near to its goal is there, m."""
 SILENT_SHARE = 0.5

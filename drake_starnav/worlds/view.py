@@ -1,4 +1,4 @@
-"""What a planar lidar sees of a world, without a simulator: for figures, benchmarks and examples."""
+"""What a planar lidar sees of all that stands in a world, without a simulator: for figures, benchmarks and examples."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -19,8 +19,8 @@ from drake_starnav.control.predictive import (
     predictive_twist,
     turning_time,
 )
-from drake_starnav.control.tracking import CREEP_SPEED, PASSED_DISTANCE, desired_twist
-from drake_starnav.guidance import Guidance
+from drake_starnav.control.tracking import CREEP_SPEED, desired_twist
+from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.parameters import StarParameters

@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.tracking import (
     CREEP_SPEED,
-    PASSED_DISTANCE,
     Command,
     control_step,
     guiding_vector,
     limited_twist,
 )
-from drake_starnav.guidance import Guidance
+from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
