@@ -87,7 +87,8 @@ class MotionGrid:
         stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, lasting)
         moves = freed & ~lasting
         moves &= np.roll(moves, 1) | np.roll(moves, -1)
-        return np.where(moves, MOVES, np.where(scan.hits & ~(lasting | (stays & ~freed)), UNKNOWN, STAYS))
+        unknown = scan.hits & ~lasting & (freed | ~stays)
+        return np.where(moves, MOVES, np.where(unknown, UNKNOWN, STAYS))
 
     def walls(self, time: float, parameters: MoverParameters) -> np.ndarray:
         """Middles of the cells that have stayed hit for `static_after` at a time (s), shape (n, 2), W, m."""
