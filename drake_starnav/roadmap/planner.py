@@ -27,7 +27,7 @@ GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 NEW_SHARE = 0.01
 """A region of whose area no more than this share is new makes no node."""
-PROBE_SEEN_AFTER = 0.15
+PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
 
