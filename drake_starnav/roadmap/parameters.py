@@ -33,7 +33,7 @@ class PlannerParameters(StarParameters):
     )
     node_spacing: float = parameter(
         0.7,
-        "distance driven after which a node is added if it sees something new",
+        "distance driven after which a node is added",
         unit="m",
         above=0.0,
         high=20.0,

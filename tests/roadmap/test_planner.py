@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.roadmap.planner import PROBE_SEEN_AFTER, node_is_due
-from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.roadmap.planner import BESIDE, KNOWN_WITHIN, node_is_due
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.roadmap.search import LINE_STEP
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import first_cover, scan_region, segment_covered
@@ -186,26 +186,26 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
     assert len(unseen.roadmap) == 1 and not len(unseen.roadmap.retired) and not len(unseen.roadmap.blocked)
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
-    assert len(arrived.roadmap) == 1 and not len(arrived.roadmap.blocked)
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.blocked)
 
 
-def test_where_there_is_something_new_nodes_are_added_every_node_spacing_and_where_the_target_is_seen():
-    world = World("corridor", (0, 0, 0), (12.0, 0), bounds=(-1.0, -0.6, 20.0, 0.6))
-    states = drive(world, PARAMETERS, steps=600)
-    apart = np.hypot(*np.diff(states[-1].roadmap.stack.center, axis=0).T)
-    assert (apart > PROBE_SEEN_AFTER).all() and (apart < PARAMETERS.node_spacing + 0.05).all()
-    assert apart.sum() > 10.0
+def test_nodes_are_added_every_node_spacing():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    states = drive(world, PARAMETERS, steps=200)
+    centers = states[-1].roadmap.stack.center
+    assert len(centers) == 1 + int(4.0 / PARAMETERS.node_spacing)
+    assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
 
 
-def test_where_nothing_is_new_no_node_is_added():
-    world = World("corridor", (0, 0, 0), (12.0, 0), bounds=(-1.0, -0.6, 20.0, 0.6))
-    there = drive(world, PARAMETERS, steps=600)[-1].with_new_goal()
+def test_on_ground_known_from_an_earlier_goal_no_node_is_added():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    there = drive(world, PARAMETERS, steps=200)[-1].with_new_goal()
     assert there.status is PlannerStatus.WAITING and there.target is None
-    back = dataclasses.replace(world, start=(12.0, 0, 0), goal=(0.0, 0.0))
-    states = drive(back, PARAMETERS, steps=600, begin=there)
+    back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
+    states = drive(back, PARAMETERS, steps=200, begin=there)
     assert states[-1].status is PlannerStatus.APPROACHING and len(states[-1].roadmap) == len(there.roadmap)
-    forgotten = dataclasses.replace(there, roadmap=StarRoadmap.empty(PARAMETERS, RADIUS))
-    assert len(drive(back, PARAMETERS, steps=600, begin=forgotten)[-1].roadmap) > 10
+    forgotten = dataclasses.replace(there, known_until=-np.inf)
+    assert len(drive(back, PARAMETERS, steps=200, begin=forgotten)[-1].roadmap) > len(there.roadmap)
 
 
 def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
@@ -218,21 +218,20 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
     assert not there.roadmap.regions[0].contains(place)
     assert not node_is_due(there, region, place, PARAMETERS)
+    assert node_is_due(there, region, place + (2.0 * BESIDE, 0.0), PARAMETERS)
 
 
-def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
-    parameters = dataclasses.replace(PARAMETERS, contradiction=0.2)
-    world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = drive(world, parameters, steps=1)[-1]
-    place = np.array((1.0, 0.0))
-    for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
-        scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
-        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, parameters)
-        seen = Observation(region, scan, np.array((*place, 0.0)))
-        assert not node_is_due(there, region, place, parameters)
-        after = plan_step(there, seen, place, np.array(world.goal), 1.0, parameters, RADIUS)
-        assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
-        assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
+def test_where_nodes_were_dropped_new_ones_are_not_taken_for_ground_known_from_an_earlier_goal():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    there = drive(world, PARAMETERS, steps=200)[-1].with_new_goal()
+    *dropped, last = zip(there.roadmap.regions, there.roadmap.scans, strict=True)
+    rest = extended(StarRoadmap.empty(PARAMETERS, RADIUS), last[0], *last[1], PARAMETERS, RADIUS)
+    back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
+    states = drive(back, PARAMETERS, steps=200, begin=dataclasses.replace(there, roadmap=rest))
+    beyond = states[-1].roadmap.stack.center[:, 0]
+    beyond = beyond[beyond < last[0].center[0] - KNOWN_WITHIN * PARAMETERS.node_spacing]
+    assert len(dropped) > 3 and len(beyond) > 2
+    assert np.abs(np.diff(beyond)).max() < 1.5 * PARAMETERS.node_spacing
 
 
 def test_guidance_hands_on_the_path_and_the_regions():
