@@ -79,22 +79,21 @@ class MotionGrid:
             parameters: static_after, max_radius.
         """
         x, y, yaw = pose
-        lasting, freed = _looked_up(
+        stands, freed = _looked_up(
             self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
             scan.angle_increment, scan.distances, scan.hits, scan.time, parameters.static_after,
         )  # fmt: skip
         widest = 2.0 * parameters.max_radius
-        stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, lasting)
-        moves = freed & ~lasting
+        stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
+        moves = freed & ~stands
         moves &= np.roll(moves, 1) | np.roll(moves, -1)
-        unknown = scan.hits & ~lasting & (freed | ~stays)
+        unknown = scan.hits & ~stands & (freed | ~stays)
         return np.where(moves, MOVES, np.where(unknown, UNKNOWN, STAYS))
 
     def walls(self, time: float, parameters: MoverParameters) -> np.ndarray:
         """Middles of the cells that have stayed hit for `static_after` at a time (s), shape (n, 2), W, m."""
-        lasting = parameters.static_after
-        stays = (self.first_hit >= 0.0) & (self.last_hit - self.first_hit >= HIT_SHARE * lasting)
-        return (np.argwhere(stays & (time - self.first_hit >= lasting)) + self.first + 0.5) * self.cell
+        standing = _stands(self.first_hit, self.last_hit, time, parameters.static_after)
+        return (np.argwhere(standing) + self.first + 0.5) * self.cell
 
     def updated(self, scan: LaserScan, pose: np.ndarray) -> "MotionGrid":
         """The grid with one more scan; arguments as for `told`."""
@@ -129,8 +128,8 @@ def connected(distance, hit, k, j, increment):
 
 
 @njit(cache=True)
-def _on_what_stays(distance, hit, increment, wrap, width, lasting):
-    """Which hits are part of a run of connected ones that is wider than `width`, or in which a hit is `lasting`."""
+def _on_what_stays(distance, hit, increment, wrap, width, stands):
+    """Which hits are part of a run of connected ones that is wider than `width`, or of which one certainly `stands`."""
     n = len(distance)
     out = np.zeros(n, np.bool_)
     start = -1
@@ -152,7 +151,7 @@ def _on_what_stays(distance, hit, increment, wrap, width, lasting):
             a, b = distance[first], distance[before]
             stays = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(count * increment), 0.0)) > width
             for m in range(count + 1):
-                stays = stays or lasting[(first + m) % n]
+                stays = stays or stands[(first + m) % n]
             for m in range(count + 1):
                 out[(first + m) % n] = stays
         first = k
@@ -160,10 +159,16 @@ def _on_what_stays(distance, hit, increment, wrap, width, lasting):
 
 
 @njit(cache=True)
+def _stands(first_hit, last_hit, time, lasting):
+    """Whether something has stayed in a cell, or in each of an array of cells, for long enough."""
+    return (first_hit >= 0.0) & (time - first_hit >= lasting) & (last_hit - first_hit >= HIT_SHARE * lasting)
+
+
+@njit(cache=True)
 def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time, lasting):
-    """Which beams hit where something has stayed for long enough, or outside the grid, and which where it was free."""
+    """Which beams hit something that stands in or beside their cell, or outside the grid; and which what was free."""
     n, cells = len(distance), len(first_hit)
-    stays, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for k in range(n):
         if not hit[k]:
             continue
@@ -171,15 +176,13 @@ def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, in
         i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
         j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
         if not (1 <= i < cells - 1 and 1 <= j < cells - 1):
-            stays[k] = True
+            stands[k] = True
             continue
         freed[k] = seen_free[i, j] >= 0.0
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
-                since = first_hit[a, b]
-                if since >= 0.0 and time - since >= lasting and last_hit[a, b] - since >= HIT_SHARE * lasting:
-                    stays[k] = True
-    return stays, freed
+                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time, lasting)
+    return stands, freed
 
 
 @njit(cache=True)

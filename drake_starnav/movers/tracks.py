@@ -123,7 +123,7 @@ def updated(
         scan: the latest, in S.
         motion: shape (n,), as from `MotionGrid.told`.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: max_radius, agility, horizon, hidden.
+        parameters: max_speed, max_radius, agility, horizon, hidden.
         walls: shape (m, 2), points that stay, W, m.
     """
     before = _predicted(tracks, scan.time, parameters.agility)

@@ -1,6 +1,7 @@
 """What stays is never taken to move, and what moves is noticed."""
 
 import math
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -44,20 +45,31 @@ def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     assert (grid.told(scene.scan((k + 1) * PERIOD, pose), pose, MOVERS) == STAYS).all()
 
 
+def looks(
+    scene: Scene, count: int, pose_at: Callable[[float], tuple[float, float, float]] = lambda _: (0.0, 0.0, 0.0)
+) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """The time of each scan, where its beams end, shape (n, 2), W, and what the grid tells of them."""
+    grid = MotionGrid.about(np.array(pose_at(0.0)[:2]), MOVERS.cell)
+    for time in PERIOD * np.arange(count):
+        pose = np.array(pose_at(time))
+        scan = scene.scan(time, pose)
+        motion = grid.told(scan, pose, MOVERS)
+        yield time, scan.points_at(scan.distances, np.ones(len(motion), bool), pose), motion
+        grid = grid.updated(scan, pose)
+
+
+def on_disc(points: np.ndarray, center: np.ndarray | tuple[float, float], radius: float) -> np.ndarray:
+    return np.hypot(*(points - center).T) < radius + 1e-6
+
+
 @pytest.mark.parametrize("velocity", [(-0.3, 0.0), (0.0, 0.3), (0.5, -0.5)])
 def test_what_moves_is_noticed(velocity: tuple[float, float]) -> None:
     scene = Scene(hall(), (0.25,), straight((1.5, 0.5), velocity))
-    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.zeros(3)
-    for k in range(40):
-        time = k * PERIOD
-        scan = scene.scan(time, pose)
-        motion = grid.told(scan, pose, MOVERS)
-        points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
-        own = np.hypot(*(points - scene.at(time)[0]).T) < 0.25 + 1e-6
+    for time, points, motion in looks(scene, 40):
+        own = on_disc(points, scene.at(time)[0], 0.25)
         if time * math.hypot(*velocity) > 0.3:  # it has left the cells where it was seen first
             assert (motion[own] == MOVES).any()
         assert (motion[~own] != MOVES).all()
-        grid = grid.updated(scan, pose)
 
 
 def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
@@ -84,44 +96,24 @@ def test_an_update_leaves_the_grid_before_it_alone() -> None:
 
 def test_the_far_side_of_what_stays_stays_too_as_it_comes_into_view() -> None:
     scene = Scene(hall((2.0, 0.7, 0.3)), (), lambda t: np.zeros((0, 2)))
-    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.zeros(3)
-    looking = math.ceil(MOVERS.static_after / PERIOD)
-    for k in range(looking + round(4.0 / 0.8 / PERIOD)):
-        scan = scene.scan(k * PERIOD, pose)
-        motion = grid.told(scan, pose, MOVERS)
-        if k > looking:
-            points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
-            column = np.hypot(*(points - (2.0, 0.7)).T) < 0.3 + 1e-6
-            assert (motion[column] == STAYS).all(), f"at {pose.round(2)}"
-        grid = grid.updated(scan, pose)
-        if k > looking:
-            pose = moved(pose, np.array((0.8, 0.0)), PERIOD)
+    looking, driving = math.ceil(MOVERS.static_after / PERIOD), round(4.0 / 0.8 / PERIOD)
+    starts = (looking + 1) * PERIOD
+    for time, points, motion in looks(scene, looking + driving, lambda t: (0.8 * max(t - starts, 0.0), 0.0, 0.0)):
+        if time > MOVERS.static_after + 0.5 * PERIOD:
+            assert (motion[on_disc(points, (2.0, 0.7), 0.3)] == STAYS).all(), f"at {time:.2f} s"
 
 
 @pytest.mark.parametrize("gap", [0.02, 0.1])
 def test_what_passes_close_by_what_stays_is_noticed(gap: float) -> None:
     scene = Scene(hall((1.5, 0.9, 0.3)), (0.25,), straight((0.0, 0.35 - gap), (0.5, 0.0)))
-    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.array((1.5, -1.0, 1.5))
-    for k in range(120):
-        time = k * PERIOD
-        scan = scene.scan(time, pose)
-        motion = grid.told(scan, pose, MOVERS)
-        points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
-        own = np.hypot(*(points - scene.at(time)[0]).T) < 0.25 + 1e-6
+    for time, points, motion in looks(scene, 120, lambda _: (1.5, -1.0, 1.5)):
         if time > MOVERS.static_after:
-            assert (motion[own] == MOVES).mean() > 0.6
-        grid = grid.updated(scan, pose)
+            assert (motion[on_disc(points, scene.at(time)[0], 0.25)] == MOVES).mean() > 0.6
 
 
 def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
     """It goes where it has hidden the view, so that nothing there was seen free."""
     scene = Scene(hall(), (0.25,), lambda t: np.array(((1.2 + 0.5 * max(t - 2.5, 0.0), 0.0),)))
-    grid, pose = MotionGrid.about(np.zeros(2), MOVERS.cell), np.zeros(3)
-    for k in range(90):
-        scan = scene.scan(k * PERIOD, pose)
-        motion = grid.told(scan, pose, MOVERS)
-        points = scan.points_at(scan.distances, np.ones(len(motion), bool), pose)
-        own = np.hypot(*(points - scene.at(k * PERIOD)[0]).T) < 0.25 + 1e-6
-        if k * PERIOD > 2.5 + 0.2 / 0.5:
-            assert (motion[own] != STAYS).all()
-        grid = grid.updated(scan, pose)
+    for time, points, motion in looks(scene, 90):
+        if time > 2.5 + 0.2 / 0.5:
+            assert (motion[on_disc(points, scene.at(time)[0], 0.25)] != STAYS).all()
