@@ -12,7 +12,7 @@ from drake_starnav.roadmap.hit_memory import HitMemory
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import smoothed_distances
-from drake_starnav.stars.region import RegionStack, StarRegion, covers, scan_region
+from drake_starnav.stars.region import RegionStack, StarRegion, covers, least_outside, scan_region
 
 DRIVEN_EDGE_PENALTY = 0.2
 """Extra length of an edge that was driven but that no region certifies, m."""
@@ -102,8 +102,8 @@ def extended(
     stack = roadmap.stack.appended(region) if index else RegionStack.of((region,))
     neighbours = _neighbours(*stack.arrays)
     lengths = np.hypot(*(stack.center[neighbours] - region.center).T)
-    if index and not len(neighbours):  # the robot drove from the last node to here
-        neighbours = np.array([index - 1])
+    if index and not len(neighbours):  # the robot has come from the region that it is the least outside of
+        neighbours = np.array([least_outside(*roadmap.stack.arrays[:3], *region.center)])
         lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
     hits = roadmap.hits
     if stamp:

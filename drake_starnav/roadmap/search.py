@@ -12,7 +12,7 @@ from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
-from drake_starnav.stars.region import StarRegion, covers, first_cover, segment_covered
+from drake_starnav.stars.region import StarRegion, covers, first_cover, least_outside, segment_covered
 
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
@@ -116,9 +116,8 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
     length = np.hypot(*(roadmap.stack.center[first] - position).T)
     if not len(first):
-        away = np.hypot(*(roadmap.stack.center - position).T)
-        first = np.array([np.argmin(away)])
-        length = away[first] + OFF_MAP_PENALTY
+        first = np.array([least_outside(*roadmap.stack.arrays[:3], *position)])
+        length = np.hypot(*(roadmap.stack.center[first] - position).T) + OFF_MAP_PENALTY
     return _dijkstra(len(roadmap), roadmap.edges, roadmap.lengths, first, length)
 
 

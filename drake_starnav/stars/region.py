@@ -220,12 +220,18 @@ def covers(center, bearing_0, values, x, y):
     squared = dx * dx + dy * dy
     if squared < 1e-12:  # the reference point itself
         return True
+    phi = _phi_towards(bearing_0, values, dx, dy)
+    return squared <= phi * phi
+
+
+@njit(cache=True)
+def _phi_towards(bearing_0, values, dx, dy):
+    """The smaller of the two samples beside the direction (dx, dy)."""
     samples = len(values)
     position = (math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi)
     left = int(math.floor(position)) % samples
     right = left + 1 if left + 1 < samples else 0
-    phi = min(values[left], values[right])
-    return squared <= phi * phi
+    return min(values[left], values[right])
 
 
 @njit(cache=True)
@@ -236,6 +242,18 @@ def first_cover(center, bearing_0, values, reach, x, y):
         if dx * dx + dy * dy <= reach[k] * reach[k] and covers(center[k], bearing_0[k], values[k], x, y):
             return k
     return -1
+
+
+@njit(cache=True)
+def least_outside(center, bearing_0, values, x, y):
+    """Index of the region that (x, y) is least far outside of, on the ray from its centre; of equals the newest."""
+    best, least = -1, np.inf
+    for k in range(len(center) - 1, -1, -1):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        outside = math.hypot(dx, dy) - _phi_towards(bearing_0[k], values[k], dx, dy)
+        if outside < least:
+            best, least = k, outside
+    return best
 
 
 @njit(cache=True)

@@ -9,7 +9,15 @@ from hypothesis import given, settings
 from drake_starnav.planar import placed
 from drake_starnav.stars.free_range import half_gaps
 from drake_starnav.stars.parameters import StarParameters
-from drake_starnav.stars.region import RegionStack, StarRegion, covers, fit_region, scan_region, segment_covered
+from drake_starnav.stars.region import (
+    RegionStack,
+    StarRegion,
+    covers,
+    fit_region,
+    least_outside,
+    scan_region,
+    segment_covered,
+)
 from tests.scans import RADIUS, cast, scattered, seeds, smooth_region
 
 RAW = StarParameters(smoothing="none")
@@ -186,6 +194,20 @@ def test_a_covered_segment_has_all_its_samples_in_some_region(seed):
         line = a + (b - a) * np.linspace(0.0, 1.0, count + 1)[:, None]
         expected = np.any([r.contains(line) for r in many], axis=0).all()
         assert segment_covered(*stack.arrays, *a, *b, 0.05) == expected
+
+
+@settings(max_examples=30)
+@given(seeds)
+def test_the_region_a_place_is_least_outside_of(seed):
+    many = regions(6, seed)
+    stack = RegionStack.of(many)
+    for place in np.random.default_rng(seed).uniform(-6.0, 6.0, (20, 2)):
+        offset = place - stack.center
+        bearing, away = np.arctan2(offset[:, 1], offset[:, 0]), np.hypot(*offset.T)
+        samples = bearing[:, None] + STEP * np.linspace(-1.0, 1.0, 41)  # phi may fall steeply between two samples
+        low, high = zip(*((phi.min(), phi.max()) for phi in map(StarRegion.phi, many, samples)), strict=True)
+        chosen = least_outside(*stack.arrays[:3], *place)
+        assert away[chosen] - high[chosen] <= (away - low).min() + 1e-9
 
 
 @settings(max_examples=10)
