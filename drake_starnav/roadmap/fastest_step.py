@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.roadmap.fastest_path import Headway, fastest_path, narrowest_place
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.planner import node_is_due, plan_step
+from drake_starnav.roadmap.planner import node_is_due, node_spacing_driven, plan_step
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.robot import RobotParameters
@@ -71,10 +71,13 @@ def _grown(
     assert seen.region is not None
     points = impassable_points(seen.scan, smoothed_distances(seen.scan, parameters), seen.pose, robot.radius)
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
-    if not node_is_due(state, seen.region, position, parameters):
-        return dataclasses.replace(state, roadmap=roadmap)
-    roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot.radius, stamp=False)
-    return dataclasses.replace(state, roadmap=roadmap, node_position=seen.pose[:2].copy())
+    node_position = state.node_position
+    if node_is_due(state, seen.region, position, parameters):
+        roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot.radius, stamp=False)
+        node_position = seen.pose[:2].copy()
+    elif node_spacing_driven(state, position, parameters):
+        node_position = position.copy()
+    return dataclasses.replace(state, roadmap=roadmap, node_position=node_position)
 
 
 def _path(

@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.guidance import PASSED_DISTANCE
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
 from drake_starnav.roadmap.search import LINE_STEP, barred_in_vain, find_route
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.stars.region import StarRegion, covers, first_cover, scan_region, segment_covered
@@ -25,10 +25,8 @@ FACING = math.radians(30.0)
 """A robot that cannot go on faces where it should go within this, rad; one that does not may only be turning."""
 GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
-KNOWN_WITHIN = 2.0
-"""Ground that a node of an earlier goal covers needs no other within so many times the node spacing."""
-BESIDE = 0.1
-"""Nearer than this to such a node, the ground is known even where nothing is free beyond the margin, m."""
+NEW_SHARE = 0.01
+"""With a map from an earlier goal, a region of whose area no more than this share is new makes no node."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -44,10 +42,11 @@ def plan_step(
 ) -> PlannerState:
     """One update of the planner.
 
-    A node is added at the start, when the robot leaves the union of regions, every `node_spacing`, when the target
-    frontier's probe is seen, on arrival at the target, and when no progress was made for `progress_timeout`.
-    In the last two cases, and when a hit lies within `stuck_distance` of it, the target is retired; a robot that
-    faces its way and makes no progress blocks the place just ahead too, unless it is leaving another one.
+    A node is added at the start, when the robot leaves the union of regions, every `node_spacing` (with a map from an
+    earlier goal only where it sees something new), when the target frontier's probe is seen, on arrival at the target,
+    and when no progress was made for `progress_timeout`. In the last two cases, and when a hit lies within
+    `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
+    just ahead too, unless it is leaving another one.
 
     Args:
         state: before; it is not changed.
@@ -61,6 +60,9 @@ def plan_step(
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     region = seen.region
+    if state.status is PlannerStatus.WAITING and len(state.roadmap) and state.roadmap.margin != parameters.margin:
+        roadmap = rebuilt(state.roadmap, parameters.margin, parameters, robot_radius)
+        state = dataclasses.replace(state, roadmap=roadmap)
     if len(state.roadmap) and (region.margin != state.roadmap.margin or len(state.roadmap.blocked)):
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
@@ -68,8 +70,11 @@ def plan_step(
     arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
-    if tried or node_is_due(state, region, position, parameters):
+    spaced = node_spacing_driven(state, position, parameters)
+    due = tried or node_is_due(state, region, position, parameters)
+    if due or spaced:
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
+    if due or roadmap is not state.roadmap:
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         if stalled and parameters.retire_dead_ends and len(state.path) and _faces(seen.pose, state.path[0]):
             ahead = _ahead(position, state.path[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
@@ -82,6 +87,8 @@ def plan_step(
             target = None
         state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
         return _planned(state, seen, region, position, goal, parameters, robot_radius)
+    if spaced:
+        state = dataclasses.replace(state, node_position=position.copy())
     if not len(state.path):
         return _planned(state, seen, region, position, goal, parameters, robot_radius)
     path = _path_ahead(state.roadmap, state.path, position, parameters)
@@ -175,7 +182,9 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     if parameters.growth == "arrival":
         return False
     driven = _distance(position, state.node_position)
-    if driven > parameters.node_spacing and not _on_known_ground(state, position, parameters):
+    if node_spacing_driven(state, position, parameters) and not (
+        state.mapped and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
+    ):
         return True
     shape = (region.center, region.bearing_0, region.boundary.values)
     if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
@@ -183,15 +192,9 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
 
 
-def _on_known_ground(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot is beside a node of an earlier goal, or near one and in its region."""
-    stack = state.roadmap.stack
-    away = np.hypot(*(stack.center - position).T)
-    return any(
-        state.roadmap.scans[k][0].time <= state.known_until
-        and (away[k] < BESIDE or covers(stack.center[k], stack.bearing_0[k], stack.values[k], *position))
-        for k in np.flatnonzero(away <= KNOWN_WITHIN * parameters.node_spacing)
-    )
+def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the robot is `node_spacing` from where a node was last added, or nothing new was seen for one."""
+    return _distance(position, state.node_position) > parameters.node_spacing
 
 
 def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:

@@ -12,7 +12,7 @@ from drake_starnav.roadmap.hit_memory import HitMemory
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import smoothed_distances
-from drake_starnav.stars.region import RegionStack, StarRegion, covers, least_outside, scan_region
+from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
 
 DRIVEN_EDGE_PENALTY = 0.2
 """Extra length of an edge that was driven but that no region certifies, m."""
@@ -20,6 +20,10 @@ BRIDGE_SPACING = 0.1
 """Between hits that the robot cannot pass between, points are set this far apart, m."""
 STANDING_THERE = 0.12
 """A frontier nearer than this to the newest node is where the robot stands already, m."""
+AREA_BEARINGS = 4
+"""A region's area is sampled along every so many of its bearings..."""
+AREA_STEP = 0.1
+"""... this finely, m."""
 PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
@@ -176,6 +180,11 @@ def rebuilt(roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, 
     return out
 
 
+def uncovered_share(region: StarRegion, others: RegionStack) -> float:
+    """The share of a region's area that no other region covers, in [0, 1]; 0 for one without area."""
+    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, *others.arrays))
+
+
 def _alive(
     frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: HitMemory, robot_radius: float
 ) -> np.ndarray:
@@ -187,6 +196,25 @@ def _alive(
     for x, y, radius in roadmap.retired:
         keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
     return keep
+
+
+@njit(cache=True)
+def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, values, reach):
+    samples = len(own_values)
+    area = new = 0.0
+    for i in range(0, samples, AREA_BEARINGS):
+        bearing = own_bearing_0 + 2.0 * math.pi / samples * (i + 0.5)
+        ux, uy = math.cos(bearing), math.sin(bearing)
+        phi = min(own_values[i], own_values[i + 1 if i + 1 < samples else 0])
+        count = int(math.ceil(phi / AREA_STEP))
+        for k in range(count):
+            distance = (k + 0.5) * phi / count
+            piece = distance * phi / count
+            area += piece
+            x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
+            if first_cover(center, bearing_0, values, reach, x, y) < 0:
+                new += piece
+    return new / area if area > 0.0 else 0.0
 
 
 @njit(cache=True)

@@ -1,7 +1,6 @@
 """What the planner sees, remembers and tells: immutable snapshots."""
 
 import dataclasses
-import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -34,13 +33,13 @@ class PlannerState:
         status: what the planner is doing.
         path: shape (k, 2), way points still ahead, W, m.
         target: stand and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
-        node_position: where the last node was added, shape (2,).
+        node_position: where a node was last added, or nothing new was seen for one, shape (2,).
         progress_position: where progress was last made, shape (2,).
         progress_time: when, s.
         rounds: how often the margin was shrunk or retried.
         plans: how often the roadmap was searched, or the fastest path was.
         headway: the watch over a robot on the fastest path.
-        known_until: time of the last node's scan when the goal was set, s: what nodes saw until then is known ground.
+        mapped: whether there was a map already when the goal was set.
     """
 
     roadmap: StarRoadmap
@@ -53,7 +52,7 @@ class PlannerState:
     rounds: int
     plans: int
     headway: Headway = field(default_factory=Headway)
-    known_until: float = -math.inf
+    mapped: bool = False
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
         return self
@@ -75,13 +74,17 @@ class PlannerState:
         )
 
     def with_new_goal(self) -> "PlannerState":
-        """The state once the goal has moved, even after having given up: the map stays, the way is to be found anew."""
+        """The state once the goal has moved, even after having given up: the map stays, the way is to be found anew.
+
+        Margins that were shrunk for the goal before are whole again with the next `plan_step`.
+        """
         return dataclasses.replace(
             self,
             status=PlannerStatus.WAITING,
             path=np.zeros((0, 2)),
             target=None,
-            known_until=max((scan.time for scan, _ in self.roadmap.scans), default=-math.inf),
+            rounds=0,
+            mapped=len(self.roadmap) > 0,
         )
 
     @property

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.roadmap.planner import BESIDE, KNOWN_WITHIN, node_is_due
-from drake_starnav.roadmap.roadmap import StarRoadmap, extended
+from drake_starnav.roadmap.planner import node_is_due
 from drake_starnav.roadmap.search import LINE_STEP
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import first_cover, scan_region, segment_covered
@@ -197,15 +196,23 @@ def test_nodes_are_added_every_node_spacing():
     assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
 
 
-def test_on_ground_known_from_an_earlier_goal_no_node_is_added():
-    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
-    there = drive(world, PARAMETERS, steps=200)[-1].with_new_goal()
-    assert there.status is PlannerStatus.WAITING and there.target is None
-    back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
-    states = drive(back, PARAMETERS, steps=200, begin=there)
-    assert states[-1].status is PlannerStatus.APPROACHING and len(states[-1].roadmap) == len(there.roadmap)
-    forgotten = dataclasses.replace(there, known_until=-np.inf)
-    assert len(drive(back, PARAMETERS, steps=200, begin=forgotten)[-1].roadmap) > len(there.roadmap)
+def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is_new():
+    world = World("corridor", (0, 0, 0), (6.0, 0), bounds=(-1.0, -0.6, 20.0, 0.6))
+    there = drive(world, PARAMETERS, steps=300)[-1].with_new_goal()
+    assert there.mapped and there.status is PlannerStatus.WAITING and there.target is None
+    back = dataclasses.replace(world, start=(6.0, 0, 0), goal=(0.0, 0.0))
+    again = drive(back, PARAMETERS, steps=300, begin=there)
+    assert again[-1].status is PlannerStatus.APPROACHING and len(again[-1].roadmap) == len(there.roadmap)
+    unmapped = drive(back, PARAMETERS, steps=300, begin=dataclasses.replace(there, mapped=False))
+    assert len(unmapped[-1].roadmap) > len(there.roadmap) + 5
+    onward = dataclasses.replace(world, start=(0.0, 0, 0), goal=(18.0, 0.0))
+    beyond = drive(onward, PARAMETERS, steps=700, begin=again[-1].with_new_goal())[-1]
+    assert len(beyond.roadmap) > len(there.roadmap) + 5
+    assert (beyond.roadmap.stack.center[len(there.roadmap) :, 0] > 5.0).all()
+
+
+def test_on_the_first_way_no_map_is_known_yet():
+    assert not PlannerState.initial(PARAMETERS, RADIUS).with_new_goal().mapped
 
 
 def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
@@ -218,20 +225,33 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
     assert not there.roadmap.regions[0].contains(place)
     assert not node_is_due(there, region, place, PARAMETERS)
-    assert node_is_due(there, region, place + (2.0 * BESIDE, 0.0), PARAMETERS)
 
 
-def test_where_nodes_were_dropped_new_ones_are_not_taken_for_ground_known_from_an_earlier_goal():
-    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
-    there = drive(world, PARAMETERS, steps=200)[-1].with_new_goal()
-    *dropped, last = zip(there.roadmap.regions, there.roadmap.scans, strict=True)
-    rest = extended(StarRoadmap.empty(PARAMETERS, RADIUS), last[0], *last[1], PARAMETERS, RADIUS)
-    back = dataclasses.replace(world, start=(4.0, 0, 0), goal=(0.0, 0.0))
-    states = drive(back, PARAMETERS, steps=200, begin=dataclasses.replace(there, roadmap=rest))
-    beyond = states[-1].roadmap.stack.center[:, 0]
-    beyond = beyond[beyond < last[0].center[0] - KNOWN_WITHIN * PARAMETERS.node_spacing]
-    assert len(dropped) > 3 and len(beyond) > 2
-    assert np.abs(np.diff(beyond)).max() < 1.5 * PARAMETERS.node_spacing
+def test_a_new_goal_is_looked_for_with_the_whole_margin_again():
+    parameters = dataclasses.replace(PARAMETERS, margin_rounds=1)
+    given_up = drive(VAULT, parameters, steps=4000)[-1]
+    assert given_up.rounds == 1 and given_up.roadmap.margin < parameters.margin
+    position = given_up.roadmap.stack.center[-1]
+    elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
+    states = drive(elsewhere, parameters, steps=400, begin=given_up.with_new_goal())
+    assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
+    assert {(state.rounds, state.roadmap.margin) for state in states} == {(0, parameters.margin)}
+    assert all(region.margin == parameters.margin for region in states[-1].roadmap.regions)
+
+
+def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
+    parameters = dataclasses.replace(PARAMETERS, contradiction=0.2)
+    world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
+    there = dataclasses.replace(drive(world, parameters, steps=1)[-1], mapped=True)
+    place = np.array((1.0, 0.0))
+    for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
+        scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
+        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, parameters)
+        seen = Observation(region, scan, np.array((*place, 0.0)))
+        assert not node_is_due(there, region, place, parameters)
+        after = plan_step(there, seen, place, np.array(world.goal), 1.0, parameters, RADIUS)
+        assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
+        assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
 
 
 def test_guidance_hands_on_the_path_and_the_regions():

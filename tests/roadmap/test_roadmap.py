@@ -6,8 +6,16 @@ from hypothesis import given, settings
 
 from drake_starnav.roadmap.frontiers import uncovered
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import DRIVEN_EDGE_PENALTY, PROBE_SLACK, StarRoadmap, extended, rebuilt, retired
-from drake_starnav.stars.region import scan_region
+from drake_starnav.roadmap.roadmap import (
+    DRIVEN_EDGE_PENALTY,
+    PROBE_SLACK,
+    StarRoadmap,
+    extended,
+    rebuilt,
+    retired,
+    uncovered_share,
+)
+from drake_starnav.stars.region import RegionStack, scan_region
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance, explored, seeds, wandered
 
@@ -139,6 +147,20 @@ def test_snapshots_are_untouched_by_what_is_made_from_them(seed):
     rebuilt(roadmap, 0.0, PARAMETERS, RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
+    _, roadmap = wandered(seed, nodes=5)
+    *others, region = roadmap.regions
+    rng = np.random.default_rng(seed)
+    points = region.center + rng.uniform(-region.reach, region.reach, (20000, 2))
+    points = points[region.contains(points)]
+    new = ~np.any([other.contains(points) for other in others], axis=0)
+    assert uncovered_share(region, RegionStack.of(tuple(others))) == pytest.approx(new.mean(), abs=0.03)
+    assert uncovered_share(region, roadmap.stack) == 0.0
+    assert uncovered_share(region, RegionStack.of(())) == 1.0
 
 
 def test_the_papers_frontiers_grow_a_roadmap_too():
