@@ -14,6 +14,9 @@ from drake_starnav.roadmap.roadmap import StarRoadmap
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.region import StarRegion
 
+NOWHERE = np.full(2, np.inf)
+"""So far from every place that a robot has moved from there, m."""
+
 
 class PlannerStatus(Enum):
     """What the planner is doing."""
@@ -60,21 +63,20 @@ class PlannerState:
     @staticmethod
     def initial(parameters: PlannerParameters, robot_radius: float) -> "PlannerState":
         """Before the first scan."""
-        nowhere = np.full(2, np.inf)
         return PlannerState(
             roadmap=StarRoadmap.empty(parameters, robot_radius),
             status=PlannerStatus.WAITING,
             path=np.zeros((0, 2)),
             target=None,
-            node_position=nowhere,
-            progress_position=nowhere,
+            node_position=NOWHERE,
+            progress_position=NOWHERE,
             progress_time=0.0,
             rounds=0,
             plans=0,
         )
 
     def with_new_goal(self) -> "PlannerState":
-        """The state once the goal has moved, even after having given up: the map stays, the way is to be found anew.
+        """The state once the goal has moved, even after having given up: the map stays, all else begins anew.
 
         Margins that were shrunk for the goal before are whole again with the next `plan_step`.
         """
@@ -83,7 +85,9 @@ class PlannerState:
             status=PlannerStatus.WAITING,
             path=np.zeros((0, 2)),
             target=None,
+            progress_position=NOWHERE,
             rounds=0,
+            headway=Headway(),
             mapped=len(self.roadmap) > 0,
         )
 

@@ -78,4 +78,7 @@ def test_a_robot_that_cannot_follow_has_the_narrow_place_shut():
         state = fastest_step(state, seen, pose[:2], np.array(world.goal), PERIOD * k, PARAMETERS, ROBOT)
     assert len(state.headway.shut) == 1
     np.testing.assert_allclose(state.headway.shut[0], (0.55, 0.0), atol=0.12)
+    anew = state.with_new_goal()
+    anew = fastest_step(anew, seen, pose[:2], np.array((3.0, 0.3)), PERIOD * 100, PARAMETERS, ROBOT)
+    assert not len(anew.headway.shut), "it may be that the robot was to wait for its new goal"
     assert np.abs(state.path[:, 1]).max() > 1.0

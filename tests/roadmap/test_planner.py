@@ -227,6 +227,15 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     assert not node_is_due(there, region, place, PARAMETERS)
 
 
+def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
+    given_up = drive(VAULT, dataclasses.replace(PARAMETERS, margin_shrinking=False), steps=3000)[-1]
+    scan, pose = given_up.roadmap.scans[-1]
+    later = dataclasses.replace(scan, time=scan.time + 60.0)
+    seen = Observation(given_up.roadmap.regions[-1], later, pose)
+    state = plan_step(given_up.with_new_goal(), seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, RADIUS)
+    assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
+
+
 def test_a_new_goal_is_looked_for_with_the_whole_margin_again():
     parameters = dataclasses.replace(PARAMETERS, margin_rounds=1)
     given_up = drive(VAULT, parameters, steps=4000)[-1]
