@@ -46,7 +46,7 @@ class LidarParameters:
     outliers: float = parameter(
         0.0,
         "probability that a beam reports a random distance short of the true one; where it is declared, a hit without "
-        "a neighbour counts once a second scan confirms it",
+        "a neighbour counts once two earlier scans confirm it",
         low=0.0,
         high=1.0,
     )

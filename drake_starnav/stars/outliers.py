@@ -1,8 +1,9 @@
-"""Stray returns told from thin obstacles: a hit without a neighbour counts once a second scan confirms it.
+"""Stray returns told from thin obstacles: a hit without a neighbour counts once two earlier scans confirm it.
 
-What lets a hit count is a second one near it: of a neighbouring beam of the same scan, or of one of the last scans.
-Anything that two neighbouring beams hit is thus never doubted, a thinner obstacle for one scan only. A beam whose hit
-is doubted counts as lost, not as free: its neighbours bound it, and so what the certificate allows behind it.
+What lets a hit count are others near it: of a neighbouring beam of the same scan, or of two of the last scans, since
+among the strays of several scans there is often one near. Anything that two neighbouring beams hit is thus never
+doubted, a thinner obstacle for two scans only. A beam whose hit is doubted counts as lost, not as free: its neighbours
+bound it, and so what the certificate allows behind it.
 """
 
 import dataclasses
@@ -25,7 +26,9 @@ CONFIRMING_BEAMS = 1.5
 CONFIRMING_DISTANCE = 0.03
 """... and is nearer or farther by at most this, or by so much, m."""
 CONFIRMING_SCANS = 4
-"""So many earlier scans may confirm a hit."""
+"""Of so many earlier scans ..."""
+CONFIRMATIONS = 2
+"""... so many must have hits that confirm a hit."""
 
 
 @dataclass(frozen=True)
@@ -58,24 +61,26 @@ def without_strays(
         noise: standard deviation of the ranges, m.
 
     Returns:
-        without the hits that neither a neighbouring beam nor an earlier scan confirms, for the certificate; and without
-        those that not both of them confirm (one does if there is no earlier scan), for the roadmap, which forgets
-        nothing.
+        without the hits that neither a neighbouring beam nor earlier scans confirm, for the certificate; and without
+        those that not both of them confirm (a neighbour does while there are too few earlier scans), for the roadmap,
+        which forgets nothing.
     """
     index = np.flatnonzero(scan.hits)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
+    number = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])
     beside, before = _confirmed(
         scan.points(pose),
         np.array(pose[:2], dtype=float),
         scan.distances[index],
         index,
         earlier,
+        number,
         scan.angle_increment,
         len(scan.ranges),
         scan.full_circle,
         2.0 * noise,
     )
-    trusted = beside & before if len(earlier) else beside
+    trusted = beside & before if len(history.points) >= CONFIRMATIONS else beside
     return _lost(scan, index[~(beside | before)]), _lost(scan, index[~trusted])
 
 
@@ -88,7 +93,7 @@ def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
 
 
 @njit(cache=True)
-def _confirmed(points, center, distance, index, earlier, increment, beams, wrap, slack):
+def _confirmed(points, center, distance, index, earlier, number, increment, beams, wrap, slack):
     n = len(points)
     beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for i in range(n):
@@ -112,9 +117,14 @@ def _confirmed(points, center, distance, index, earlier, increment, beams, wrap,
         ux, uy = (x - center[0]) / distance[i], (y - center[1]) / distance[i]
         across = CONFIRMING_BEAMS * distance[i] * increment
         along = max(CONFIRMING_DISTANCE, across) + slack
+        confirmed, last = 0, -1
         for j in range(len(earlier)):
+            if number[j] == last:
+                continue
             dx, dy = earlier[j, 0] - x, earlier[j, 1] - y
             if abs(dx * ux + dy * uy) <= along and abs(dy * ux - dx * uy) <= across:
-                before[i] = True
-                break
+                confirmed, last = confirmed + 1, number[j]
+                if confirmed == CONFIRMATIONS:
+                    before[i] = True
+                    break
     return beside, before
