@@ -15,7 +15,7 @@ from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
 
 DRIVEN_EDGE_PENALTY = 0.2
-"""Extra length of an edge that was driven but that no region certifies, m."""
+"""Extra length of an edge that the robot has come along but that no region shows to be free, m."""
 BRIDGE_SPACING = 0.1
 """Between hits that the robot cannot pass between, points are set this far apart, m."""
 STANDING_THERE = 0.12
@@ -36,7 +36,8 @@ class StarRoadmap:
         regions: one per node, oldest first.
         stack: the same regions as arrays.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
-        edges: shape (e, 2), node indices; both straight segments between their centres are free.
+        edges: shape (e, 2), node indices; the straight line between their centres is free, as a region shows. A node
+            that no region sees has a single edge to an older one, to the one it was most likely reached from.
         lengths: shape (e,), m.
         frontiers: where the unknown may be entered.
         retired: shape (k, 3): x, y, radius of places that were tried and led nowhere.
