@@ -69,7 +69,7 @@ def curve_figure(results: Results, scenarios: Sequence[str]) -> str:
         (line,) = axes.plot(list(cautions), shares["reached"], "o-", label=f"{scenario}: reached")
         axes.plot(list(cautions), shares["collision"], "x--", color=line.get_color(), label=f"{scenario}: collision")
     axes.set(xlabel="movers.caution", ylabel="% of trials", ylim=(-2.0, 102.0))
-    axes.legend(fontsize="small")
+    axes.legend(fontsize="small", loc="center")
     return svg(figure)
 
 
