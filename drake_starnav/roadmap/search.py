@@ -111,7 +111,8 @@ def barred_in_vain(
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
 
-    The robot is joined to the nodes whose region contains it and to those that the latest scan's region contains.
+    The robot is joined to the nodes whose region contains it and to those that the latest scan's region contains; if
+    there are none, to the one whose region it is the least outside of.
     """
     first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
     length = np.hypot(*(roadmap.stack.center[first] - position).T)
