@@ -60,7 +60,7 @@ TABLE = {
     "scan_matching": Room(f"{BASE} planar scan scan_alignment", ARRAYS),
     "stars": Room(f"{BASE} planar robot scan", ARRAYS),
     "guidance": Room("planar stars", "numpy"),
-    "roadmap": Room(f"{BASE} planar robot scan stars guidance", f"{ARRAYS} sklearn"),
+    "roadmap": Room(f"{BASE} planar robot scan polyline stars guidance", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars guidance", ARRAYS),
     "movers": Room(f"{BASE} robot scan stars guidance control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),

@@ -117,11 +117,15 @@ def blocked(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParamete
     """The roadmap with no region that lets the robot touch a place (2,) in W, as if a thin post stood there.
 
     Regions are made from smoothed scans with the planner's margin; where the controller certifies no motion from place
-    to place although they overlap, they are wrong for this robot, and so is every path through there.
+    to place although they overlap, they are wrong for this robot, and so is every path through there. Nodes at which it
+    would touch the place are dropped.
     """
     roadmap = dataclasses.replace(roadmap, blocked=np.vstack((roadmap.blocked, place)))
-    regions = [clear_of(region, roadmap.blocked, parameters, robot_radius) for region in roadmap.regions]
-    nodes = [(region, *seen) for region, seen in zip(regions, roadmap.scans, strict=True)]
+    nodes = [
+        (clear_of(region, roadmap.blocked, parameters, robot_radius), *seen)
+        for region, seen in zip(roadmap.regions, roadmap.scans, strict=True)
+        if np.hypot(*(region.center - place)) > robot_radius + region.margin
+    ]
     return _remade(roadmap, nodes, parameters, robot_radius)
 
 

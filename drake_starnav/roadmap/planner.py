@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from drake_starnav.guidance import PASSED_DISTANCE
+from drake_starnav.polyline import distance_to_segment
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
@@ -27,6 +28,10 @@ GIVING_WAY = 1.5
 """While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region of whose area no more than this share is new makes no node."""
+CAME_ALONG_NODES = 40
+"""A place that the robot passed between the latest so many nodes is not blocked."""
+CAME_STRAIGHT = 1.5
+"""From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -46,7 +51,7 @@ def plan_step(
     earlier goal only where it sees something new), when the target frontier's probe is seen, on arrival at the target,
     and when no progress was made for `progress_timeout`. In the last two cases, and when a hit lies within
     `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
-    just ahead too, unless it is leaving another one.
+    just ahead too, unless it has come along there or is leaving another one.
 
     Args:
         state: before; it is not changed.
@@ -78,7 +83,9 @@ def plan_step(
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         if stalled and parameters.retire_dead_ends and len(state.path) and _faces(seen.pose, state.path[0]):
             ahead = _ahead(position, state.path[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
-            if not _shut_in(position, ahead, roadmap.blocked):
+            if not _came_along(roadmap, ahead, parameters, robot_radius) and not _shut_in(
+                position, ahead, roadmap.blocked
+            ):
                 roadmap = blocked(roadmap, ahead, parameters, robot_radius)
                 region = clear_of(region, ahead[None, :], parameters, robot_radius)
         if tried and target is not None:
@@ -124,6 +131,16 @@ def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
     """Whether a robot at a pose (x, y, yaw) faces a place (2,) in W."""
     offset = place - pose[:2]
     return math.cos(math.atan2(offset[1], offset[0]) - pose[2]) > math.cos(FACING)
+
+
+def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> bool:
+    """Whether the robot has lately passed over a place (2,) in W, so that nothing stands there."""
+    driven = roadmap.stack.center[-CAME_ALONG_NODES:]
+    return any(
+        distance_to_segment(place[None], start, end)[0] < robot_radius
+        for start, end in zip(driven[:-1], driven[1:], strict=True)
+        if _distance(start, end) < CAME_STRAIGHT * parameters.node_spacing
+    )
 
 
 def _shut_in(position: np.ndarray, place: np.ndarray, blocked: np.ndarray) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from drake_starnav.roadmap.consistency import cut_back, reconciled, seen_through
+from drake_starnav.roadmap.consistency import blocked, cut_back, reconciled, seen_through
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.stars.region import scan_region
@@ -101,3 +101,11 @@ def test_hits_in_free_space_are_told_from_those_behind_walls():
     beyond = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
     assert seen_through(cast(beyond, HERE), HERE, scan, HERE, 0.05) == 0.0
     assert seen_through(scan, HERE, cast(beyond, HERE), HERE, 0.05) == 1.0
+
+
+def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
+    roadmap = explored(ROOM, PLACES, PARAMETERS)
+    place = PLACES[1] + (0.1, 0.05)
+    after = blocked(roadmap, place, PARAMETERS, RADIUS)
+    assert len(after) == len(roadmap) - 1 and after.blocked.tolist() == [place.tolist()]
+    assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()

@@ -157,6 +157,21 @@ def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
     assert (offset @ offset.T > 0.0).all()  # the way back from each is open
 
 
+def test_where_the_robot_came_along_it_blocks_nothing():
+    world = World("corridor", (0, 0, 0), (3.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
+    there = dataclasses.replace(drive(world, PARAMETERS, steps=300)[-1].with_new_goal(), mapped=False)
+    back = dataclasses.replace(world, start=(3.0, 0, 0), goal=(0.0, 0.0))
+    tries = iter(range(10**6))
+    states = drive(
+        back, PARAMETERS, 400, refused=lambda at: at[0] < 1.8 and next(tries) < int(5.0 / PERIOD), begin=there
+    )
+    assert next(tries) > int(5.0 / PERIOD) and len(states) < 400
+    assert not len(states[-1].roadmap.blocked) and states[-1].status is PlannerStatus.APPROACHING
+    aside = dataclasses.replace(back, bounds=(-1.0, -0.6, 4.0, 2.0), goal=(2.0, 1.6))
+    elsewhere = drive(aside, PARAMETERS, 400, refused=lambda at: at[1] > 0.2, begin=there)
+    assert any(len(state.roadmap.blocked) for state in elsewhere)
+
+
 def test_a_passage_that_cannot_be_driven_is_left_for_another():
     wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 1.2), (2.0, 3.0))]
     world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
