@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
-from drake_starnav.control.tracking import CREEP_SPEED
+from drake_starnav.control.tracking import CREEP_SPEED, near_wall_radius
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.roadmap import StarRoadmap
 from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE
@@ -168,7 +168,9 @@ def command(
     direction = offset[ahead] / distance
     if distance > parameters.modulation_distance:
         direction = _modulated(pose[:2], direction, guidance.regions, parameters)
-    direction = _off_walls(pose[:2], direction, star.near_hits, robot.radius, parameters.near_wall_zone)
+    direction = _off_walls(
+        pose[:2], direction, star.near_hits, near_wall_radius(parameters, robot.radius), parameters.near_wall_zone
+    )
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
     v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)

@@ -56,7 +56,7 @@ def modulated_direction(
 
 
 def near_wall_direction(
-    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, robot_radius: float, zone: float
+    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float
 ) -> np.ndarray:
     """The direction with its part towards close hits removed and a push away from them added.
 
@@ -69,10 +69,10 @@ def near_wall_direction(
         position: shape (2,), W, m.
         direction: unit vector, shape (2,), W.
         hits: shape (n, 2), W, m.
-        robot_radius: m.
+        radius: of the robot, with what it shall keep off the hits, m.
         zone: clearance at which the push begins, m.
     """
-    return np.array(_near_wall(*position, *direction, hits, robot_radius, zone))
+    return np.array(_near_wall(*position, *direction, hits, radius, zone))
 
 
 def nearest_point_direction(

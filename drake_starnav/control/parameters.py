@@ -51,7 +51,11 @@ class ControllerParameters:
     )
     near_wall_term: bool = parameter(True, "push away from hits inside the near-wall zone")
     near_wall_zone: float = parameter(
-        0.05, "clearance at which the push begins; smaller is faster", unit="m", above=0.0, high=2.0
+        0.05,
+        "clearance at which the push begins, larger with a wide `controller.safety_margin`; smaller is faster",
+        unit="m",
+        above=0.0,
+        high=2.0,
     )
     tracking: str = parameter(
         "law",

@@ -20,6 +20,8 @@ CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
 LOOK_AHEAD_SPARE = 0.004
 """A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
+LEAST_SHARE = 0.8
+"""Where the certificate ends, the near-wall term has at least this share: every guiding vector leads off the wall."""
 PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
 """The paper's gains."""
 
@@ -89,8 +91,18 @@ def guiding_vector(
         rho, away = parameters.nearest_point_distance, parameters.nearest_point_term == "away"
         direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho, away)
     if parameters.near_wall_term:
-        direction = near_wall_direction(position, direction, hits, robot_radius, parameters.near_wall_zone)
+        direction = near_wall_direction(
+            position, direction, hits, near_wall_radius(parameters, robot_radius), parameters.near_wall_zone
+        )
     return direction, distance
+
+
+def near_wall_radius(parameters: ControllerParameters, robot_radius: float) -> float:
+    """The radius that clearance in the near-wall zone is measured from, m.
+
+    With a safety margin that fills the zone, the robot would stand where nothing is certified before it is led away.
+    """
+    return robot_radius + max(parameters.safety_margin - (1.0 - LEAST_SHARE) * parameters.near_wall_zone, 0.0)
 
 
 def control_step(

@@ -34,7 +34,7 @@ SCENARIO = parse_scenario(
     robot: {max_speed: 0.4}
     lidar: {noise: 0}
     planner: {margin: 0.16}
-    controller: {safety_margin: 0.16, near_wall_zone: 0.3}
+    controller: {safety_margin: 0.16}
     """,
     name="two robots",
 )

@@ -149,6 +149,17 @@ def test_modulation_ends_near_the_short_term_goal():
     np.testing.assert_allclose(guiding_vector(np.zeros(2), path, regions, NO_HITS, off, RADIUS)[0], (0.6, 0.8))
 
 
+@settings(max_examples=60)
+@given(st.floats(0.0, 0.2), st.floats(0.02, 0.3), st.floats(-math.pi, 0.0))
+def test_where_the_certificate_ends_the_robot_is_led_off_the_wall(margin, zone, towards):
+    along = np.linspace(-1.0, 1.0, 201)
+    wall = np.column_stack((along, np.full(201, -(RADIUS + margin))))
+    parameters = dataclasses.replace(PARAMETERS, safety_margin=margin, near_wall_zone=zone)
+    path = 2.0 * np.array([(math.cos(towards), math.sin(towards))])
+    vector, _ = guiding_vector(np.zeros(2), path, RegionStack.of(()), wall, parameters, RADIUS)
+    assert vector[1] > 0.0
+
+
 def test_without_a_certificate_nothing_is_held_back():
     blind = SafetyStar.none()
     held = step(pose=(1.0, 1.0, 0.0), twist=(0.5, 0.0), path=((9.0, 1.0),), star=blind)
