@@ -28,17 +28,18 @@ def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarra
     """As `stars.free_range.smoothed_distances`."""
     distance = scan.distances
     hit = distance < scan.range_max
+    jump, limit = SMOOTHING_JUMP + parameters.smoothing_slack, SMOOTHING_LIMIT + parameters.smoothing_slack
     total, count, growing = distance.copy(), np.ones(len(distance)), hit.copy()
     left = right = distance
     for k in range(1, parameters.smoothing_beams + 1):
         a, b = np.roll(distance, k), np.roll(distance, -k)
         growing &= np.roll(hit, k) & np.roll(hit, -k)
-        growing &= (np.abs(a - left) <= SMOOTHING_JUMP) & (np.abs(b - right) <= SMOOTHING_JUMP)
+        growing &= (np.abs(a - left) <= jump) & (np.abs(b - right) <= jump)
         total += np.where(growing, a + b, 0.0)
         count += 2.0 * growing
         left, right = a, b
     mean = total / count
-    return np.where(hit & (np.abs(mean - distance) < SMOOTHING_LIMIT), mean, distance)
+    return np.where(hit & (np.abs(mean - distance) < limit), mean, distance)
 
 
 def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:

@@ -21,6 +21,8 @@ from drake_starnav.scan_matching import UNSEEN_JUMP
 
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
+SMOOTHED_DEVIATIONS = 3.0
+"""More noise than that is smoothed, as far as so many times its standard deviation."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -127,7 +129,8 @@ def sensing_error(
 
     with the robot's radius r, largest speed v and acceleration a. Lost and stray beams, delays and lost scans need no
     margin: they are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass.
-    Noise counts by half: the nearest of the many hits that several beams and scans leave on a surface bounds the robot.
+    Noise counts by half: it is smoothed, and the nearest of the hits that several scans leave on a surface bounds the
+    robot.
     """
     v, a = robot.max_speed, robot.max_acceleration
     return (
@@ -143,13 +146,17 @@ def tolerating(
     controller: ControllerParameters,
     error: float,
     localization: LocalizationParameters | None = None,
+    noise: float = 0.0,
 ) -> tuple[PlannerParameters, ControllerParameters]:
     """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
 
-    Where the localisation is not exact, old regions are held against new scans.
+    Where the localisation is not exact, old regions are held against new scans; where ranges have more than the nominal
+    noise (m), they are smoothed all the more.
     """
     if localization is not None and not localization.exact:
         planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
+    slack = SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE, 0.0)
+    planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
     if error == 0.0:
         return planner, controller
     return (

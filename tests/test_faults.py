@@ -77,6 +77,14 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
     assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
 
 
+def test_more_noise_than_the_nominal_is_smoothed():
+    for noise, slack in ((0.0, 0.0), (0.01, 0.0), (0.03, 0.06), (0.05, 0.12)):
+        planner, _ = tolerating(PlannerParameters(), ControllerParameters(), 0.0, noise=noise)
+        assert planner.smoothing_slack == pytest.approx(slack)
+    chosen = PlannerParameters(smoothing_slack=0.2)
+    assert tolerating(chosen, ControllerParameters(), 0.0, noise=0.03)[0].smoothing_slack == 0.2
+
+
 @given(st.floats(0.0, 0.05), st.floats(0.0, 0.05), st.floats(-1.0, 1.0))
 def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, start):
     """One wheel loses `slip`, the other `other`, of a robot that brakes straight from full speed."""

@@ -45,7 +45,9 @@ def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarra
     if parameters.range_clip < scan.range_max:
         distance = np.where(distance > parameters.range_clip, scan.range_max, distance)
     if parameters.smoothing == "moving_average":
-        return _moving_average(distance, scan.range_max, parameters.smoothing_beams, scan.full_circle)
+        return _moving_average(
+            distance, scan.range_max, parameters.smoothing_beams, parameters.smoothing_slack, scan.full_circle
+        )
     if parameters.smoothing == "gaussian":
         clipped = np.minimum(distance, parameters.range_clip)
         smooth = gaussian_filter1d(clipped, PAPER_GAUSSIAN_SAMPLES / 4, mode="wrap" if scan.full_circle else "nearest")
@@ -150,8 +152,9 @@ def _limit(samples: int, view: float, most: float) -> np.ndarray:
 
 
 @njit(cache=True)
-def _moving_average(distance, range_max, half_width, wrap):
+def _moving_average(distance, range_max, half_width, slack, wrap):
     n = len(distance)
+    jump, limit = SMOOTHING_JUMP + slack, SMOOTHING_LIMIT + slack
     out = distance.copy()
     for i in range(n):
         if distance[i] >= range_max:
@@ -164,13 +167,13 @@ def _moving_average(distance, range_max, half_width, wrap):
             b = distance[i + k if i + k < n else i + k - n]
             if a >= range_max or b >= range_max:
                 break
-            if abs(a - before) > SMOOTHING_JUMP or abs(b - after) > SMOOTHING_JUMP:
+            if abs(a - before) > jump or abs(b - after) > jump:
                 break
             total += a + b
             before, after = a, b
             count = k
         mean = total / (2 * count + 1)
-        if abs(mean - distance[i]) < SMOOTHING_LIMIT:
+        if abs(mean - distance[i]) < limit:
             out[i] = mean
     return out
 

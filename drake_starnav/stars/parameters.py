@@ -29,6 +29,14 @@ class StarParameters:
         choices=("moving_average", "gaussian", "none"),
     )
     smoothing_beams: int = parameter(3, "half width of the moving average, in beams", low=0, high=50)
+    smoothing_slack: float = parameter(
+        0.0,
+        "how much more than usual ranges may step within a surface and be moved by the moving average; declared noise "
+        "raises it, and where it is not 0 the certificate, too, takes the smoothed ranges",
+        unit="m",
+        low=0.0,
+        high=1.0,
+    )
     range_clip: float = parameter(
         1000.0, "ranges beyond this count as no return (the paper: 2.0)", unit="m", above=0.0, high=1000.0
     )

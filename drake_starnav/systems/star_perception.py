@@ -1,7 +1,9 @@
 """Each scan made into star-shaped regions once, for everybody who needs them."""
 
+import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
@@ -103,6 +105,9 @@ class StarPerception(LeafSystem):
                 history = history.remembered(scan.points(pose))
                 near, scan = without_strays(scan, pose, before.history, self._confirm)
             distance = smoothed_distances(scan, self._planner)
+            if self._planner.smoothing_slack > 0.0:
+                smooth = smoothed_distances(near, self._planner)
+                near = dataclasses.replace(near, ranges=np.where(near.hits, smooth, near.ranges))
             profile = free_range(scan, distance, radius, self._planner)
             with self._stopwatch.measure("fit"):
                 region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)

@@ -183,6 +183,17 @@ def test_smoothing_takes_noise_but_leaves_jumps_and_missing_returns_alone(seed):
     assert error[0] < 0.7 * error[1]
 
 
+@settings(max_examples=30)
+@given(seeds)
+def test_with_slack_much_noise_is_smoothed_too(seed):
+    rng = np.random.default_rng(seed)
+    exact = np.repeat(rng.permutation(8) * 0.5 + 1.0, 45)
+    noisy = full_scan(exact + rng.normal(0.0, 0.05, 360))
+    usual, slack = StarParameters(), StarParameters(smoothing_slack=0.12)
+    error = [smoothed_distances(noisy, parameters) - exact for parameters in (usual, slack)]
+    assert np.std(error[1]) < 0.75 * np.std(error[0]) and np.std(error[1]) < 0.035
+
+
 def test_ranges_beyond_the_clip_are_no_returns():
     scan = full_scan(np.linspace(1.0, 3.0, 360))
     for smoothing in ("none", "moving_average", "gaussian"):
