@@ -57,7 +57,7 @@ def test_without_faults_nothing_changes():
 @pytest.mark.parametrize(
     "index, changes, error",
     [
-        (0, {"noise": 0.03}, 0.01),
+        (0, {"noise": 0.03}, 0.015),
         (0, {"noise": 0.005}, 0.0),
         (0, {"dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
         (1, {"drift": 0.02}, 0.02 * 0.8),
