@@ -151,12 +151,14 @@ def tolerating(
     """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
 
     Where the localisation is not exact, old regions are held against new scans; where ranges have more than the nominal
-    noise (m), they are smoothed all the more.
+    noise (m), they are smoothed all the more, for the certificate too.
     """
     if localization is not None and not localization.exact:
         planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
-    slack = SMOOTHED_DEVIATIONS * max(noise - NOMINAL_NOISE, 0.0)
-    planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
+    if noise > NOMINAL_NOISE:
+        slack = SMOOTHED_DEVIATIONS * (noise - NOMINAL_NOISE)
+        planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
+        controller = dataclasses.replace(controller, smoothed_hits=True)
     if error == 0.0:
         return planner, controller
     return (

@@ -79,8 +79,8 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
 
 def test_more_noise_than_the_nominal_is_smoothed():
     for noise, slack in ((0.0, 0.0), (0.01, 0.0), (0.03, 0.06), (0.05, 0.12)):
-        planner, _ = tolerating(PlannerParameters(), ControllerParameters(), 0.0, noise=noise)
-        assert planner.smoothing_slack == pytest.approx(slack)
+        planner, controller = tolerating(PlannerParameters(), ControllerParameters(), 0.0, noise=noise)
+        assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_hits == (slack > 0.0)
     chosen = PlannerParameters(smoothing_slack=0.2)
     assert tolerating(chosen, ControllerParameters(), 0.0, noise=0.03)[0].smoothing_slack == 0.2
 

@@ -90,6 +90,21 @@ def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
     json.dumps(trial_record(trial), allow_nan=False)
 
 
+def test_with_smoothed_hits_a_door_that_leaves_two_centimetres_is_passed() -> None:
+    text = """
+        world: !Obstacles
+          bounds: [-1, -2, 5, 2]
+          polygons:
+          - [[2.0, -2.0], [2.1, -2.0], [2.1, -0.27], [2.0, -0.27]]
+          - [[2.0, 0.27], [2.1, 0.27], [2.1, 2.0], [2.0, 2.0]]
+          goal: [4, 0]
+        controller: {smoothed_hits: true}
+        simulation: {timeout: 20}
+        """
+    trial = run_trial(parse_scenario(text, name="door"), seed=0)
+    assert trial.outcome == "reached" and 0.01 < trial.min_clearance_m < 0.021
+
+
 def test_timeout_ends_a_trial() -> None:
     trial = run_trial(parse_scenario(SMALL + "simulation: {timeout: 1.0}", name="small"), seed=0)
     assert trial.outcome == "timeout"

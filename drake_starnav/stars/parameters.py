@@ -32,7 +32,7 @@ class StarParameters:
     smoothing_slack: float = parameter(
         0.0,
         "how much more than usual ranges may step within a surface and be moved by the moving average; declared noise "
-        "raises it, and where it is not 0 the certificate, too, takes the smoothed ranges",
+        "raises it",
         unit="m",
         low=0.0,
         high=1.0,

@@ -105,7 +105,7 @@ class StarPerception(LeafSystem):
                 history = history.remembered(scan.points(pose))
                 near, scan = without_strays(scan, pose, before.history, self._confirm)
             distance = smoothed_distances(scan, self._planner)
-            if self._planner.smoothing_slack > 0.0:
+            if controller.smoothed_hits:
                 smooth = smoothed_distances(near, self._planner)
                 near = dataclasses.replace(near, ranges=np.where(near.hits, smooth, near.ranges))
             profile = free_range(scan, distance, radius, self._planner)

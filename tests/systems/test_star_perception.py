@@ -28,8 +28,8 @@ POSE = np.array([0.1, -0.2, 0.4])
 class Perceived:
     """A perception with a simulator, whose inputs are fixed by hand."""
 
-    def __init__(self, stopwatch: Stopwatch | None = None, planner: PlannerParameters = PLANNER) -> None:
-        self.system = StarPerception(ROBOT, planner, CONTROLLER, rate=RATE, offset=OFFSET, stopwatch=stopwatch)
+    def __init__(self, stopwatch: Stopwatch | None = None, controller: ControllerParameters = CONTROLLER) -> None:
+        self.system = StarPerception(ROBOT, PLANNER, controller, rate=RATE, offset=OFFSET, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 
@@ -82,13 +82,13 @@ def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
     assert np.array_equal(star.region.center, POSE[:2])
 
 
-def test_the_certificate_takes_smoothed_ranges_only_where_there_is_much_noise() -> None:
-    for slack in (0.0, 0.12):
-        perceived = Perceived(planner=dataclasses.replace(PLANNER, smoothing_slack=slack))
+def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:
+    for smoothed in (False, True):
+        perceived = Perceived(controller=dataclasses.replace(CONTROLLER, smoothed_hits=smoothed))
         points = perceived.see(POST).points(POSE)
         perceived.update()
         off = [np.hypot(*(points - hit).T).min() for hit in perceived.out("safety_star").hits]
-        assert len(off) > 20 and (max(off) > 1e-3) == (slack > 0.0) and max(off) < 0.03
+        assert len(off) > 20 and (max(off) > 1e-3) == smoothed and max(off) < 0.03
 
 
 def test_the_planner_s_region_keeps_more_clearance_than_the_safety_star() -> None:
