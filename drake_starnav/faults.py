@@ -22,7 +22,9 @@ from drake_starnav.scan_matching import UNSEEN_JUMP
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
 SMOOTHED_DEVIATIONS = 3.0
-"""More noise than that is smoothed, as far as so many times its standard deviation."""
+"""More noise than that is smoothed, as far as so many times its standard deviation..."""
+NOISE_PER_BEAM = 0.015
+"""... for the certificate over one beam more on each side for each so much, m: the margin covers what corners lose."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -129,8 +131,8 @@ def sensing_error(
 
     with the robot's radius r, largest speed v and acceleration a. Lost and stray beams, delays and lost scans need no
     margin: they are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass.
-    Noise counts by less than its standard deviation: it is smoothed, which costs some millimetres at corners, and the
-    nearest of the hits that several scans leave on a surface bounds the robot.
+    Noise counts by less than its standard deviation: it is smoothed, and the nearest of the hits that several scans
+    leave on a surface bounds the robot.
     """
     v, a = robot.max_speed, robot.max_acceleration
     return (
@@ -157,8 +159,9 @@ def tolerating(
         planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
     if noise > NOMINAL_NOISE:
         slack = SMOOTHED_DEVIATIONS * (noise - NOMINAL_NOISE)
+        beams = math.ceil((noise - NOMINAL_NOISE) / NOISE_PER_BEAM - 1e-9)
         planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
-        controller = dataclasses.replace(controller, smoothed_hits=True)
+        controller = dataclasses.replace(controller, smoothed_beams=max(controller.smoothed_beams, beams))
     if error == 0.0:
         return planner, controller
     return (

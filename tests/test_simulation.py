@@ -90,7 +90,7 @@ def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
     json.dumps(trial_record(trial), allow_nan=False)
 
 
-def test_with_smoothed_hits_a_door_that_leaves_two_centimetres_is_passed() -> None:
+def test_with_smoothed_beams_a_door_that_leaves_two_centimetres_is_passed() -> None:
     text = """
         world: !Obstacles
           bounds: [-1, -2, 5, 2]
@@ -98,7 +98,7 @@ def test_with_smoothed_hits_a_door_that_leaves_two_centimetres_is_passed() -> No
           - [[2.0, -2.0], [2.1, -2.0], [2.1, -0.27], [2.0, -0.27]]
           - [[2.0, 0.27], [2.1, 0.27], [2.1, 2.0], [2.0, 2.0]]
           goal: [4, 0]
-        controller: {smoothed_hits: true}
+        controller: {smoothed_beams: 2}
         simulation: {timeout: 20}
         """
     trial = run_trial(parse_scenario(text, name="door"), seed=0)

@@ -124,11 +124,13 @@ class ControllerParameters:
         low=1,
         high=100,
     )
-    smoothed_hits: bool = parameter(
-        False,
-        "the safety star is made from smoothed ranges, not from the measured ones, of which the nearest errs most; "
-        "always so where more than the nominal noise is declared",
-        when="set it for doors that leave the robot less than 3 cm on each side",
+    smoothed_beams: int = parameter(
+        0,
+        "half width of a moving average, in beams, over the ranges that make the safety star, since the nearest "
+        "errs most; 0: none; declared noise raises it",
+        low=0,
+        high=50,
+        when="2 for doors that leave the robot less than 3 cm on each side",
     )
     scan_spacing: float = parameter(
         0.0,

@@ -13,6 +13,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.outliers import HitHistory, without_strays
+from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.stopwatch import Stopwatch
@@ -75,6 +76,9 @@ class StarPerception(LeafSystem):
         """
         super().__init__()
         self._robot, self._planner, self._controller = robot, planner, controller
+        self._hit_smoothing = StarParameters(
+            smoothing_beams=controller.smoothed_beams, smoothing_slack=planner.smoothing_slack
+        )
         self._stopwatch = stopwatch or Stopwatch()
         self._confirm = confirm
         self._expiry = delay + controller.scan_patience / rate
@@ -105,8 +109,8 @@ class StarPerception(LeafSystem):
                 history = history.remembered(scan.points(pose))
                 near, scan = without_strays(scan, pose, before.history, self._confirm)
             distance = smoothed_distances(scan, self._planner)
-            if controller.smoothed_hits:
-                smooth = smoothed_distances(near, self._planner)
+            if controller.smoothed_beams > 0:
+                smooth = smoothed_distances(near, self._hit_smoothing)
                 near = dataclasses.replace(near, ranges=np.where(near.hits, smooth, near.ranges))
             profile = free_range(scan, distance, radius, self._planner)
             with self._stopwatch.measure("fit"):

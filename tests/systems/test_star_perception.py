@@ -83,12 +83,12 @@ def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
 
 
 def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:
-    for smoothed in (False, True):
-        perceived = Perceived(controller=dataclasses.replace(CONTROLLER, smoothed_hits=smoothed))
+    for beams in (0, 1):
+        perceived = Perceived(controller=dataclasses.replace(CONTROLLER, smoothed_beams=beams))
         points = perceived.see(POST).points(POSE)
         perceived.update()
         off = [np.hypot(*(points - hit).T).min() for hit in perceived.out("safety_star").hits]
-        assert len(off) > 20 and (max(off) > 1e-3) == smoothed and max(off) < 0.03
+        assert len(off) > 20 and (max(off) > 1e-3) == bool(beams) and max(off) < 0.03
 
 
 def test_the_planner_s_region_keeps_more_clearance_than_the_safety_star() -> None:
