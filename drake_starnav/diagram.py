@@ -96,7 +96,7 @@ def add_navigation(
     step = scenario.simulation.time_step
     error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot)
     planner_parameters, controller_parameters = tolerating(
-        scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar.noise
+        scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
     )
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:

@@ -23,8 +23,8 @@ NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
 SMOOTHED_DEVIATIONS = 3.0
 """More noise than that is smoothed, as far as so many times its standard deviation..."""
-NOISE_PER_BEAM = 0.015
-"""... for the certificate over one beam more on each side for each so much, m: the margin covers what corners lose."""
+NOISE_PER_DEGREE = 0.015
+"""... for the certificate over one degree on each side for each so much, m: the margin covers what corners lose."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -148,18 +148,19 @@ def tolerating(
     controller: ControllerParameters,
     error: float,
     localization: LocalizationParameters | None = None,
-    noise: float = 0.0,
+    lidar: LidarParameters | None = None,
 ) -> tuple[PlannerParameters, ControllerParameters]:
     """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
 
-    Where the localisation is not exact, old regions are held against new scans; where ranges have more than the nominal
-    noise (m), they are smoothed all the more, for the certificate too.
+    Where the localisation is not exact, old regions are held against new scans; where the lidar has more
+    than the nominal noise, its ranges are smoothed all the more, for the certificate too.
     """
     if localization is not None and not localization.exact:
         planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
-    if noise > NOMINAL_NOISE:
-        slack = SMOOTHED_DEVIATIONS * (noise - NOMINAL_NOISE)
-        beams = math.ceil((noise - NOMINAL_NOISE) / NOISE_PER_BEAM - 1e-9)
+    if lidar is not None and lidar.noise > NOMINAL_NOISE:
+        noise = lidar.noise - NOMINAL_NOISE
+        slack = SMOOTHED_DEVIATIONS * noise
+        beams = math.ceil(math.radians(noise / NOISE_PER_DEGREE) / lidar.angle_increment - 1e-9)
         planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
         controller = dataclasses.replace(controller, smoothed_beams=max(controller.smoothed_beams, beams))
     if error == 0.0:

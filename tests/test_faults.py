@@ -81,17 +81,20 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
 
 def test_more_noise_than_the_nominal_is_smoothed():
     for noise, slack, beams in ((0.0, 0.0, 0), (0.01, 0.0, 0), (0.02, 0.03, 1), (0.03, 0.06, 2), (0.05, 0.12, 3)):
-        planner, controller = tolerating(PlannerParameters(), ControllerParameters(), 0.0, noise=noise)
+        lidar = LidarParameters(noise=noise)
+        planner, controller = tolerating(PlannerParameters(), ControllerParameters(), 0.0, lidar=lidar)
         assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_beams == beams
     chosen = PlannerParameters(smoothing_slack=0.2)
-    assert tolerating(chosen, ControllerParameters(), 0.0, noise=0.03)[0].smoothing_slack == 0.2
+    assert tolerating(chosen, ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.03))[0].smoothing_slack == 0.2
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.03, 0.05])
-@pytest.mark.parametrize("angle", [45.0, 90.0])
-def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle):
-    error = sensing_error(LidarParameters(noise=noise), *NO_FAULT[1:])
-    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, noise=noise)
+@pytest.mark.parametrize("angle", [60.0, 90.0])
+@pytest.mark.parametrize("beams", [180, 360, 720])
+def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
+    lidar = LidarParameters(noise=noise, beams=beams)
+    error = sensing_error(lidar, *NO_FAULT[1:])
+    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     smoothing = dataclasses.replace(planner, smoothing_beams=controller.smoothed_beams)
     tip = np.array((RADIUS + controller.safety_margin, 0.0))
     for axis in np.linspace(-0.6, 0.6, 9):
@@ -99,8 +102,9 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle):
         back = tip + 0.5 * np.column_stack((np.cos(sides), np.sin(sides)))
         wedge = World("wedge", (0, 0, 0), (0, 0), polygons=(np.vstack((tip, back)),), bounds=(-3.0, -3.0, 3.0, 3.0))
         for yaw in np.radians(np.linspace(0.0, 1.0, 5)):
-            nearest = smoothed_distances(cast(wedge, np.array((0.0, 0.0, yaw))), smoothing).min()
-            assert nearest < RADIUS + 2.0 * controller.safety_margin
+            scan = cast(wedge, np.array((0.0, 0.0, yaw)), beams=beams)
+            lost = smoothed_distances(scan, smoothing).min() - scan.distances.min()
+            assert lost < controller.safety_margin
 
 
 @given(st.floats(0.0, 0.05), st.floats(0.0, 0.05), st.floats(-1.0, 1.0))
