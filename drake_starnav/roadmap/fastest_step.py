@@ -56,6 +56,7 @@ def fastest_step(
         status=PlannerStatus.APPROACHING if arrives else PlannerStatus.EXPLORING,
         target=None,
         headway=headway,
+        anticipated=None,
         plans=state.plans + 1,
     )
 

@@ -66,7 +66,10 @@ class PlannerParameters(StarParameters):
         "how frontiers are ranked: grid (optimistic path through unknown space) or straight (line to the goal)",
         choices=("grid", "straight"),
     )
-    gates: bool = parameter(True, "where the optimistic path leaves the regions far from any frontier, try there: grid")
+    gates: bool = parameter(
+        True,
+        "where the optimistic path to the goal is shorter than by any frontier, try where it leaves the regions: grid",
+    )
     grid_resolution: float = parameter(
         0.05,
         "cell of the hit memory",
@@ -101,6 +104,9 @@ class PlannerParameters(StarParameters):
     )
     string_pulling: bool = parameter(
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
+    )
+    anticipation: bool = parameter(
+        True, "on the way to a frontier, turn towards the way on from there as soon as a scan shows it"
     )
     contradiction: float = parameter(
         0.0,

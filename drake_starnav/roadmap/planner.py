@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 
-from drake_starnav.guidance import PASSED_DISTANCE
+from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.polyline import distance_to_segment
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
-from drake_starnav.roadmap.search import LINE_STEP, barred_in_vain, find_route
+from drake_starnav.roadmap.search import LINE_STEP, barred_in_vain, find_route, last_in_sight
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
-from drake_starnav.stars.region import StarRegion, covers, first_cover, scan_region, segment_covered
+from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, scan_region, segment_covered
 
 OUTSIDE_TOLERANCE = 0.03
 """The robot counts as having left the regions only when this far outside, m."""
@@ -53,6 +53,8 @@ def plan_step(
     `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
     just ahead too, unless it has come along there or is leaving another one.
 
+    On its way to a target frontier the robot turns towards the way on from there as soon as the latest scan shows it.
+
     Args:
         state: before; it is not changed.
         seen: the latest scan.
@@ -64,7 +66,23 @@ def plan_step(
     """
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
+    state = _updated(state, seen, position, goal, time, parameters, robot_radius)
+    ahead = _anticipated(state, seen.region, position, parameters, robot_radius)
+    return state if ahead is state.anticipated else dataclasses.replace(state, anticipated=ahead)
+
+
+def _updated(
+    state: PlannerState,
+    seen: Observation,
+    position: np.ndarray,
+    goal: np.ndarray,
+    time: float,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> PlannerState:
+    """The state with the roadmap, the route and the watches brought up to date."""
     region = seen.region
+    assert region is not None
     if state.status is PlannerStatus.WAITING and len(state.roadmap) and state.roadmap.margin != parameters.margin:
         roadmap = rebuilt(state.roadmap, parameters.margin, parameters, robot_radius)
         state = dataclasses.replace(state, roadmap=roadmap)
@@ -81,8 +99,9 @@ def plan_step(
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
     if due or roadmap is not state.roadmap:
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-        if stalled and parameters.retire_dead_ends and len(state.path) and _faces(seen.pose, state.path[0]):
-            ahead = _ahead(position, state.path[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
+        way = state.guidance.path
+        if stalled and parameters.retire_dead_ends and len(way) and _faces(seen.pose, way[0]):
+            ahead = _ahead(position, way[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
             if not _came_along(roadmap, ahead, parameters, robot_radius) and not _shut_in(
                 position, ahead, roadmap.blocked
             ):
@@ -102,6 +121,24 @@ def plan_step(
     if parameters.string_pulling and _strayed(state.roadmap, path, position):
         return _planned(state, seen, region, position, goal, parameters, robot_radius)
     return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
+
+
+def _anticipated(
+    state: PlannerState,
+    region: StarRegion,
+    position: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> Guidance | None:
+    """The last point of the way on that is in straight sight inside the region of the latest scan, as guidance.
+
+    None on the way to another way point, to the goal, and while nothing of the way on is seen.
+    """
+    if not parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
+        return None
+    regions = RegionStack.of([clear_of(region, state.roadmap.blocked, parameters, robot_radius)])
+    last = last_in_sight(state.way_on, position, regions)
+    return Guidance(state.way_on[last : last + 1], False, regions) if last >= 0 else None
 
 
 def _after_trying(
@@ -278,6 +315,7 @@ def _planned(
         target=target,
         rounds=rounds,
         plans=state.plans + 1,
+        way_on=route.way_on,
     )
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import heapq
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
@@ -12,7 +12,7 @@ from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
-from drake_starnav.stars.region import StarRegion, covers, first_cover, least_outside, segment_covered
+from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, least_outside, segment_covered
 
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
@@ -20,10 +20,10 @@ UNREACHABLE_PENALTY = 20.0
 """Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
 LINE_STEP = 0.05
 """Sampling of lines of sight inside the union of regions, m."""
-GATE_ADVANTAGE = 0.25
-"""The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
+WAY_ON = 1.0
+"""So much of the optimistic path on from a target is kept, m."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,13 @@ class Route:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
         hopeless: whether no way leads from the target to the goal, even if all unknown space were free.
+        way_on: shape (m, 2), from the target's probe on, where the optimistic path leads, W, m.
     """
 
     path: np.ndarray
     target: Frontiers
     hopeless: bool = False
+    way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 def find_route(
@@ -73,24 +75,29 @@ def find_route(
     if goal_node >= 0:
         path = _node_path(roadmap, previous, goal_node, goal)
         return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    frontiers, field = roadmap.frontiers, None
+    frontiers, to_go = roadmap.frontiers, None
     if parameters.cost_to_go == "straight":
         ahead = np.hypot(*(frontiers.probe - goal).T)
     else:
         spent = _graph_lengths(roadmap, frontiers, distance)
-        field = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
-        ahead = estimates(field, frontiers, goal)
+        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
+        ahead = estimates(to_go, frontiers, goal)
     best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
-    if field is not None and parameters.gates and field.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
-        gate, path = optimistic_gate(roadmap, field.path(position))
+    if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost:
+        whole = to_go.path(position)
+        gate, path = optimistic_gate(roadmap, whole)
         if len(gate):
-            return Route(_pulled(roadmap, position, path, parameters), gate)
+            way_on = _beginning(np.vstack((gate.probe, whole[len(path) :])), WAY_ON)
+            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=way_on)
     if best < 0:
         return None
     target = frontiers.where(np.arange(len(frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
-    hopeless = field is not None and not np.isfinite(field.at(target.probe)[0])
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless)
+    hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
+    way_on = target.probe
+    if to_go is not None:
+        way_on = _beginning(np.vstack((way_on, to_go.path(target.probe[0]))), WAY_ON)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on)
 
 
 def barred_in_vain(
@@ -259,6 +266,23 @@ def string_pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) 
     return np.vstack((backward[:-1][::-1], line[-1:]))
 
 
+def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack) -> int:
+    """Index of the last of the points to which the straight line stays inside the union of regions, or -1.
+
+    Args:
+        points: shape (k, 2), W, m.
+        position: where the lines begin, shape (2,), W, m.
+        regions: that bound them.
+    """
+    return int(_last_in_sight(points, 0, *position, *regions.arrays))
+
+
+def _beginning(path: np.ndarray, length: float) -> np.ndarray:
+    """The points of a path as far as `length` (m) along it, the first one at least."""
+    along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
+    return path[: 1 + int(np.searchsorted(along, length))]
+
+
 def _resampled(line: np.ndarray, step: float) -> np.ndarray:
     """The polyline with intermediate points at most `step` apart; corners stay."""
     points = [line[:1]]
@@ -269,6 +293,15 @@ def _resampled(line: np.ndarray, step: float) -> np.ndarray:
 
 
 @njit(cache=True)
+def _last_in_sight(points, first, x, y, center, bearing_0, values, reach):
+    """Index of the last of points[first:] in line of sight from (x, y), or -1."""
+    for j in range(len(points) - 1, first - 1, -1):
+        if segment_covered(center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], LINE_STEP):
+            return j
+    return -1
+
+
+@njit(cache=True)
 def _pull(points, x, y, center, bearing_0, values, reach):
     """From (x, y) always on to the last of the points in line of sight."""
     count = len(points)
@@ -276,11 +309,7 @@ def _pull(points, x, y, center, bearing_0, values, reach):
     n = 0
     i = 0
     while i < count:
-        j = count - 1
-        while j > i and not segment_covered(
-            center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], LINE_STEP
-        ):
-            j -= 1
+        j = max(_last_in_sight(points, i, x, y, center, bearing_0, values, reach), i)
         x, y = points[j, 0], points[j, 1]
         out[n, 0], out[n, 1] = x, y
         n += 1

@@ -43,6 +43,8 @@ class PlannerState:
         plans: how often the roadmap was searched, or the fastest path was.
         headway: the watch over a robot on the fastest path.
         mapped: whether there was a map already when the goal was set.
+        way_on: shape (m, 2), from the target frontier's probe on, where the optimistic path leads, W, m.
+        anticipated: what to follow in place of the path, where the latest scan shows part of `way_on`; or None.
     """
 
     roadmap: StarRoadmap
@@ -56,6 +58,8 @@ class PlannerState:
     plans: int
     headway: Headway = field(default_factory=Headway)
     mapped: bool = False
+    way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    anticipated: Guidance | None = None
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
         return self
@@ -88,12 +92,15 @@ class PlannerState:
             progress_position=NOWHERE,
             rounds=0,
             headway=Headway(),
+            anticipated=None,
             mapped=len(self.roadmap) > 0,
         )
 
     @property
     def guidance(self) -> Guidance:
         """The part of the plan that the controller needs."""
+        if self.anticipated is not None:
+            return self.anticipated
         if not len(self.path):
             return Guidance.none()
         return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack)

@@ -102,7 +102,8 @@ class StarRoadmapPlanner(LeafSystem):
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._plan).set_value(after)
         state.get_mutable_discrete_state(self._goal_before).set_value(goal)
-        state.get_mutable_discrete_state(0).set_value(after.path[0] if len(after.path) else position)
+        path = after.guidance.path
+        state.get_mutable_discrete_state(0).set_value(path[0] if len(path) else position)
         return EventStatus.Succeeded()
 
     def _calc_guidance(self, context: Context, output: AbstractValue) -> None:

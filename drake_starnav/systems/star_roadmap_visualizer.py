@@ -115,7 +115,8 @@ class StarRoadmapVisualizer(LeafSystem):
         if state is not None:
             self._draw_roadmap(state.roadmap, time)
             self._fade(time)
-            self._stage.move("short_term_goal", state.path[0] if len(state.path) else None, time)
+            path = state.guidance.path
+            self._stage.move("short_term_goal", path[0] if len(path) else None, time)
             self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
             self._drawn.trail.append((pose[0], pose[1], 0.0 if twist is None else twist[0]))
@@ -213,7 +214,8 @@ class StarRoadmapVisualizer(LeafSystem):
     def _draw_path(self, pose: np.ndarray | None, state: PlannerState | None, time: float) -> None:
         if pose is None or state is None:
             return
-        points = np.vstack((pose[:2], state.path)) if len(state.path) else np.zeros((0, 2))
+        path = state.guidance.path
+        points = np.vstack((pose[:2], path)) if len(path) else np.zeros((0, 2))
         if np.array_equal(points, self._drawn.path):
             return
         self._drawn.path = points
