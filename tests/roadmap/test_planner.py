@@ -60,7 +60,8 @@ def drive(
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
     first = round(state.roadmap.scans[-1][0].time / PERIOD) + 1 if len(state.roadmap) else 0
     for k in range(first, first + steps):
-        way = state.path[0] - position if len(state.path) else np.array((1.0, 0.0))
+        path = state.guidance.path
+        way = path[0] - position if len(path) else np.array((1.0, 0.0))
         pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
         if k == first or not silent:
             scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
@@ -70,7 +71,7 @@ def drive(
         if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):
             break
         left = speed * PERIOD
-        for point in state.path:
+        for point in state.guidance.path:
             offset = point - position
             away = float(np.hypot(*offset))
             step = min(left, away)
@@ -283,6 +284,38 @@ def test_guidance_hands_on_the_path_and_the_regions():
     assert last.guidance.path is last.path
     assert last.guidance.regions is last.roadmap.stack
     assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance.path) == 0
+
+
+def test_the_robot_turns_to_the_way_on_as_soon_as_the_latest_scan_shows_it():
+    without = dataclasses.replace(PARAMETERS, anticipation=False)
+    bare, states = (drive(BAFFLES, parameters, steps=700) for parameters in (without, PARAMETERS))
+    assert not any(state.anticipated for state in bare)
+    early = [state for state in states if state.anticipated]
+    assert len(early) >= 5 and len(states) < len(bare)
+    for state in early:
+        aim = state.guidance.path[0]
+        assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
+        assert (state.way_on == aim).all(axis=1).any() and len(state.guidance.regions) == 1
+        assert segment_covered(*state.guidance.regions.arrays, *state.guidance.regions.center[0], *aim, LINE_STEP)
+    assert states[-1].anticipated is None and states[-1].with_new_goal().anticipated is None
+
+
+def test_the_robot_does_not_turn_to_a_way_on_past_a_blocked_place():
+    states = drive(BAFFLES, PARAMETERS, steps=700)
+    k = next(k for k in range(1, len(states)) if states[k].anticipated and states[k].plans == states[k - 1].plans)
+    before, after = states[k - 1 : k + 1]
+    position, aim = after.guidance.regions.center[0], after.guidance.path[0]
+    pose = np.array((*position, 0.0))
+    scan = cast(BAFFLES, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    goal, time = np.array(BAFFLES.goal), PERIOD * k
+    np.testing.assert_array_equal(
+        plan_step(before, seen, position, goal, time, PARAMETERS, RADIUS).guidance.path[0], aim
+    )
+    barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, blocked=aim[None]))
+    later = plan_step(barred, seen, position, goal, time, PARAMETERS, RADIUS)
+    assert later.plans == before.plans
+    assert later.anticipated is None or distance_to(later.guidance.path[0], aim) > RADIUS
 
 
 def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap():

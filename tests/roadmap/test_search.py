@@ -10,10 +10,12 @@ from drake_starnav.roadmap.roadmap import StarRoadmap, retired
 from drake_starnav.roadmap.search import (
     GATE_LENGTH,
     LINE_STEP,
+    WAY_ON,
     barred_in_vain,
     estimates,
     find_route,
     graph_distances,
+    last_in_sight,
     optimistic_cost,
     optimistic_gate,
     string_pulled,
@@ -152,14 +154,16 @@ def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
     world, roadmap = wandered(seed, nodes=3)
     start, angle = roadmap.stack.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
-    gate, way = optimistic_gate(roadmap, path)
+    gate, way = optimistic_gate(roadmap, path, RADIUS)
     assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
     after = np.flatnonzero((path == gate.stand[0]).all(axis=1))[0] + 1
     beyond = path[after : after + int(np.hypot(*(gate.probe[0] - gate.stand[0])) / 0.1 + 0.5)]
     assert not any(region.contains(point) for region in roadmap.regions for point in beyond)
     assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + 1e-9
     np.testing.assert_array_equal(way[-1], gate.stand[0])
-    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
+    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path, RADIUS)[0])
+    barred = dataclasses.replace(roadmap, blocked=gate.probe + (0.0, RADIUS))
+    assert not len(optimistic_gate(barred, path, RADIUS)[0])
 
 
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
@@ -182,9 +186,38 @@ def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
     direction = np.array((1.0, 0.0))
     edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
     path = (edge + 0.01 + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-    gate, way = optimistic_gate(roadmap, path)
+    gate, way = optimistic_gate(roadmap, path, RADIUS)
     np.testing.assert_array_equal(gate.stand, path[:1])
     assert len(way) == 1 and gate.owner.tolist() == [0]
+
+
+def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
+    """Around the end of a wall: from the probe across the jump on towards the goal behind the wall, for a metre."""
+    wall = [(1.0, -3.0), (1.1, -3.0), (1.1, 0.5), (1.0, 0.5)]
+    world = World("wall", (0.0, 0.0, 0.0), (3.0, -2.0), polygons=(wall,), bounds=(-3.0, -3.0, 6.0, 4.0))
+    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    position, goal = np.zeros(2), np.array(world.goal)
+    for parameters in (PARAMETERS, WITHOUT_GATES):
+        route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
+        np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
+        assert WAY_ON - 0.15 < length(route.way_on) < WAY_ON + 0.3  # the first step is from the probe to a cell
+        assert distance(world, route.way_on[1:]).min() > RADIUS - 0.05  # the probe may lie nearer, out of sight
+        to_go = np.hypot(*(route.way_on - goal).T)
+        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.way_on[-1] - route.target.stand[0])) > 0.5
+    route = find_route(roadmap, here(world, position), position, np.array((0.5, 0.5)), PARAMETERS, RADIUS)
+    assert not len(route.target) and not len(route.way_on)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_the_last_point_in_sight_is_the_last_that_a_line_reaches(seed):
+    world, roadmap = wandered(seed, nodes=2)
+    rng = np.random.default_rng(seed)
+    position, points = free_point(rng, world, RADIUS), rng.uniform(-6.0, 6.0, (12, 2))
+    seen = [segment_covered(*roadmap.stack.arrays, *position, *point, LINE_STEP) for point in points]
+    expected = max((k for k in range(12) if seen[k]), default=-1)
+    assert last_in_sight(points, position, roadmap.stack) == expected
+    assert last_in_sight(points[:0], position, roadmap.stack) == -1
 
 
 def split_room(door: float) -> World:
