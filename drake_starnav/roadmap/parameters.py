@@ -66,10 +66,7 @@ class PlannerParameters(StarParameters):
         "how frontiers are ranked: grid (optimistic path through unknown space) or straight (line to the goal)",
         choices=("grid", "straight"),
     )
-    gates: bool = parameter(
-        True,
-        "where the optimistic path to the goal is shorter than by any frontier, try where it leaves the regions: grid",
-    )
+    gates: bool = parameter(True, "where the optimistic path leaves the regions far from any frontier, try there: grid")
     grid_resolution: float = parameter(
         0.05,
         "cell of the hit memory",

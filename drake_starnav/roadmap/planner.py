@@ -32,7 +32,7 @@ CAME_ALONG_NODES = 40
 """A place that the robot passed between the latest so many nodes is not blocked."""
 CAME_STRAIGHT = 1.5
 """From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
-PROBE_SEEN_AFTER = 0.3
+PROBE_SEEN_AFTER = 0.15
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
 

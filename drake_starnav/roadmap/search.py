@@ -20,6 +20,8 @@ UNREACHABLE_PENALTY = 20.0
 """Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
 LINE_STEP = 0.05
 """Sampling of lines of sight inside the union of regions, m."""
+GATE_ADVANTAGE = 0.25
+"""The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
 WAY_ON = 1.0
@@ -83,21 +85,25 @@ def find_route(
         to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
         ahead = estimates(to_go, frontiers, goal)
     best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
-    if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost:
-        whole = to_go.path(position)
-        gate, path = optimistic_gate(roadmap, whole, robot_radius)
+    if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+        gate, path = optimistic_gate(roadmap, to_go.path(position), robot_radius)
         if len(gate):
-            way_on = _beginning(np.vstack((gate.probe, whole[len(path) :])), WAY_ON)
-            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=way_on)
+            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate))
     if best < 0:
         return None
     target = frontiers.where(np.arange(len(frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
-    way_on = target.probe
-    if to_go is not None:
-        way_on = _beginning(np.vstack((way_on, to_go.path(target.probe[0]))), WAY_ON)
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, _way_on(to_go, target))
+
+
+def _way_on(to_go: CostField | None, target: Frontiers) -> np.ndarray:
+    """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there."""
+    if to_go is None:
+        return target.probe
+    path = np.vstack((target.probe, to_go.path(target.probe[0])))
+    along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
+    return path[: 1 + int(np.searchsorted(along, WAY_ON))]
 
 
 def barred_in_vain(
@@ -277,12 +283,6 @@ def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack
         regions: that bound them.
     """
     return int(_last_in_sight(points, 0, *position, *regions.arrays))
-
-
-def _beginning(path: np.ndarray, length: float) -> np.ndarray:
-    """The points of a path as far as `length` (m) along it, the first one at least."""
-    along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
-    return path[: 1 + int(np.searchsorted(along, length))]
 
 
 def _resampled(line: np.ndarray, step: float) -> np.ndarray:
