@@ -52,7 +52,6 @@ ABLATIONS = (
         "paper III-C.2; method 6",
     ),
     Ablation("no_string_pulling", "the path runs over the nodes", ("planner.string_pulling=false",), "method 6"),
-    Ablation("no_anticipation", "the robot looks past no frontier", ("planner.anticipation=false",), "method 6"),
     Ablation("no_margin_shrinking", "the margin stays", ("planner.margin_shrinking=false",), "method 6"),
     Ablation("clipped_weights", "regions weighted by min(Gamma, 8)", ("controller.weights=clipped",), "method 7"),
     Ablation(

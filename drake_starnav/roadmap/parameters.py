@@ -103,7 +103,9 @@ class PlannerParameters(StarParameters):
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )
     anticipation: bool = parameter(
-        True, "on the way to a frontier, turn towards the way on from there as soon as a scan shows it"
+        False,
+        "on the way to a frontier, turn towards the way on from there as soon as a scan shows it",
+        when="turn it on for smoother corners and somewhat shorter times",
     )
     contradiction: float = parameter(
         0.0,

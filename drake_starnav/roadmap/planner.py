@@ -32,7 +32,7 @@ CAME_ALONG_NODES = 40
 """A place that the robot passed between the latest so many nodes is not blocked."""
 CAME_STRAIGHT = 1.5
 """From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
-PROBE_SEEN_AFTER = 0.15
+PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
 
@@ -53,7 +53,8 @@ def plan_step(
     `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
     just ahead too, unless it has come along there or is leaving another one.
 
-    On its way to a target frontier the robot turns towards the way on from there as soon as the latest scan shows it.
+    With `anticipation` the robot turns, on its way to a target frontier, towards the way on from there as soon as the
+    latest scan shows it.
 
     Args:
         state: before; it is not changed.

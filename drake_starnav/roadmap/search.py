@@ -86,7 +86,7 @@ def find_route(
         ahead = estimates(to_go, frontiers, goal)
     best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
-        gate, path = optimistic_gate(roadmap, to_go.path(position), robot_radius)
+        gate, path = optimistic_gate(roadmap, to_go.path(position))
         if len(gate):
             return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate))
     if best < 0:
@@ -211,17 +211,16 @@ def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.nd
     return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
 
 
-def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray, robot_radius: float) -> tuple[Frontiers, np.ndarray]:
+def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
     """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
 
     Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
     none, though the hits leave it open. And the way to a frontier over the nodes may be far longer than it need be.
-    There is no gate where the path leaves at a retired place, or closely past a blocked one.
+    There is no gate where the path leaves at a retired place.
 
     Args:
-        roadmap: its regions, retired and blocked places.
+        roadmap: its regions and retired places.
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
-        robot_radius: m.
     """
     regions = roadmap.stack.arrays
     last, outside = 0, 0.0  # the robot itself may stand a little outside
@@ -233,8 +232,7 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray, robot_radius: float)
             if outside >= GATE_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
                 away = np.hypot(*(roadmap.retired[:, :2] - stand).T)
-                beside = np.hypot(*(roadmap.blocked - probe).T)
-                if (away <= roadmap.retired[:, 2]).any() or (beside < robot_radius + roadmap.margin).any():
+                if (away <= roadmap.retired[:, 2]).any():
                     break
                 owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
                 gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))

@@ -154,16 +154,14 @@ def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
     world, roadmap = wandered(seed, nodes=3)
     start, angle = roadmap.stack.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
-    gate, way = optimistic_gate(roadmap, path, RADIUS)
+    gate, way = optimistic_gate(roadmap, path)
     assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
     after = np.flatnonzero((path == gate.stand[0]).all(axis=1))[0] + 1
     beyond = path[after : after + int(np.hypot(*(gate.probe[0] - gate.stand[0])) / 0.1 + 0.5)]
     assert not any(region.contains(point) for region in roadmap.regions for point in beyond)
     assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + 1e-9
     np.testing.assert_array_equal(way[-1], gate.stand[0])
-    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path, RADIUS)[0])
-    barred = dataclasses.replace(roadmap, blocked=gate.probe + (0.0, RADIUS))
-    assert not len(optimistic_gate(barred, path, RADIUS)[0])
+    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
 
 
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
@@ -186,7 +184,7 @@ def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
     direction = np.array((1.0, 0.0))
     edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
     path = (edge + 0.01 + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-    gate, way = optimistic_gate(roadmap, path, RADIUS)
+    gate, way = optimistic_gate(roadmap, path)
     np.testing.assert_array_equal(gate.stand, path[:1])
     assert len(way) == 1 and gate.owner.tolist() == [0]
 
