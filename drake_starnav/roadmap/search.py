@@ -82,13 +82,17 @@ def find_route(
         ahead = np.hypot(*(frontiers.probe - goal).T)
     else:
         spent = _graph_lengths(roadmap, frontiers, distance)
-        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent)
+        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent, parameters.gates)
         ahead = estimates(to_go, frontiers, goal)
     best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
         gate, path = optimistic_gate(roadmap, to_go.path(position))
         if len(gate):
             return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate))
+        # that search ended at the robot, when the frontiers' costs may have been lower bounds still
+        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent, False)
+        ahead = estimates(to_go, frontiers, goal)
+        best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
     if best < 0:
         return None
     target = frontiers.where(np.arange(len(frontiers)) == best)
@@ -184,8 +188,12 @@ def optimistic_cost(
     parameters: PlannerParameters,
     robot_radius: float,
     spent: np.ndarray | None = None,
+    at_robot: bool = True,
 ) -> CostField:
-    """The cost-to-go; with `spent` (n,), m, to get to the frontiers, only as far as they and the robot need it."""
+    """The cost-to-go; with `spent` (n,), m, to get to the frontiers, only until the cheapest of them is known.
+
+    With `at_robot` the cost at the robot is known too, but where that is less than by any frontier, only that.
+    """
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
@@ -199,7 +207,7 @@ def optimistic_cost(
         robot_radius,
         parameters.near_wall_cost,
         np.vstack((roadmap.closed, roadmap.blocked)),
-        None if spent is None else np.append(spent, 0.0),
+        None if spent is None else np.append(spent, 0.0 if at_robot else np.inf),
         None if spent is None else position,
         parameters.hysteresis,
     )

@@ -2,7 +2,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.parameters import PlannerParameters
@@ -125,15 +126,22 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
 
 
 @settings(max_examples=15)
-@given(seeds)
-def test_the_cheapest_frontier_is_chosen(seed):
+@given(seeds, st.booleans())
+@example(9, False)
+@example(58, False)
+@example(9, True)
+@example(58, True)
+def test_the_cheapest_frontier_is_chosen(seed, gates):
     world, roadmap = wandered(seed)
+    if gates:  # none is left
+        roadmap = dataclasses.replace(roadmap, retired=np.array([(0.0, 0.0, 100.0)]))
+    parameters = dataclasses.replace(PARAMETERS, gates=gates)
     position = roadmap.stack.center[-1]
     goal = np.array((9.0, 4.0))
     region = here(world, position)
     frontiers = roadmap.frontiers
     for current in (None, frontiers.stand[-1]):
-        route = find_route(roadmap, region, position, goal, WITHOUT_GATES, RADIUS, current)
+        route = find_route(roadmap, region, position, goal, parameters, RADIUS, current)
         distances, _ = graph_distances(roadmap, region, position)
         cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
         for k, stand in enumerate(frontiers.stand):
