@@ -36,7 +36,7 @@ class Route:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
         hopeless: whether no way leads from the target to the goal, even if all unknown space were free.
-        way_on: shape (m, 2), from the target's probe on, where the optimistic path leads, W, m.
+        way_on: shape (m, 2), from the target's probe on, where the optimistic path leads, W, m; for anticipation.
     """
 
     path: np.ndarray
@@ -64,7 +64,7 @@ def find_route(
         here: region of the latest scan.
         position: of the robot, shape (2,), W, m.
         goal: shape (2,), W, m.
-        parameters: cost_to_go, hysteresis, string_pulling.
+        parameters: cost_to_go, gates, hysteresis, string_pulling, anticipation.
         robot_radius: m.
         current: stand of the present target frontier, shape (2,), which gets a bonus.
 
@@ -88,7 +88,7 @@ def find_route(
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
         gate, path = optimistic_gate(roadmap, to_go.path(position))
         if len(gate):
-            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate))
+            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate, parameters))
         # that search ended at the robot, when the frontiers' costs may have been lower bounds still
         to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent, False)
         ahead = estimates(to_go, frontiers, goal)
@@ -98,11 +98,13 @@ def find_route(
     target = frontiers.where(np.arange(len(frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, _way_on(to_go, target))
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, _way_on(to_go, target, parameters))
 
 
-def _way_on(to_go: CostField | None, target: Frontiers) -> np.ndarray:
-    """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there."""
+def _way_on(to_go: CostField | None, target: Frontiers, parameters: PlannerParameters) -> np.ndarray:
+    """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there; if it is wanted."""
+    if not parameters.anticipation:
+        return np.zeros((0, 2))
     if to_go is None:
         return target.probe
     path = np.vstack((target.probe, to_go.path(target.probe[0])))

@@ -203,15 +203,17 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
     world = World("wall", (0.0, 0.0, 0.0), (3.0, -2.0), polygons=(wall,), bounds=(-3.0, -3.0, 6.0, 4.0))
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     position, goal = np.zeros(2), np.array(world.goal)
-    for parameters in (PARAMETERS, WITHOUT_GATES):
+    for gates in (True, False):
+        parameters = dataclasses.replace(PARAMETERS, gates=gates, anticipation=True)
         route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
         np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
         assert WAY_ON - 0.15 < length(route.way_on) < WAY_ON + 0.3  # the first step is from the probe to a cell
         assert distance(world, route.way_on[1:]).min() > RADIUS - 0.05  # the probe may lie nearer, out of sight
         to_go = np.hypot(*(route.way_on - goal).T)
         assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.way_on[-1] - route.target.stand[0])) > 0.5
-    route = find_route(roadmap, here(world, position), position, np.array((0.5, 0.5)), PARAMETERS, RADIUS)
+    route = find_route(roadmap, here(world, position), position, np.array((0.5, 0.5)), parameters, RADIUS)
     assert not len(route.target) and not len(route.way_on)
+    assert not len(find_route(roadmap, here(world, position), position, goal, PARAMETERS, RADIUS).way_on)
 
 
 @settings(max_examples=20)
