@@ -67,23 +67,7 @@ def plan_step(
     """
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
-    state = _updated(state, seen, position, goal, time, parameters, robot_radius)
-    ahead = _anticipated(state, seen.region, position, parameters, robot_radius)
-    return state if ahead is state.anticipated else dataclasses.replace(state, anticipated=ahead)
-
-
-def _updated(
-    state: PlannerState,
-    seen: Observation,
-    position: np.ndarray,
-    goal: np.ndarray,
-    time: float,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> PlannerState:
-    """The state with the roadmap, the route and the watches brought up to date."""
     region = seen.region
-    assert region is not None
     if state.status is PlannerStatus.WAITING and len(state.roadmap) and state.roadmap.margin != parameters.margin:
         roadmap = rebuilt(state.roadmap, parameters.margin, parameters, robot_radius)
         state = dataclasses.replace(state, roadmap=roadmap)
@@ -98,7 +82,8 @@ def _updated(
     due = tried or node_is_due(state, region, position, parameters)
     if due or spaced:
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
-    if due or roadmap is not state.roadmap:
+    search = due or roadmap is not state.roadmap
+    if search:
         roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
         way = state.guidance.path
         if stalled and parameters.retire_dead_ends and len(way) and _faces(seen.pose, way[0]):
@@ -113,15 +98,17 @@ def _updated(
                 roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
             target = None
         state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
-        return _planned(state, seen, region, position, goal, parameters, robot_radius)
-    if spaced:
+    elif spaced:
         state = dataclasses.replace(state, node_position=position.copy())
-    if not len(state.path):
-        return _planned(state, seen, region, position, goal, parameters, robot_radius)
-    path = _path_ahead(state.roadmap, state.path, position, parameters)
-    if parameters.string_pulling and _strayed(state.roadmap, path, position):
-        return _planned(state, seen, region, position, goal, parameters, robot_radius)
-    return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
+    if not search and len(state.path):
+        path = _path_ahead(state.roadmap, state.path, position, parameters)
+        search = parameters.string_pulling and _strayed(state.roadmap, path, position)
+        if not search and len(path) < len(state.path):
+            state = dataclasses.replace(state, path=path)
+    if search or not len(state.path):
+        state = _planned(state, seen, region, position, goal, parameters, robot_radius)
+    anticipated = _anticipated(state, seen.region, position, parameters, robot_radius)
+    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
 
 
 def _anticipated(

@@ -77,25 +77,17 @@ def find_route(
     if goal_node >= 0:
         path = _node_path(roadmap, previous, goal_node, goal)
         return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    frontiers, to_go = roadmap.frontiers, None
-    if parameters.cost_to_go == "straight":
-        ahead = np.hypot(*(frontiers.probe - goal).T)
-    else:
-        spent = _graph_lengths(roadmap, frontiers, distance)
-        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent, parameters.gates)
-        ahead = estimates(to_go, frontiers, goal)
-    best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
+    known = (roadmap, distance, position, goal, parameters, robot_radius, current)
+    best, cost, direct, to_go = _cheapest(*known, parameters.gates)
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
         gate, path = optimistic_gate(roadmap, to_go.path(position))
         if len(gate):
             return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate, parameters))
         # that search ended at the robot, when the frontiers' costs may have been lower bounds still
-        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, spent, False)
-        ahead = estimates(to_go, frontiers, goal)
-        best, cost, direct = _cheapest(roadmap, frontiers, distance, position, ahead, parameters, current)
+        best, cost, direct, to_go = _cheapest(*known, False)
     if best < 0:
         return None
-    target = frontiers.where(np.arange(len(frontiers)) == best)
+    target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
     return Route(_pulled(roadmap, position, path, parameters), target, hopeless, _way_on(to_go, target, parameters))
@@ -159,16 +151,26 @@ def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndar
 
 def _cheapest(
     roadmap: StarRoadmap,
-    frontiers: Frontiers,
     distance: np.ndarray,
     position: np.ndarray,
-    ahead: np.ndarray,
+    goal: np.ndarray,
     parameters: PlannerParameters,
+    robot_radius: float,
     current: np.ndarray | None,
-) -> tuple[int, float, bool]:
-    """Index of the frontier with the least g + h or -1, that sum, and whether the way there is the straight line."""
+    at_robot: bool,
+) -> tuple[int, float, bool, CostField | None]:
+    """The frontier with the least g + h: its index or -1, that sum, whether the way there is the straight line.
+
+    And the cost-to-go, if there is one; `at_robot` as for `optimistic_cost`.
+    """
+    frontiers, to_go = roadmap.frontiers, None
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     graph = _graph_lengths(roadmap, frontiers, distance)
+    if parameters.cost_to_go == "straight":
+        ahead = np.hypot(*(frontiers.probe - goal).T)
+    else:
+        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, graph, at_robot)
+        ahead = estimates(to_go, frontiers, goal)
     if current is not None:
         ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
     bound = np.minimum(graph, straight) + ahead
@@ -180,7 +182,7 @@ def _cheapest(
         cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
         if cost < best_cost:
             best, best_cost, direct = int(i), float(cost), bool(seen)
-    return best, best_cost, direct
+    return best, best_cost, direct, to_go
 
 
 def optimistic_cost(
