@@ -82,7 +82,8 @@ def find_route(
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
         gate, path = optimistic_gate(roadmap, to_go.path(position))
         if len(gate):
-            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=_way_on(to_go, gate, parameters))
+            way_on = _way_on(to_go, position, gate, parameters)
+            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=way_on)
         # that search ended at the robot, when the frontiers' costs may have been lower bounds still
         best, cost, direct, to_go = _cheapest(*known, False)
     if best < 0:
@@ -90,14 +91,20 @@ def find_route(
     target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, _way_on(to_go, target, parameters))
+    way_on = _way_on(to_go, position, target, parameters)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on)
 
 
-def _way_on(to_go: CostField | None, target: Frontiers, parameters: PlannerParameters) -> np.ndarray:
-    """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there; if it is wanted."""
+def _way_on(
+    to_go: CostField | None, position: np.ndarray, target: Frontiers, parameters: PlannerParameters
+) -> np.ndarray:
+    """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there; if it is wanted.
+
+    Only the probe where that path is no nearer to the goal than the robot: it leads back the way the robot comes.
+    """
     if not parameters.anticipation:
         return np.zeros((0, 2))
-    if to_go is None:
+    if to_go is None or to_go.at(target.probe)[0] >= to_go.at(position[None, :])[0]:
         return target.probe
     path = np.vstack((target.probe, to_go.path(target.probe[0])))
     along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))

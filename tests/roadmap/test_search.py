@@ -228,6 +228,19 @@ def test_the_last_point_in_sight_is_the_last_that_a_line_reaches(seed):
     assert last_in_sight(points[:0], position, roadmap.stack) == -1
 
 
+def test_a_way_on_that_leads_back_past_the_robot_is_none():
+    """The last frontier lies behind a post, away from the goal: the robot must go and see, not turn at once."""
+    world = split_room(door=1.0)
+    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    behind = roadmap.frontiers.where(roadmap.frontiers.probe[:, 0] < -1.0)
+    roadmap, position, goal = dataclasses.replace(roadmap, frontiers=behind), np.zeros(2), np.array(world.goal)
+    to_go = optimistic_cost(roadmap, position, goal, PARAMETERS, RADIUS)
+    assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
+    parameters = dataclasses.replace(WITHOUT_GATES, anticipation=True)
+    route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
+    np.testing.assert_array_equal(route.way_on, route.target.probe)
+
+
 def split_room(door: float) -> World:
     """Start and goal in two halves of a room with a door of some width (m) between; a post hides a part of one."""
     half = 0.5 * door
