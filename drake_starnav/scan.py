@@ -130,7 +130,7 @@ class LaserScan:
     @cached_property
     def complete(self) -> bool:
         """Whether every beam says something."""
-        return not math.isnan(self.ranges.dot(self.ranges))  # infinities' squares are infinity: only NaN makes NaN
+        return not math.isnan(np.minimum.reduce(self.ranges))  # NaN is the least of all
 
     @cached_property
     def distances(self) -> np.ndarray:

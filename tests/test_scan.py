@@ -1,6 +1,7 @@
 import copy
 import dataclasses
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -116,6 +117,12 @@ def test_nan_is_refused_where_no_beam_may_be_lost():
 
 def test_infinities_of_both_signs_are_not_lost():
     assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 0.0])).complete
+
+
+def test_ranges_too_large_for_their_squares_are_not_lost():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1e200, 1.0, 1.0])).complete
 
 
 @given(seeds, st.floats(0.0, 1.0))
