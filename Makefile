@@ -19,7 +19,7 @@ demo: install
 	$(RUN) scripts/simulate.py forest --html out/forest.html --json out/forest.json
 
 test: install
-	$(RUN) -m pytest -q
+	$(RUN) -m pytest -q -n logical --maxprocesses 8
 
 check: install
 	$(RUN) -m ruff check .

@@ -125,7 +125,7 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
                 below = True
         crossing += above and below
     rows = np.zeros((3 * len(quadrics) + crossing, COLUMNS))
-    count = 0
+    count = np.int64(0)  # a literal would have its callees compiled twice
     for q in quadrics:
         count = _slice_quadric(q, plane, normal, rows, count)
     for f in range(len(face_starts) - 1):
