@@ -1,5 +1,7 @@
 """A small world with two posts, and runs in it to test with."""
 
+from typing import Any
+
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
@@ -13,10 +15,21 @@ world: !Obstacles
   goal: [3.8, 0.0]
 """
 GOALS = ([3.8, 0.0], [-0.4, 1.5])
+LOOP_OUTPUTS = [
+    "planner.guidance",
+    "planner.short_term_goal",
+    "planner.roadmap",
+    "planner.status",
+    "controller.twist_command",
+    "controller.guiding_vector",
+    "controller.certificate",
+]
+"""What a diagram exports of its planner and its controller."""
 
 
-def posts() -> Scenario:
-    return parse_scenario(POSTS, name="posts")
+def posts(**changes: Any) -> Scenario:
+    """The scenario; `changes` as `parse_scenario` takes them."""
+    return parse_scenario(POSTS, name="posts", **changes)
 
 
 def simulated(diagram: Diagram, goal=GOALS[0]) -> Simulator:

@@ -14,7 +14,7 @@ from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
-from tests.posts import GOALS, posts, simulated
+from tests.posts import GOALS, LOOP_OUTPUTS, posts, simulated
 
 OFF_GRID = 1.2013
 """Between two events of every system, s."""
@@ -32,9 +32,8 @@ def all_states(diagram: Diagram, context: Context) -> dict[str, Any]:
     found: dict[str, Any] = {"time": context.get_time()}
     for k in range(context.num_discrete_state_groups()):
         found[f"discrete {k}"] = context.get_discrete_state(k).value().copy()
-    for port in (diagram.get_output_port(k) for k in range(diagram.num_output_ports())):
-        if port.get_name().startswith(("planner.", "controller.", "lidar.scan")):
-            found[port.get_name()] = port.Eval(context)
+    for name in (*LOOP_OUTPUTS, "lidar.scan"):
+        found[name] = diagram.GetOutputPort(name).Eval(context)
     perception = diagram.GetSubsystemByName("perception")
     found["perception"] = perception.GetOutputPort("safety_star").Eval(perception.GetMyContextFromRoot(context))
     return {name: structure(value) for name, value in found.items()}

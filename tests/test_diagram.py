@@ -12,7 +12,6 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_starnav.diagram import add_navigation, make_diagram
 from drake_starnav.guidance import Guidance
 from drake_starnav.roadmap import PlannerStatus
-from drake_starnav.scenario import parse_scenario
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.station import NavigationStation
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -20,7 +19,7 @@ from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.worlds.world import World
-from tests.posts import GOALS, POSTS, posts, simulated
+from tests.posts import GOALS, LOOP_OUTPUTS, posts, simulated
 
 STATION_OUTPUTS = [
     "lidar.scan",
@@ -34,16 +33,7 @@ STATION_OUTPUTS = [
     "cheat.contact_results",
     "cheat.geometry_query",
 ]
-EXPORTS = [
-    "planner.guidance",
-    "planner.short_term_goal",
-    "planner.roadmap",
-    "planner.status",
-    "controller.twist_command",
-    "controller.guiding_vector",
-    "controller.certificate",
-    *STATION_OUTPUTS,
-]
+EXPORTS = [*LOOP_OUTPUTS, *STATION_OUTPUTS]
 
 
 def test_exports_what_its_docstring_says() -> None:
@@ -51,7 +41,7 @@ def test_exports_what_its_docstring_says() -> None:
     assert [diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())] == EXPORTS
     assert diagram.num_input_ports() == 0
     assert diagram.get_name() == "posts"
-    for name in EXPORTS[:7]:
+    for name in LOOP_OUTPUTS:
         assert f"`{name}`" in make_diagram.__doc__
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.1)
@@ -130,7 +120,7 @@ def test_systems_that_are_added_are_handed_back() -> None:
 
 
 def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> None:
-    scenario = parse_scenario(POSTS, overrides=["localization.drift=0.02"], name="posts")
+    scenario = posts(overrides=["localization.drift=0.02"])
     navigation = add_navigation(DiagramBuilder(), scenario)
     assert navigation.localization("state").get_system() is navigation.matcher
     assert navigation.certificate.get_system() is navigation.matcher
@@ -138,7 +128,7 @@ def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> N
     assert {f"matcher.{name}" for name in ("star", "state", "pose", "scan_pose", "guidance", "certificate")} < {
         exports.get_output_port(k).get_name() for k in range(exports.num_output_ports())
     }
-    without = parse_scenario(POSTS, overrides=["localization.drift=0.02", "localization.matching=false"], name="posts")
+    without = posts(overrides=["localization.drift=0.02", "localization.matching=false"])
     assert add_navigation(DiagramBuilder(), without).matcher is None
 
 
@@ -151,7 +141,7 @@ def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> N
     ],
 )
 def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: list[str]) -> None:
-    scenario = parse_scenario(POSTS, name="posts", method=method)
+    scenario = posts(method=method)
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario)
     assert isinstance(navigation.controller, BaselineController)

@@ -326,7 +326,7 @@ def _pull(points, x, y, center, bearing_0, values, reach):
     count = len(points)
     out = np.empty((count, 2))
     n = 0
-    i = 0
+    i = np.int64(0)  # a literal would have `_last_in_sight` compiled twice
     while i < count:
         j = max(_last_in_sight(points, i, x, y, center, bearing_0, values, reach), i)
         x, y = points[j, 0], points[j, 1]
