@@ -102,6 +102,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "rate": 40.0,
             "weights": "paper",
             "radial_damping": "both",
+            "max_bend": math.pi,
             "modulation_distance": 0.0,
             "nearest_point_term": "away",
             "near_wall_term": False,

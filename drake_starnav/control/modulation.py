@@ -55,6 +55,19 @@ def modulated_direction(
     return np.array((x, y))
 
 
+def limited_turn(guide: np.ndarray, direction: np.ndarray, limit: float) -> np.ndarray:
+    """`direction`, or the unit vector towards it that is `limit` (rad) from `guide` if it is farther from it than that.
+
+    Where a region's boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
+    guiding vector may lead to the wrong side of an obstacle. All are unit vectors, shape (2,), W.
+    """
+    turn = math.atan2(guide[0] * direction[1] - guide[1] * direction[0], float(guide @ direction))
+    if abs(turn) <= limit:
+        return direction
+    cosine, sine = math.cos(limit), math.copysign(math.sin(limit), turn)
+    return np.array((cosine * guide[0] - sine * guide[1], sine * guide[0] + cosine * guide[1]))
+
+
 def near_wall_direction(
     position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float
 ) -> np.ndarray:

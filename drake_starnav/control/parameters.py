@@ -37,6 +37,14 @@ class ControllerParameters:
         "which radial motion is damped by 1 - 1/Gamma: outward only, or both (the paper)",
         choices=("outward", "both"),
     )
+    max_bend: float = parameter(
+        0.8,
+        "largest turn of the guiding vector by modulation where the straight line to the way point lies inside the "
+        "regions (the paper: any)",
+        unit="rad",
+        low=0.0,
+        high=3.2,
+    )
     modulation_distance: float = parameter(
         0.25, "nearer than this to the short-term goal the guiding vector is used as it is", unit="m", low=0.0, high=5.0
     )

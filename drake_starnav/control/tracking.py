@@ -8,12 +8,17 @@ from numba import njit
 
 from drake_starnav.control.braking import certified_twist, limits_array
 from drake_starnav.control.look_ahead import look_ahead
-from drake_starnav.control.modulation import modulated_direction, near_wall_direction, nearest_point_direction
+from drake_starnav.control.modulation import (
+    limited_turn,
+    modulated_direction,
+    near_wall_direction,
+    nearest_point_direction,
+)
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.region import LINE_STEP, RegionStack, segment_covered
 from drake_starnav.stars.safety import SafetyStar
 
 CREEP_SPEED = 0.08
@@ -87,6 +92,9 @@ def guiding_vector(
     direction = guide
     if parameters.modulation and distance > parameters.modulation_distance:
         direction = modulated_direction(position, guide, regions, parameters)
+        bent = limited_turn(guide, direction, parameters.max_bend)
+        if bent is not direction and segment_covered(*regions.arrays, *position, *ahead, LINE_STEP):
+            direction = bent
     if parameters.nearest_point_term != "none":
         rho, away = parameters.nearest_point_distance, parameters.nearest_point_term == "away"
         direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho, away)

@@ -8,11 +8,20 @@ import numpy as np
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.polyline import distance_to_segment
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
+from drake_starnav.roadmap.hit_memory import CLOSED_RADIUS
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
-from drake_starnav.roadmap.search import LINE_STEP, barred_in_vain, find_route, last_in_sight
+from drake_starnav.roadmap.search import barred_in_vain, find_route, last_in_sight, optimistic_cost
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
-from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, scan_region, segment_covered
+from drake_starnav.stars.region import (
+    LINE_STEP,
+    RegionStack,
+    StarRegion,
+    covers,
+    first_cover,
+    scan_region,
+    segment_covered,
+)
 
 OUTSIDE_TOLERANCE = 0.03
 """The robot counts as having left the regions only when this far outside, m."""
@@ -32,6 +41,8 @@ CAME_ALONG_NODES = 40
 """A place that the robot passed between the latest so many nodes is not blocked."""
 CAME_STRAIGHT = 1.5
 """From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
+LOOKED_FROM = 0.04
+"""A target whose probe is hidden from this near its stand has been looked at, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -50,8 +61,9 @@ def plan_step(
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing` (with a map from an
     earlier goal only where it sees something new), when the target frontier's probe is seen, on arrival at the target,
     and when no progress was made for `progress_timeout`. In the last two cases, and when a hit lies within
-    `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
-    just ahead too, unless it has come along there or is leaving another one.
+    `stuck_distance` of it, the target is retired; on arrival only after a look from its very stand, if much depends on
+    it (`closer_look`). A robot that faces its way and makes no progress blocks the place just ahead too, unless it has
+    come along there or is leaving another one.
 
     With `anticipation` the robot turns, on its way to a target frontier, towards the way on from there as soon as the
     latest scan shows it.
@@ -75,11 +87,13 @@ def plan_step(
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
-    arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
+    near = target is not None and _distance(position, target[0]) < parameters.arrival_distance
+    arrived = near and not _to_be_looked_at(roadmap, region, target, position, goal, parameters, robot_radius)
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     spaced = node_spacing_driven(state, position, parameters)
-    due = tried or node_is_due(state, region, position, parameters)
+    nearer = near and _distance(position, state.node_position) > LOOKED_FROM
+    due = tried or nearer or node_is_due(state, region, position, parameters)
     if due or spaced:
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
     search = due or roadmap is not state.roadmap
@@ -127,6 +141,36 @@ def _anticipated(
     regions = RegionStack.of([clear_of(region, state.roadmap.blocked, parameters, robot_radius)])
     last = last_in_sight(state.way_on, position, regions)
     return Guidance(state.way_on[last : last + 1], False, regions) if last >= 0 else None
+
+
+def _to_be_looked_at(
+    roadmap: StarRoadmap,
+    region: StarRegion,
+    target: np.ndarray,
+    position: np.ndarray,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> bool:
+    """Whether the robot shall come nearer to a target (stand and probe) that it is near to.
+
+    Because its probe is hidden still, and to give it up would lengthen the optimistic path by `closer_look`.
+    """
+    if (
+        parameters.cost_to_go != "grid"
+        or not parameters.retire_dead_ends
+        or _distance(position, target[0]) < LOOKED_FROM
+        or covers(region.center, region.bearing_0, region.boundary.values, *target[1])
+    ):
+        return False
+    away = np.hypot(*(roadmap.closed - position).T)
+    roadmap = dataclasses.replace(roadmap, closed=roadmap.closed[away > CLOSED_RADIUS + LOOKED_FROM])
+    given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
+    now, then = (
+        float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
+        for known in (roadmap, given_up)
+    )
+    return math.isfinite(now) and then > now + parameters.closer_look
 
 
 def _after_trying(

@@ -12,14 +12,20 @@ from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
-from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, least_outside, segment_covered
+from drake_starnav.stars.region import (
+    LINE_STEP,
+    RegionStack,
+    StarRegion,
+    covers,
+    first_cover,
+    least_outside,
+    segment_covered,
+)
 
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
 UNREACHABLE_PENALTY = 20.0
 """Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
-LINE_STEP = 0.05
-"""Sampling of lines of sight inside the union of regions, m."""
 GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2

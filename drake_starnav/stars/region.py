@@ -20,6 +20,9 @@ from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 
+LINE_STEP = 0.05
+"""Sampling of lines of sight inside the union of regions, m."""
+
 
 @dataclass(frozen=True)
 class StarRegion:

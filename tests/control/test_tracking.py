@@ -16,9 +16,11 @@ from drake_starnav.control.tracking import (
 )
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack
+from drake_starnav.stars.parameters import StarParameters
+from drake_starnav.stars.region import LINE_STEP, RegionStack, scan_region, segment_covered
 from drake_starnav.stars.safety import SafetyStar
-from tests.scans import RADIUS, seeds, smooth_region
+from drake_starnav.worlds.world import World
+from tests.scans import RADIUS, cast, seeds, smooth_region
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
@@ -147,6 +149,31 @@ def test_modulation_ends_near_the_short_term_goal():
         assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
     off = ControllerParameters(modulation=False)
     np.testing.assert_allclose(guiding_vector(np.zeros(2), path, regions, NO_HITS, off, RADIUS)[0], (0.6, 0.8))
+
+
+def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
+    post = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(0.5, 0.3, 0.02)], bounds=(-2.0, -2.0, 3.0, 2.0))
+    pose = np.array((0.0, -0.1, 0.0))
+    regions = RegionStack.of((scan_region(cast(post, pose), pose, RADIUS, StarParameters()),))
+    limit, any_turn = PARAMETERS.max_bend, dataclasses.replace(PARAMETERS, max_bend=math.pi)
+    turns = []
+    rng = np.random.default_rng(0)
+    for position, aim in rng.uniform((0.0, -0.5), (1.5, 0.5), (2000, 2, 2)):
+        guide = (aim - position) / np.hypot(*(aim - position))
+        direction, free = (
+            guiding_vector(position, aim[None, :], regions, NO_HITS, parameters, RADIUS)[0]
+            for parameters in (PARAMETERS, any_turn)
+        )
+        turn = math.acos(min(max(float(free @ guide), -1.0), 1.0))
+        if segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
+            turns.append(turn)
+            assert math.acos(min(max(float(direction @ guide), -1.0), 1.0)) == pytest.approx(min(turn, limit), abs=1e-6)
+            assert guide[0] * direction[1] - guide[1] * direction[0] == pytest.approx(
+                math.copysign(math.sin(min(turn, limit)), guide[0] * free[1] - guide[1] * free[0]), abs=1e-6
+            )
+        else:
+            np.testing.assert_array_equal(direction, free)
+    assert max(turns) > limit + 0.1, "without the limit, free ways are turned that far"
 
 
 @settings(max_examples=60)

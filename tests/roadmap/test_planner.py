@@ -8,9 +8,8 @@ import pytest
 
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.roadmap.planner import node_is_due
-from drake_starnav.roadmap.search import LINE_STEP
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
-from drake_starnav.stars.region import first_cover, scan_region, segment_covered
+from drake_starnav.stars.region import LINE_STEP, first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance
 
@@ -135,6 +134,30 @@ def test_a_robot_that_makes_no_progress_gives_up_its_target():
     assert not len(first.roadmap.retired) and len(last.roadmap.retired) == 1
     np.testing.assert_allclose(last.roadmap.retired[0, :2], first.target[0])
     assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
+
+
+@pytest.mark.parametrize("closer_look", [PlannerParameters().closer_look, 1000.0])
+def test_a_target_that_bars_much_is_given_up_only_at_its_stand(closer_look):
+    wall = [[(1.4, low), (1.6, low), (1.6, high), (1.4, high)] for low, high in ((-1.0, 0.7), (1.32, 3.0))]
+    world = World("door", (1.0, 1.01, 0.0), (4.0, 1.0), polygons=wall, bounds=(-1.0, -1.0, 5.0, 3.0))
+    parameters = dataclasses.replace(PARAMETERS, closer_look=closer_look, margin_shrinking=False)
+    goal, target = np.array(world.goal), np.array(((1.4, 1.01), (1.7, 0.95)))  # the probe is too near to a corner
+
+    def retired_from(*places: float) -> list[int]:
+        state, found = PlannerState.initial(parameters, RADIUS), []
+        for k, x in enumerate((1.0, *places)):
+            pose = np.array((x, 1.01, 0.0))
+            scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
+            seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+            assert not seen.region.contains(target[1])
+            state = plan_step(state, seen, pose[:2], goal, PERIOD * k, parameters, RADIUS)
+            found.append(len(state.roadmap.retired))
+            state = dataclasses.replace(state, target=target, status=PlannerStatus.EXPLORING)
+        return found[1:]
+
+    looks = closer_look < 100.0
+    assert retired_from(1.3) == [0 if looks else 1]
+    assert retired_from(1.3, 1.38) == [0, 1] if looks else [1, 2]
 
 
 def test_where_it_cannot_go_on_no_region_leads_any_more():

@@ -10,7 +10,6 @@ from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, retired
 from drake_starnav.roadmap.search import (
     GATE_LENGTH,
-    LINE_STEP,
     WAY_ON,
     barred_in_vain,
     estimates,
@@ -21,7 +20,7 @@ from drake_starnav.roadmap.search import (
     optimistic_gate,
     string_pulled,
 )
-from drake_starnav.stars.region import StarRegion, scan_region, segment_covered
+from drake_starnav.stars.region import LINE_STEP, StarRegion, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance, explored, free_point, seeds, wandered
 
