@@ -21,6 +21,7 @@ from drake_starnav.scan import LaserScan
 from drake_starnav.stars import RegionStack, StarParameters
 from drake_starnav.stars.free_range import CONNECTED_CHORD, SMOOTHING_JUMP, SMOOTHING_LIMIT
 from drake_starnav.stars.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
+from drake_starnav.stars.region import LINE_STEP, segment_covered
 from drake_starnav.stars.safety import SafetyStar, ScanMemory
 
 
@@ -168,7 +169,8 @@ def command(
     distance = away[ahead]
     direction = offset[ahead] / distance
     if distance > parameters.modulation_distance:
-        direction = _modulated(pose[:2], direction, guidance.regions, parameters)
+        modulated = _modulated(pose[:2], direction, guidance.regions, parameters)
+        direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, parameters.max_bend)
     direction = _off_walls(
         pose[:2], direction, star.near_hits, near_wall_radius(parameters, robot.radius), parameters.near_wall_zone
     )
@@ -180,6 +182,16 @@ def command(
     limits = np.array((robot.max_speed, robot.max_yaw_rate))
     change = np.array((robot.max_acceleration, robot.max_yaw_acceleration)) / parameters.rate
     return twist + np.clip(np.clip((v, omega), -limits, limits) - twist, -change, change)
+
+
+def _turned_less(
+    position: np.ndarray, guide: np.ndarray, modulated: np.ndarray, aim: np.ndarray, regions: RegionStack, limit: float
+) -> np.ndarray:
+    turn = float(np.angle(complex(*modulated) / complex(*guide)))
+    if abs(turn) <= limit or not segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
+        return modulated
+    turned = complex(*guide) * np.exp(1j * math.copysign(limit, turn))
+    return np.array((turned.real, turned.imag))
 
 
 def _modulated(

@@ -46,10 +46,10 @@ class PlannerParameters(StarParameters):
     closer_look: float = parameter(
         1.0,
         "where giving a target up would lengthen the optimistic path by more than this, the robot drives up to its "
-        "stand before it does: grid",
+        "stand before it does: grid; 20: never",
         unit="m",
         low=0.0,
-        high=1000.0,
+        high=20.0,
     )
     stuck_distance: float = parameter(
         0.0,

@@ -11,7 +11,7 @@ from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
 from drake_starnav.roadmap.hit_memory import CLOSED_RADIUS
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
-from drake_starnav.roadmap.search import barred_in_vain, find_route, last_in_sight, optimistic_cost
+from drake_starnav.roadmap.search import UNREACHABLE_PENALTY, barred_in_vain, find_route, last_in_sight, optimistic_cost
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.stars.region import (
     LINE_STEP,
@@ -87,12 +87,13 @@ def plan_step(
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
-    near = target is not None and _distance(position, target[0]) < parameters.arrival_distance
-    arrived = near and not _to_be_looked_at(roadmap, region, target, position, goal, parameters, robot_radius)
+    arrived = nearer = False
+    if target is not None and _distance(position, target[0]) < parameters.arrival_distance:
+        arrived = not _to_be_looked_at(roadmap, region, target, position, goal, parameters, robot_radius)
+        nearer = _distance(position, state.node_position) > LOOKED_FROM
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     spaced = node_spacing_driven(state, position, parameters)
-    nearer = near and _distance(position, state.node_position) > LOOKED_FROM
     due = tried or nearer or node_is_due(state, region, position, parameters)
     if due or spaced:
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
@@ -152,9 +153,9 @@ def _to_be_looked_at(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> bool:
-    """Whether the robot shall come nearer to a target (stand and probe) that it is near to.
+    """Whether the robot shall come still nearer to a target (stand and probe) that it is near to.
 
-    Because its probe is hidden still, and to give it up would lengthen the optimistic path by `closer_look`.
+    It shall where the probe is hidden and giving it up would lengthen the optimistic path by `closer_look`.
     """
     if (
         parameters.cost_to_go != "grid"
@@ -170,7 +171,7 @@ def _to_be_looked_at(
         float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
         for known in (roadmap, given_up)
     )
-    return math.isfinite(now) and then > now + parameters.closer_look
+    return math.isfinite(now) and min(then - now, UNREACHABLE_PENALTY) > parameters.closer_look
 
 
 def _after_trying(

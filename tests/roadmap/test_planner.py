@@ -136,7 +136,7 @@ def test_a_robot_that_makes_no_progress_gives_up_its_target():
     assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
 
 
-@pytest.mark.parametrize("closer_look", [PlannerParameters().closer_look, 1000.0])
+@pytest.mark.parametrize("closer_look", [PARAMETERS.closer_look, 20.0])
 def test_a_target_that_bars_much_is_given_up_only_at_its_stand(closer_look):
     wall = [[(1.4, low), (1.6, low), (1.6, high), (1.4, high)] for low, high in ((-1.0, 0.7), (1.32, 3.0))]
     world = World("door", (1.0, 1.01, 0.0), (4.0, 1.0), polygons=wall, bounds=(-1.0, -1.0, 5.0, 3.0))
@@ -155,7 +155,7 @@ def test_a_target_that_bars_much_is_given_up_only_at_its_stand(closer_look):
             state = dataclasses.replace(state, target=target, status=PlannerStatus.EXPLORING)
         return found[1:]
 
-    looks = closer_look < 100.0
+    looks = closer_look < 20.0
     assert retired_from(1.3) == [0 if looks else 1]
     assert retired_from(1.3, 1.38) == [0, 1] if looks else [1, 2]
 
