@@ -41,8 +41,8 @@ CAME_ALONG_NODES = 40
 """A place that the robot passed between the latest so many nodes is not blocked."""
 CAME_STRAIGHT = 1.5
 """From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
-LOOKED_FROM = 0.04
-"""A target whose probe is hidden from this near its stand has been looked at, m."""
+AT_STAND = 0.04
+"""A robot this near to a target's stand is there, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -87,14 +87,11 @@ def plan_step(
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
-    arrived = nearer = False
-    if target is not None and _distance(position, target[0]) < parameters.arrival_distance:
-        arrived = not _to_be_looked_at(roadmap, region, target, position, goal, parameters, robot_radius)
-        nearer = _distance(position, state.node_position) > LOOKED_FROM
+    arrived = target is not None and _arrived(state, target, position, parameters)
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     spaced = node_spacing_driven(state, position, parameters)
-    due = tried or nearer or node_is_due(state, region, position, parameters)
+    due = tried or node_is_due(state, region, position, parameters)
     if due or spaced:
         roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
     search = due or roadmap is not state.roadmap
@@ -109,9 +106,11 @@ def plan_step(
                 roadmap = blocked(roadmap, ahead, parameters, robot_radius)
                 region = clear_of(region, ahead[None, :], parameters, robot_radius)
         if tried and target is not None:
+            after: StarRoadmap | None = roadmap
             if parameters.retire_dead_ends:
-                roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
-            target = None
+                after = _after_trying(roadmap, seen, target, arrived, position, goal, parameters, robot_radius)
+            if after is not None:
+                roadmap, target = after, None
         state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
     elif spaced:
         state = dataclasses.replace(state, node_position=position.copy())
@@ -144,47 +143,20 @@ def _anticipated(
     return Guidance(state.way_on[last : last + 1], False, regions) if last >= 0 else None
 
 
-def _to_be_looked_at(
-    roadmap: StarRoadmap,
-    region: StarRegion,
-    target: np.ndarray,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> bool:
-    """Whether the robot shall come still nearer to a target (stand and probe) that it is near to.
-
-    It shall where the probe is hidden and giving it up would lengthen the optimistic path by `closer_look`.
-    """
-    if (
-        parameters.cost_to_go != "grid"
-        or not parameters.retire_dead_ends
-        or _distance(position, target[0]) < LOOKED_FROM
-        or covers(region.center, region.bearing_0, region.boundary.values, *target[1])
-    ):
-        return False
-    away = np.hypot(*(roadmap.closed - position).T)
-    roadmap = dataclasses.replace(roadmap, closed=roadmap.closed[away > CLOSED_RADIUS + LOOKED_FROM])
-    given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
-    now, then = (
-        float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
-        for known in (roadmap, given_up)
-    )
-    return math.isfinite(now) and min(then - now, UNREACHABLE_PENALTY) > parameters.closer_look
-
-
 def _after_trying(
     roadmap: StarRoadmap,
     seen: Observation,
     target: np.ndarray,
     arrived: bool,
+    position: np.ndarray,
+    goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
-) -> StarRoadmap:
+) -> StarRoadmap | None:
     """The roadmap once a target (stand and probe) was driven to, its newest region made there.
 
     If that region does not contain the probe, regions with less and less margin are tried before the target is retired.
+    None if the robot shall come nearer before that, since much depends on it.
     """
     if arrived and roadmap.regions[-1].contains(target[1]):
         return roadmap
@@ -194,7 +166,41 @@ def _after_trying(
         if region.contains(target[1]):
             return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
-    return retired(roadmap, target[0], parameters.retired_radius, target[1])
+    given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
+    if arrived and not _at(target, position) and _detour(roadmap, given_up, position, goal, parameters, robot_radius):
+        return None
+    return given_up
+
+
+def _arrived(state: PlannerState, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the robot has come to a target (stand and probe); to one looked at from here already, only at its stand."""
+    looked = parameters.cost_to_go == "grid" and _distance(position, state.node_position) <= AT_STAND
+    return _distance(position, target[0]) < parameters.arrival_distance and (_at(target, position) or not looked)
+
+
+def _at(target: np.ndarray, position: np.ndarray) -> bool:
+    """Whether the robot is at the very stand of a target (stand and probe)."""
+    return _distance(position, target[0]) < AT_STAND
+
+
+def _detour(
+    before: StarRoadmap,
+    after: StarRoadmap,
+    position: np.ndarray,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> bool:
+    """Whether the optimistic path to the goal is longer by `closer_look` once a target was given up."""
+    if parameters.cost_to_go != "grid":
+        return False
+    away = np.hypot(*(before.closed - position).T)
+    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])  # the robot is there
+    shorter, longer = (
+        float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
+        for known in (before, after)
+    )
+    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > parameters.closer_look
 
 
 def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
