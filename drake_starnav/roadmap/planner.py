@@ -173,7 +173,7 @@ def _after_trying(
 
 
 def _arrived(state: PlannerState, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot has come to a target (stand and probe); to one looked at from here already, only at its stand."""
+    """Whether the robot has come to a target (stand and probe); if it looked from here before, only at the stand."""
     looked = parameters.cost_to_go == "grid" and _distance(position, state.node_position) <= AT_STAND
     return _distance(position, target[0]) < parameters.arrival_distance and (_at(target, position) or not looked)
 
