@@ -8,10 +8,9 @@ import numpy as np
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.polyline import distance_to_segment
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
-from drake_starnav.roadmap.hit_memory import CLOSED_RADIUS
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
-from drake_starnav.roadmap.search import UNREACHABLE_PENALTY, barred_in_vain, find_route, last_in_sight, optimistic_cost
+from drake_starnav.roadmap.search import barred_in_vain, find_route, last_in_sight
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.stars.region import (
     LINE_STEP,
@@ -41,8 +40,6 @@ CAME_ALONG_NODES = 40
 """A place that the robot passed between the latest so many nodes is not blocked."""
 CAME_STRAIGHT = 1.5
 """From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
-AT_STAND = 0.04
-"""A robot this near to a target's stand is there, m."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -61,9 +58,8 @@ def plan_step(
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing` (with a map from an
     earlier goal only where it sees something new), when the target frontier's probe is seen, on arrival at the target,
     and when no progress was made for `progress_timeout`. In the last two cases, and when a hit lies within
-    `stuck_distance` of it, the target is retired; on arrival only after a look from its very stand, if much depends on
-    it (`closer_look`). A robot that faces its way and makes no progress blocks the place just ahead too, unless it has
-    come along there or is leaving another one.
+    `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
+    just ahead too, unless it has come along there or is leaving another one.
 
     With `anticipation` the robot turns, on its way to a target frontier, towards the way on from there as soon as the
     latest scan shows it.
@@ -87,7 +83,7 @@ def plan_step(
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
-    arrived = target is not None and _arrived(state, target, position, parameters)
+    arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     spaced = node_spacing_driven(state, position, parameters)
@@ -106,11 +102,9 @@ def plan_step(
                 roadmap = blocked(roadmap, ahead, parameters, robot_radius)
                 region = clear_of(region, ahead[None, :], parameters, robot_radius)
         if tried and target is not None:
-            after: StarRoadmap | None = roadmap
             if parameters.retire_dead_ends:
-                after = _after_trying(roadmap, seen, target, arrived, position, goal, parameters, robot_radius)
-            if after is not None:
-                roadmap, target = after, None
+                roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
+            target = None
         state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
     elif spaced:
         state = dataclasses.replace(state, node_position=position.copy())
@@ -148,15 +142,12 @@ def _after_trying(
     seen: Observation,
     target: np.ndarray,
     arrived: bool,
-    position: np.ndarray,
-    goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
-) -> StarRoadmap | None:
+) -> StarRoadmap:
     """The roadmap once a target (stand and probe) was driven to, its newest region made there.
 
     If that region does not contain the probe, regions with less and less margin are tried before the target is retired.
-    None if the robot shall come nearer before that, since much depends on it.
     """
     if arrived and roadmap.regions[-1].contains(target[1]):
         return roadmap
@@ -166,41 +157,7 @@ def _after_trying(
         if region.contains(target[1]):
             return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
-    given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
-    if arrived and not _at(target, position) and _detour(roadmap, given_up, position, goal, parameters, robot_radius):
-        return None
-    return given_up
-
-
-def _arrived(state: PlannerState, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot has come to a target (stand and probe); if it looked from here before, only at the stand."""
-    looked = parameters.cost_to_go == "grid" and _distance(position, state.node_position) <= AT_STAND
-    return _distance(position, target[0]) < parameters.arrival_distance and (_at(target, position) or not looked)
-
-
-def _at(target: np.ndarray, position: np.ndarray) -> bool:
-    """Whether the robot is at the very stand of a target (stand and probe)."""
-    return _distance(position, target[0]) < AT_STAND
-
-
-def _detour(
-    before: StarRoadmap,
-    after: StarRoadmap,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> bool:
-    """Whether the optimistic path to the goal is longer by `closer_look` once a target was given up."""
-    if parameters.cost_to_go != "grid":
-        return False
-    away = np.hypot(*(before.closed - position).T)
-    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])  # the robot is there
-    shorter, longer = (
-        float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
-        for known in (before, after)
-    )
-    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > parameters.closer_look
+    return retired(roadmap, target[0], parameters.retired_radius, target[1])
 
 
 def _faces(pose: np.ndarray, place: np.ndarray) -> bool:

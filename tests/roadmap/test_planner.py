@@ -136,30 +136,6 @@ def test_a_robot_that_makes_no_progress_gives_up_its_target():
     assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
 
 
-@pytest.mark.parametrize("closer_look", [PARAMETERS.closer_look, 20.0])
-def test_a_target_that_bars_much_is_given_up_only_at_its_stand(closer_look):
-    wall = [[(1.4, low), (1.6, low), (1.6, high), (1.4, high)] for low, high in ((-1.0, 0.7), (1.32, 3.0))]
-    world = World("door", (1.0, 1.01, 0.0), (4.0, 1.0), polygons=wall, bounds=(-1.0, -1.0, 5.0, 3.0))
-    parameters = dataclasses.replace(PARAMETERS, closer_look=closer_look, margin_shrinking=False)
-    goal, target = np.array(world.goal), np.array(((1.4, 1.01), (1.7, 0.95)))  # the probe is too near to a corner
-
-    def retired_from(*places: float) -> list[int]:
-        state, found = PlannerState.initial(parameters, RADIUS), []
-        for k, x in enumerate((1.0, *places)):
-            pose = np.array((x, 1.01, 0.0))
-            scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
-            seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
-            assert not seen.region.contains(target[1])
-            state = plan_step(state, seen, pose[:2], goal, PERIOD * k, parameters, RADIUS)
-            found.append(len(state.roadmap.retired))
-            state = dataclasses.replace(state, target=target, status=PlannerStatus.EXPLORING)
-        return found[1:]
-
-    looks = closer_look < 20.0
-    assert retired_from(1.3) == [0 if looks else 1]
-    assert retired_from(1.3, 1.38) == [0, 1] if looks else [1, 2]
-
-
 def test_where_it_cannot_go_on_no_region_leads_any_more():
     last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
     (place,) = last.roadmap.blocked
