@@ -61,11 +61,12 @@ def limited_turn(guide: np.ndarray, direction: np.ndarray, limit: float) -> np.n
     Where a region's boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
     guiding vector may lead to the wrong side of an obstacle. All are unit vectors, shape (2,), W.
     """
-    turn = math.atan2(guide[0] * direction[1] - guide[1] * direction[0], float(guide @ direction))
+    (gx, gy), (x, y) = guide.tolist(), direction.tolist()  # arithmetic on NumPy's scalars is far slower
+    turn = math.atan2(gx * y - gy * x, gx * x + gy * y)
     if abs(turn) <= limit:
         return direction
     cosine, sine = math.cos(limit), math.copysign(math.sin(limit), turn)
-    return np.array((cosine * guide[0] - sine * guide[1], sine * guide[0] + cosine * guide[1]))
+    return np.array((cosine * gx - sine * gy, sine * gx + cosine * gy))
 
 
 def near_wall_direction(

@@ -92,9 +92,9 @@ def guiding_vector(
     direction = guide
     if parameters.modulation and distance > parameters.modulation_distance:
         direction = modulated_direction(position, guide, regions, parameters)
-        bent = limited_turn(guide, direction, parameters.max_bend)
-        if bent is not direction and segment_covered(*regions.arrays, *position, *ahead, LINE_STEP):
-            direction = bent
+        limited = limited_turn(guide, direction, parameters.max_bend)
+        if limited is not direction and segment_covered(*regions.arrays, *position, *ahead, LINE_STEP):
+            direction = limited
     if parameters.nearest_point_term != "none":
         rho, away = parameters.nearest_point_distance, parameters.nearest_point_term == "away"
         direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho, away)

@@ -155,25 +155,26 @@ def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
     post = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(0.5, 0.3, 0.02)], bounds=(-2.0, -2.0, 3.0, 2.0))
     pose = np.array((0.0, -0.1, 0.0))
     regions = RegionStack.of((scan_region(cast(post, pose), pose, RADIUS, StarParameters()),))
-    limit, any_turn = PARAMETERS.max_bend, dataclasses.replace(PARAMETERS, max_bend=math.pi)
+    limit, unlimited = PARAMETERS.max_bend, dataclasses.replace(PARAMETERS, max_bend=math.pi)
     turns = []
+
+    def turn(a, b):
+        return math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
+
     rng = np.random.default_rng(0)
     for position, aim in rng.uniform((0.0, -0.5), (1.5, 0.5), (2000, 2, 2)):
         guide = (aim - position) / np.hypot(*(aim - position))
         direction, free = (
             guiding_vector(position, aim[None, :], regions, NO_HITS, parameters, RADIUS)[0]
-            for parameters in (PARAMETERS, any_turn)
+            for parameters in (PARAMETERS, unlimited)
         )
-        turn = math.acos(min(max(float(free @ guide), -1.0), 1.0))
         if segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
-            turns.append(turn)
-            assert math.acos(min(max(float(direction @ guide), -1.0), 1.0)) == pytest.approx(min(turn, limit), abs=1e-6)
-            assert guide[0] * direction[1] - guide[1] * direction[0] == pytest.approx(
-                math.copysign(math.sin(min(turn, limit)), guide[0] * free[1] - guide[1] * free[0]), abs=1e-6
-            )
+            turns.append(turn(guide, free))
+            assert np.hypot(*direction) == pytest.approx(1.0)
+            assert turn(guide, direction) == pytest.approx(min(max(turns[-1], -limit), limit), abs=1e-9)
         else:
             np.testing.assert_array_equal(direction, free)
-    assert max(turns) > limit + 0.1, "without the limit, free ways are turned that far"
+    assert max(map(abs, turns)) > limit + 0.1, "without the limit, free ways are turned that far"
 
 
 @settings(max_examples=60)
