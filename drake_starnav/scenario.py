@@ -95,6 +95,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "cost_to_go": "straight",
             "hysteresis": 0.0,
             "string_pulling": False,
+            "anticipation": False,
             "margin": 0.0,
             "margin_shrinking": False,
         },

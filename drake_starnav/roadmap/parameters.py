@@ -103,9 +103,9 @@ class PlannerParameters(StarParameters):
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )
     anticipation: bool = parameter(
-        False,
+        True,
         "on the way to a frontier, turn towards the way on from there as soon as a scan shows it",
-        when="turn it on for smoother corners and somewhat shorter times",
+        when="turn it off to drive to each frontier before turning, as the paper does",
     )
     contradiction: float = parameter(
         0.0,
