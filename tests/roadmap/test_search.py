@@ -203,7 +203,7 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     position, goal = np.zeros(2), np.array(world.goal)
     for gates in (True, False):
-        parameters = dataclasses.replace(PARAMETERS, gates=gates, anticipation=True)
+        parameters = dataclasses.replace(PARAMETERS, gates=gates)
         route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
         np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
         assert WAY_ON - 0.15 < length(route.way_on) < WAY_ON + 0.3  # the first step is from the probe to a cell
@@ -212,7 +212,8 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
         assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.way_on[-1] - route.target.stand[0])) > 0.5
     route = find_route(roadmap, here(world, position), position, np.array((0.5, 0.5)), parameters, RADIUS)
     assert not len(route.target) and not len(route.way_on)
-    assert not len(find_route(roadmap, here(world, position), position, goal, PARAMETERS, RADIUS).way_on)
+    parameters = dataclasses.replace(PARAMETERS, anticipation=False)
+    assert not len(find_route(roadmap, here(world, position), position, goal, parameters, RADIUS).way_on)
 
 
 @settings(max_examples=20)
@@ -235,8 +236,7 @@ def test_a_way_on_that_leads_back_past_the_robot_is_none():
     roadmap, position, goal = dataclasses.replace(roadmap, frontiers=behind), np.zeros(2), np.array(world.goal)
     to_go = optimistic_cost(roadmap, position, goal, PARAMETERS, RADIUS)
     assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
-    parameters = dataclasses.replace(WITHOUT_GATES, anticipation=True)
-    route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
+    route = find_route(roadmap, here(world, position), position, goal, WITHOUT_GATES, RADIUS)
     np.testing.assert_array_equal(route.way_on, route.target.probe)
 
 
