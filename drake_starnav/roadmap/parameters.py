@@ -43,6 +43,14 @@ class PlannerParameters(StarParameters):
         0.12, "distance at which a frontier counts as reached (the paper: 0.25)", unit="m", above=0.0, high=2.0
     )
     prune_covered: bool = parameter(True, "drop frontiers that a newer region covers (the paper keeps them)")
+    closer_look: float = parameter(
+        1.0,
+        "where giving a target up would lengthen the optimistic path by more than this, the robot drives up to its "
+        "stand before it does: grid; 20: never",
+        unit="m",
+        low=0.0,
+        high=20.0,
+    )
     stuck_distance: float = parameter(
         0.0,
         "the target is stuck when a hit is nearer to it than this (the paper: 0.05); 0 for never",

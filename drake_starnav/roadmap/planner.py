@@ -8,9 +8,10 @@ import numpy as np
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.polyline import distance_to_segment
 from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
+from drake_starnav.roadmap.hit_memory import CLOSED_RADIUS
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
-from drake_starnav.roadmap.search import barred_in_vain, find_route, last_in_sight
+from drake_starnav.roadmap.search import UNREACHABLE_PENALTY, barred_in_vain, find_route, last_in_sight, optimistic_cost
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.stars.region import (
     LINE_STEP,
@@ -40,6 +41,10 @@ CAME_ALONG_NODES = 40
 """A place that the robot passed between the latest so many nodes is not blocked."""
 CAME_STRAIGHT = 1.5
 """From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
+AT_STAND = 0.04
+"""Where a robot has looked at a target in vain, it arrives at one only this near to its stand, m."""
+LOOKED_AROUND = 2.0
+"""It has looked within this many arrival distances of there."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
 
@@ -58,8 +63,9 @@ def plan_step(
     A node is added at the start, when the robot leaves the union of regions, every `node_spacing` (with a map from an
     earlier goal only where it sees something new), when the target frontier's probe is seen, on arrival at the target,
     and when no progress was made for `progress_timeout`. In the last two cases, and when a hit lies within
-    `stuck_distance` of it, the target is retired; a robot that faces its way and makes no progress blocks the place
-    just ahead too, unless it has come along there or is leaving another one.
+    `stuck_distance` of it, the target is retired; on arrival only after a look from its very stand, if much depends on
+    it (`closer_look`). A robot that faces its way and makes no progress blocks the place just ahead too, unless it has
+    come along there or is leaving another one.
 
     With `anticipation` the robot turns, on its way to a target frontier, towards the way on from there as soon as the
     latest scan shows it.
@@ -83,7 +89,7 @@ def plan_step(
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
-    arrived = target is not None and _distance(position, target[0]) < parameters.arrival_distance
+    arrived = target is not None and _arrived(state, target, position, parameters)
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     spaced = node_spacing_driven(state, position, parameters)
@@ -101,11 +107,11 @@ def plan_step(
             ):
                 roadmap = blocked(roadmap, ahead, parameters, robot_radius)
                 region = clear_of(region, ahead[None, :], parameters, robot_radius)
-        if tried and target is not None:
-            if parameters.retire_dead_ends:
-                roadmap = _after_trying(roadmap, seen, target, arrived, parameters, robot_radius)
-            target = None
-        state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
+        state = dataclasses.replace(state, roadmap=roadmap, node_position=seen.pose[:2].copy())
+        if tried and target is not None and parameters.retire_dead_ends:
+            state = _after_trying(state, target, seen, arrived, position, goal, parameters, robot_radius)
+        elif tried:
+            state = dataclasses.replace(state, target=None)
     elif spaced:
         state = dataclasses.replace(state, node_position=position.copy())
     if not search and len(state.path):
@@ -138,26 +144,67 @@ def _anticipated(
 
 
 def _after_trying(
-    roadmap: StarRoadmap,
-    seen: Observation,
+    state: PlannerState,
     target: np.ndarray,
+    seen: Observation,
     arrived: bool,
+    position: np.ndarray,
+    goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
-) -> StarRoadmap:
-    """The roadmap once a target (stand and probe) was driven to, its newest region made there.
+) -> PlannerState:
+    """The state once its target (stand and probe) was driven to, its newest region made there.
 
-    If that region does not contain the probe, regions with less and less margin are tried before the target is retired.
+    If that region does not contain the probe, regions with less and less margin are tried, and if that is in vain the
+    target is retired. If much depends on it, it is looked at from nearer before that, but with the margin as it is:
+    what only less margin shows from there is a gap that the robot would hardly get through.
     """
-    if arrived and roadmap.regions[-1].contains(target[1]):
-        return roadmap
+    roadmap = state.roadmap
     margin = roadmap.regions[-1].margin - parameters.margin_step
-    while arrived and parameters.margin_shrinking and margin > -1e-9:
+    shows = arrived and roadmap.regions[-1].contains(target[1])
+    first_look = arrived and not _looked(state, position, parameters)
+    while first_look and not shows and parameters.margin_shrinking and margin > -1e-9:
         region = _narrower(seen, roadmap, max(margin, 0.0), parameters, robot_radius)
-        if region.contains(target[1]):
-            return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
+        if shows := region.contains(target[1]):
+            roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
-    return retired(roadmap, target[0], parameters.retired_radius, target[1])
+    if not shows:
+        given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
+        if first_look and _detour(roadmap, given_up, position, goal, parameters, robot_radius):
+            return dataclasses.replace(state, vain_look=position.copy())
+        roadmap = given_up
+    return dataclasses.replace(state, roadmap=roadmap, target=None)
+
+
+def _arrived(state: PlannerState, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the robot has come to a target (stand and probe): to its very stand, where it has looked in vain."""
+    near = AT_STAND if _looked(state, position, parameters) else np.inf
+    return _distance(position, target[0]) < min(near, parameters.arrival_distance)
+
+
+def _looked(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the robot is about where it has looked in vain at a target that was kept."""
+    return _distance(position, state.vain_look) < LOOKED_AROUND * parameters.arrival_distance
+
+
+def _detour(
+    before: StarRoadmap,
+    after: StarRoadmap,
+    position: np.ndarray,
+    goal: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> bool:
+    """Whether the optimistic path to the goal is longer by `closer_look` once a target was given up."""
+    if parameters.cost_to_go != "grid":
+        return False
+    away = np.hypot(*(before.closed - position).T)
+    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])  # the robot is there
+    shorter, longer = (
+        float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
+        for known in (before, after)
+    )
+    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > parameters.closer_look
 
 
 def _faces(pose: np.ndarray, place: np.ndarray) -> bool:

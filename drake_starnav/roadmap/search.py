@@ -25,7 +25,7 @@ from drake_starnav.stars.region import (
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
 UNREACHABLE_PENALTY = 20.0
-"""Added to the straight line where the cost-to-go finds no way: such frontiers come last, m."""
+"""Where the cost-to-go finds no way it counts as so much longer: such frontiers come last, m."""
 GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
