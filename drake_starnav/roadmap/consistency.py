@@ -153,6 +153,7 @@ def _remade(
         margin=roadmap.margin,
         retired=roadmap.retired,
         closed=roadmap.closed,
+        looked=roadmap.looked,
         blocked=roadmap.blocked,
     )
     for region, scan, pose in nodes:

@@ -89,7 +89,7 @@ def plan_step(
         region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
     state, stalled = _watched(state, seen, position, time, parameters)
     roadmap, target = state.roadmap, state.target
-    arrived = target is not None and _arrived(state, target, position, parameters)
+    arrived = target is not None and _arrived(roadmap, target, position, parameters)
     stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
     tried = arrived or stalled or stuck
     spaced = node_spacing_driven(state, position, parameters)
@@ -107,11 +107,11 @@ def plan_step(
             ):
                 roadmap = blocked(roadmap, ahead, parameters, robot_radius)
                 region = clear_of(region, ahead[None, :], parameters, robot_radius)
-        state = dataclasses.replace(state, roadmap=roadmap, node_position=seen.pose[:2].copy())
-        if tried and target is not None and parameters.retire_dead_ends:
-            state = _after_trying(state, target, seen, arrived, position, goal, parameters, robot_radius)
-        elif tried:
-            state = dataclasses.replace(state, target=None)
+        if tried and target is not None:
+            if parameters.retire_dead_ends:
+                roadmap = _after_trying(roadmap, seen, target, arrived, position, goal, parameters, robot_radius)
+            target = None
+        state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
     elif spaced:
         state = dataclasses.replace(state, node_position=position.copy())
     if not search and len(state.path):
@@ -144,47 +144,46 @@ def _anticipated(
 
 
 def _after_trying(
-    state: PlannerState,
-    target: np.ndarray,
+    roadmap: StarRoadmap,
     seen: Observation,
+    target: np.ndarray,
     arrived: bool,
     position: np.ndarray,
     goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
-) -> PlannerState:
-    """The state once its target (stand and probe) was driven to, its newest region made there.
+) -> StarRoadmap:
+    """The roadmap once a target (stand and probe) was driven to, its newest region made there.
 
     If that region does not contain the probe, regions with less and less margin are tried, and if that is in vain the
     target is retired. If much depends on it, it is looked at from nearer before that, but with the margin as it is:
     what only less margin shows from there is a gap that the robot would hardly get through.
     """
-    roadmap = state.roadmap
+    if arrived and roadmap.regions[-1].contains(target[1]):
+        return roadmap
     margin = roadmap.regions[-1].margin - parameters.margin_step
-    shows = arrived and roadmap.regions[-1].contains(target[1])
-    first_look = arrived and not _looked(state, position, parameters)
-    while first_look and not shows and parameters.margin_shrinking and margin > -1e-9:
+    first_look = arrived and not _looked(roadmap, position, parameters)
+    while first_look and parameters.margin_shrinking and margin > -1e-9:
         region = _narrower(seen, roadmap, max(margin, 0.0), parameters, robot_radius)
-        if shows := region.contains(target[1]):
-            roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
+        if region.contains(target[1]):
+            return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
         margin -= parameters.margin_step
-    if not shows:
-        given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
-        if first_look and _detour(roadmap, given_up, position, goal, parameters, robot_radius):
-            return dataclasses.replace(state, vain_look=position.copy())
-        roadmap = given_up
-    return dataclasses.replace(state, roadmap=roadmap, target=None)
+    given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
+    if first_look and _detour(roadmap, given_up, position, goal, parameters, robot_radius):
+        return dataclasses.replace(roadmap, looked=np.vstack((roadmap.looked, position)))
+    return given_up
 
 
-def _arrived(state: PlannerState, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
+def _arrived(roadmap: StarRoadmap, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
     """Whether the robot has come to a target (stand and probe): to its very stand, where it has looked in vain."""
-    near = AT_STAND if _looked(state, position, parameters) else np.inf
+    near = AT_STAND if _looked(roadmap, position, parameters) else np.inf
     return _distance(position, target[0]) < min(near, parameters.arrival_distance)
 
 
-def _looked(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
+def _looked(roadmap: StarRoadmap, position: np.ndarray, parameters: PlannerParameters) -> bool:
     """Whether the robot is about where it has looked in vain at a target that was kept."""
-    return _distance(position, state.vain_look) < LOOKED_AROUND * parameters.arrival_distance
+    away = np.hypot(*(roadmap.looked - position).T)
+    return bool((away < LOOKED_AROUND * parameters.arrival_distance).any())
 
 
 def _detour(
@@ -198,8 +197,8 @@ def _detour(
     """Whether the optimistic path to the goal is longer by `closer_look` once a target was given up."""
     if parameters.cost_to_go != "grid":
         return False
-    away = np.hypot(*(before.closed - position).T)
-    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])  # the robot is there
+    away = np.hypot(*(before.closed - position).T)  # where the robot stands nothing is closed
+    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])
     shorter, longer = (
         float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
         for known in (before, after)

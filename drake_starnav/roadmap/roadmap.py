@@ -42,6 +42,7 @@ class StarRoadmap:
         frontiers: where the unknown may be entered.
         retired: shape (k, 3): x, y, radius of places that were tried and led nowhere.
         closed: shape (k, 2), their probes: the cost-to-go takes these for obstacles.
+        looked: shape (v, 2), where the robot looked at a target in vain but kept it, to look from nearer.
         blocked: shape (b, 2), where the robot could not go on although regions allow it: none of them covers these.
         hits: distances to the hits of all node scans.
         margin: clearance that the regions keep beyond the robot's radius, m.
@@ -55,6 +56,7 @@ class StarRoadmap:
     frontiers: Frontiers
     retired: np.ndarray
     closed: np.ndarray
+    looked: np.ndarray
     blocked: np.ndarray
     hits: HitMemory
     margin: float
@@ -77,6 +79,7 @@ class StarRoadmap:
             frontiers=Frontiers.none(),
             retired=np.zeros((0, 3)),
             closed=np.zeros((0, 2)),
+            looked=np.zeros((0, 2)),
             blocked=np.zeros((0, 2)),
             hits=HitMemory.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
             margin=parameters.margin,

@@ -45,7 +45,6 @@ class PlannerState:
         mapped: whether there was a map already when the goal was set.
         way_on: shape (m, 2), from the target frontier's probe on, where the optimistic path leads, W, m.
         anticipated: what to follow in place of the path, where the latest scan shows part of `way_on`; or None.
-        vain_look: where the robot last looked at a target in vain but did not give it up, shape (2,), W, m.
     """
 
     roadmap: StarRoadmap
@@ -61,7 +60,6 @@ class PlannerState:
     mapped: bool = False
     way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     anticipated: Guidance | None = None
-    vain_look: np.ndarray = field(default_factory=lambda: NOWHERE)
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
         return self
@@ -95,7 +93,6 @@ class PlannerState:
             rounds=0,
             headway=Headway(),
             anticipated=None,
-            vain_look=NOWHERE,
             mapped=len(self.roadmap) > 0,
         )
 

@@ -172,7 +172,8 @@ def test_less_margin_is_tried_only_before_a_closer_look():
     start = tried(1.0, 0.0, PlannerState.initial(PARAMETERS, RADIUS), PARAMETERS)
     first = tried(1.38, PERIOD, start, PARAMETERS)
     assert not len(first.roadmap.retired) and first.roadmap.regions[-1].margin < PARAMETERS.margin
-    closer = tried(1.38, PERIOD, dataclasses.replace(start, vain_look=np.array((1.3, 1.01))), PARAMETERS)
+    looked = dataclasses.replace(start.roadmap, looked=np.array(((1.3, 1.01),)))
+    closer = tried(1.38, PERIOD, dataclasses.replace(start, roadmap=looked), PARAMETERS)
     assert len(closer.roadmap.retired) == 1 and closer.roadmap.regions[-1].margin == PARAMETERS.margin
 
 
