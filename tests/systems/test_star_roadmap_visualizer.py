@@ -190,7 +190,8 @@ def test_what_is_unconnected_is_not_drawn(log):
 
 
 def test_no_path_no_short_term_goal(log):
-    empty = dataclasses.replace(log[9]["roadmap"], path=np.zeros((0, 2)), target=None)
+    nothing = {"path": np.zeros((0, 2)), "target": None, "anticipated": None}
+    empty = dataclasses.replace(log[9]["roadmap"], **nothing)
     script = play([*log[:10], *[{**log[9], "roadmap": empty}] * 11])
     for layer in ("path", "short_term_goal", "frontiers/target"):
         assert len(script.visible(layer, 8)) == 1
