@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
+from drake_starnav.control.swerve import OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.tracking import CREEP_SPEED, near_wall_radius
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.roadmap import StarRoadmap
@@ -174,6 +175,7 @@ def command(
     direction = _off_walls(
         pose[:2], direction, star.near_hits, near_wall_radius(parameters, robot.radius), parameters.near_wall_zone
     )
+    direction = _swerved(pose[:2], direction, star, parameters.max_swerve)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
     v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)
@@ -239,6 +241,22 @@ def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, ra
     direction = direction - share * min(float(direction @ push), 0.0) * push + share * push
     length = np.hypot(*direction)
     return push if length < 1e-6 else direction / length
+
+
+def _swerved(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
+    way = OPEN_WAY * np.arange(1, SAMPLES + 1) / SAMPLES
+    steps = STEP * np.arange(1, int(limit / STEP) + 1)
+    bearing = math.atan2(direction[1], direction[0])
+
+    def is_open(angle: float) -> bool:
+        return _covered(position + np.outer(way, (math.cos(angle), math.sin(angle))) - star.center, star)
+
+    if is_open(bearing):
+        return direction
+    for turn in np.column_stack((steps, -steps)).ravel():
+        if is_open(bearing + turn) and is_open(bearing + turn + math.copysign(STEP, turn)):
+            return np.array((math.cos(bearing + turn), math.sin(bearing + turn)))
+    return direction
 
 
 def _certified_twist(

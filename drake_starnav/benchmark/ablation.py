@@ -61,6 +61,7 @@ ABLATIONS = (
         "paper_weights", "regions weighted by max(Gamma, 1)", ("controller.weights=paper",), "paper III-C.3; method 7"
     ),
     Ablation("wide_near_wall_zone", "near-wall zone of 0.10 m", ("controller.near_wall_zone=0.10",), "method 7"),
+    Ablation("no_swerve", "straight on where the certificate refuses it", ("controller.max_swerve=0",), "method 9"),
     Ablation("one_scan", "safety star from the last scan only", ("controller.scan_memory=1",), "method 9"),
     Ablation("noisy_lidar", "range noise of 3 cm", ("lidar.noise=0.03",), "method, what each part is worth"),
     Ablation("star_paper", "the paper's configuration", (), "paper III, IV; method, star_paper", "star_paper"),

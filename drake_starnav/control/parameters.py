@@ -126,6 +126,14 @@ class ControllerParameters:
         "(of every remembered hit, which lets the robot through narrower and winding gaps)",
         choices=("star", "points"),
     )
+    max_swerve: float = parameter(
+        0.8,
+        "largest turn of the guiding vector to the nearest bearing that the safety star leaves open, where it leaves "
+        "no way along the vector; 0: none; certified_by: star only",
+        unit="rad",
+        low=0.0,
+        high=3.2,
+    )
     scan_memory: int = parameter(
         5,
         "scans that the safety star is made from",

@@ -16,6 +16,7 @@ from drake_starnav.control.modulation import (
 )
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
+from drake_starnav.control.swerve import swerved
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import LINE_STEP, RegionStack, segment_covered
@@ -170,6 +171,8 @@ def desired_twist(
         path = ahead[None, :]
     if len(path):
         direction, distance = guiding_vector(pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius)
+    if direction.any() and parameters.certificate and parameters.certified_by == "star":
+        direction = swerved(pose[:2], direction, star, parameters.max_swerve)
     if direction.any():
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if guidance.arrives and last else math.inf
