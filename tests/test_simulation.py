@@ -42,6 +42,16 @@ def test_robot_arrives_around_an_obstacle(small_trial) -> None:
         assert 0.0 < times["p50_s"] <= times["p99_s"]
 
 
+def test_with_averaged_scans_a_door_with_25_mm_on_each_side_is_passed() -> None:
+    half = 0.25 + 0.025
+    posts = [[[1.9, side * half], [2.1, side * half], [2.1, side * 1.9], [1.9, side * 1.9]] for side in (-1, 1)]
+    door = f"world: !Obstacles {{bounds: [-1, -1.9, 5, 1.9], polygons: {posts}, start: [0, 0.6, 0], goal: [4, -0.4]}}\n"
+    scenario = parse_scenario(door + "controller: {average_scans: true, safety_margin: 0.015}\n", name="door")
+    trial = run_trial(scenario, seed=5)
+    assert trial.outcome == "reached"
+    assert trial.min_clearance_m > 0.005
+
+
 def test_the_memory_of_geometries_is_given_back() -> None:
     class Keep:
         def add_to(self, builder, navigation, scenario) -> None:

@@ -146,7 +146,12 @@ class ControllerParameters:
         "errs most; 0: none; declared noise raises it",
         low=0,
         high=50,
-        when="2 for doors that leave the robot less than 3 cm on each side",
+    )
+    average_scans: bool = parameter(
+        False,
+        "average ranges over the remembered scans, instead of counting the nearest hit of all; not with obstacles that "
+        "move",
+        when="for doors that leave the robot less than 4 cm on each side",
     )
     scan_spacing: float = parameter(
         0.0,

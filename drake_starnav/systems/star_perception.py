@@ -11,6 +11,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.roadmap import Observation, PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
+from drake_starnav.stars.averaging import averaged
 from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.outliers import HitHistory, without_strays
 from drake_starnav.stars.parameters import StarParameters
@@ -116,10 +117,12 @@ class StarPerception(LeafSystem):
             with self._stopwatch.measure("fit"):
                 region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, self._planner)
             safe_radius = radius + controller.safety_margin
-            memory = before.memory.remembered(
-                near, pose, controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
-            )
-            safety = safety_star(memory, near, distance, pose, safe_radius, controller.safety_range, self._planner)
+            kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
+            memory = known = before.memory.remembered(near, pose, *kept)
+            if controller.average_scans and near.motion is None:
+                earlier, near = averaged(before.memory, near, pose)
+                known = earlier.remembered(near, pose, *kept)
+            safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, self._planner)
         seen = _Perceived(Observation(region, scan, pose), safety, memory, history)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()
