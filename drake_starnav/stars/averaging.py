@@ -19,35 +19,46 @@ SAME_SURFACE = 0.04
 """Ranges that differ by no more than this are of one surface, m: four standard deviations of a centimetre."""
 
 
-def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray) -> tuple[ScanMemory, LaserScan]:
+def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[ScanMemory, LaserScan]:
     """The memory without the hits that the latest scan speaks for, and that scan with averaged ranges.
 
-    The range of a beam becomes the mean of what it measured and of what each remembered scan says of it, as far as that
-    is about the same surface. An earlier hit stays in the memory where the latest scan does not see that surface. For
-    worlds that stand still: a surface that comes nearer is seen late by two scan periods.
+    The range of a beam, where it is within reach, becomes the mean of what it measured and of what each remembered scan
+    says of it, as far as that is about the same surface. An earlier hit stays in the memory where the latest scan does
+    not see that surface. For worlds that stand still: a surface that comes nearer is seen late by two scan periods.
 
     Args:
         memory: earlier scans, as they were measured.
         scan: the latest, in S.
         pose: (x, y, yaw) of S in W when it was taken.
+        reach: hits farther than this are left as they are, m.
     """
-    hits = scan.hits
+    hits = scan.hits & (scan.ranges < reach)
     measured = np.where(hits, scan.ranges, np.inf)
     first = pose[2] + scan.angle_min
     bearing = first + scan.angle_increment * np.arange(len(measured))
     rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
+    points, ends = np.concatenate(memory.points or (np.zeros((0, 2)),)), np.cumsum([len(p) for p in memory.points])
     view = (float(pose[0]), float(pose[1]), float(first), scan.angle_increment, scan.full_circle)
-    total, count = np.where(hits, scan.ranges, 0.0), np.ones(len(measured))
-    for points in memory.points:
-        _add_estimates(measured, rays, points, *view, total, count)
-    mean = total / count
-    kept = [~_seen_again(np.where(hits, mean, np.inf), points, *view) for points in memory.points]
+    mean, again = _averaged(measured, rays, points, ends.astype(np.int64), *view, reach + SAME_SURFACE)
+    kept = np.split(~again, ends[:-1])
     memory = ScanMemory(
-        tuple(points[keep] for points, keep in zip(memory.points, kept, strict=True)),
-        tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=True)),
+        tuple(points[keep] for points, keep in zip(memory.points, kept, strict=False)),
+        tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=False)),
         memory.places,
     )
     return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
+
+
+@njit(cache=True)
+def _averaged(measured, rays, points, ends, x, y, first, increment, full_circle, reach):
+    """The mean ranges, and which points lie on surfaces that the scan sees."""
+    total, count = measured.copy(), np.ones(len(measured))
+    begin = 0
+    for end in ends:
+        _add_estimates(measured, rays, points[begin:end], x, y, first, increment, full_circle, reach, total, count)
+        begin = end
+    mean = total / count
+    return mean, _seen_again(mean, points, x, y, first, increment, full_circle, reach)
 
 
 @njit(cache=True)
@@ -57,20 +68,20 @@ def _beam(dx, dy, first, increment):
 
 
 @njit(cache=True)
-def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, total, count):
+def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, reach, total, count):
     """Add to each beam's total where it crosses the chords of an earlier scan, next to what it measured."""
     beams, turn = len(measured), 2.0 * math.pi / increment
     nearest = np.full(beams, np.inf)
-    last = 0.0
+    last, beam = -2, 0.0  # the hit whose beam is known already
     for i in range(len(points)):
         px, py = points[i - 1, 0] - x, points[i - 1, 1] - y  # of a full circle the last hit is next to the first
         qx, qy = points[i, 0] - x, points[i, 1] - y
-        after = _beam(qx, qy, first, increment)
-        before = last if i > 0 else _beam(px, py, first, increment)
-        last = after
         ex, ey = qx - px, qy - py
-        if ex * ex + ey * ey > CONNECTED_CHORD * CONNECTED_CHORD:
+        if max(abs(qx), abs(qy)) > reach or ex * ex + ey * ey > CONNECTED_CHORD * CONNECTED_CHORD:
             continue
+        after = _beam(qx, qy, first, increment)
+        before = _beam(px, py, first, increment) if last != i - 1 else beam
+        last, beam = i, after
         low, high = min(before, after), max(before, after)
         if high - low > 0.5 * turn:  # the chord crosses the bearing of beam 0
             low, high = high - turn, low
@@ -91,12 +102,14 @@ def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, 
 
 
 @njit(cache=True)
-def _seen_again(ranges, points, x, y, first, increment, full_circle):
+def _seen_again(ranges, points, x, y, first, increment, full_circle, reach):
     """Which points lie on surfaces that the scan sees: at the range of a beam beside them, or between those of both."""
     beams = len(ranges)
     out = np.zeros(len(points), np.bool_)
     for i in range(len(points)):
         dx, dy = points[i, 0] - x, points[i, 1] - y
+        if max(abs(dx), abs(dy)) > reach:
+            continue
         left = int(_beam(dx, dy, first, increment))
         right = left + 1
         if full_circle:

@@ -19,6 +19,9 @@ from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.stopwatch import Stopwatch
 
+AVERAGED = 0.5
+"""With `average_scans`, hits nearer to the robot than this are averaged, m: they hem it in."""
+
 
 @dataclass(frozen=True)
 class _Perceived:
@@ -120,7 +123,7 @@ class StarPerception(LeafSystem):
             kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
             memory = known = before.memory.remembered(near, pose, *kept)
             if controller.average_scans and near.motion is None:
-                earlier, near = averaged(before.memory, near, pose)
+                earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
                 known = earlier.remembered(near, pose, *kept)
             safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, self._planner)
         seen = _Perceived(Observation(region, scan, pose), safety, memory, history)

@@ -8,6 +8,7 @@ from hypothesis.extra import numpy as hnp
 from drake_starnav.errors import StarnavError
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, plan_step
 from drake_starnav.scan import LaserScan
+from drake_starnav.stars.averaging import averaged
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.outliers import HitHistory, without_strays
 from drake_starnav.stars.region import scan_region
@@ -44,7 +45,10 @@ def test_any_ranges_are_perceived(found, pose):
     region = scan_region(scan, pose, RADIUS, PARAMETERS)
     memory = ScanMemory().remembered(scan, pose, 2.0, 5)
     star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, RADIUS, 1.2, PARAMETERS)
-    for values in (region.boundary.values, star.values):
+    earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)
+    known = earlier.remembered(mean, pose + 0.01, 2.0, 5)
+    of_means = safety_star(known, mean, smoothed_distances(mean, PARAMETERS), pose + 0.01, RADIUS, 1.2, PARAMETERS)
+    for values in (region.boundary.values, star.values, of_means.values):
         assert np.isfinite(values).all() and values.min() >= 0.0
     samples = np.arange(36) * len(star.values) // 36
     assert (star.values[samples] <= np.maximum(scan.distances - RADIUS, 0.0) + 1e-9).all()

@@ -204,17 +204,17 @@ def test_hits_too_close_on_all_sides_certify_nothing() -> None:
 
 
 def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
-    box = World("box", (0, 0, 0), (0, 0), bounds=(-1.0, -1.0, 1.0, 1.0))
+    box = World("box", (0, 0, 0), (0, 0), bounds=(-0.5, -0.5, 0.5, 0.5))
     error = {}
     for averaging in (False, True):
         rng = np.random.default_rng(4)
         perceived = Perceived(controller=dataclasses.replace(CONTROLLER, average_scans=averaging))
         for _ in range(CONTROLLER.scan_memory):
-            scan = perceived.see(box)
+            scan = perceived.see(box, np.zeros(3))
             noisy = dataclasses.replace(scan, ranges=scan.ranges + 0.01 * rng.standard_normal(len(scan.ranges)))
             perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(noisy))
             perceived.update(silent=True)
-        error[averaging] = np.abs(perceived.out("safety_star").hits).max(axis=1) - 1.0
+        error[averaging] = np.abs(perceived.out("safety_star").hits).max(axis=1) - 0.5
     assert len(error[True]) < 1.1 * len(error[False]) / CONTROLLER.scan_memory, "one scan speaks for all"
     assert error[True].std() < 0.6 * error[False].std()
     assert -error[True].min() < 0.6 * -error[False].min()
