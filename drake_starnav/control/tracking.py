@@ -171,9 +171,9 @@ def desired_twist(
         path = ahead[None, :]
     if len(path):
         direction, distance = guiding_vector(pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius)
-    if direction.any() and parameters.certificate and parameters.certified_by == "star":
-        direction = swerved(pose[:2], direction, star, parameters.max_swerve)
     if direction.any():
+        if parameters.certificate and parameters.certified_by == "star":
+            direction = swerved(pose[:2], direction, star, parameters.max_swerve)
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if guidance.arrives and last else math.inf
         if robot.speed_per_clearance > 0.0:

@@ -32,18 +32,20 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
         pose: (x, y, yaw) of S in W when it was taken.
         reach: hits farther than this are left as they are, m.
     """
+    if not memory.points:
+        return memory, scan
     hits = scan.hits & (scan.ranges < reach)
     measured = np.where(hits, scan.ranges, np.inf)
     first = pose[2] + scan.angle_min
     bearing = first + scan.angle_increment * np.arange(len(measured))
     rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
-    points, ends = np.concatenate(memory.points or (np.zeros((0, 2)),)), np.cumsum([len(p) for p in memory.points])
+    points, ends = np.concatenate(memory.points), np.cumsum([len(points) for points in memory.points])
     view = (float(pose[0]), float(pose[1]), float(first), scan.angle_increment, scan.full_circle)
-    mean, again = _averaged(measured, rays, points, ends.astype(np.int64), *view, reach + SAME_SURFACE)
+    mean, again = _averaged(measured, rays, points, ends, *view, reach + SAME_SURFACE)
     kept = np.split(~again, ends[:-1])
     memory = ScanMemory(
-        tuple(points[keep] for points, keep in zip(memory.points, kept, strict=False)),
-        tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=False)),
+        tuple(points[keep] for points, keep in zip(memory.points, kept, strict=True)),
+        tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=True)),
         memory.places,
     )
     return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
