@@ -1,5 +1,6 @@
 """Random worlds, exact scans of them and smooth star regions to test with, by plain NumPy."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -48,6 +49,11 @@ def cast(
         ranges = np.where(hit, np.minimum(ranges, np.where(hit, r, np.inf)), ranges)
     ranges = np.where(ranges < range_max, ranges, np.inf)
     return LaserScan(0.0, angle_min, increment, 0.0, range_max, ranges)
+
+
+def noisy(scan: LaserScan, noise: float, rng: np.random.Generator) -> LaserScan:
+    """The scan with normal errors of its ranges, m."""
+    return dataclasses.replace(scan, ranges=scan.ranges + noise * rng.standard_normal(len(scan.ranges)))
 
 
 def distance(world: World, points: np.ndarray) -> np.ndarray:

@@ -12,15 +12,11 @@ from drake_starnav.faults import drifted
 from drake_starnav.planar import composed, now_in
 from drake_starnav.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.worlds.world import World
-from tests.scans import cast, scattered, seeds
+from tests.scans import cast, noisy, scattered, seeds
 
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
 CORRIDOR = World("corridor", (0, 0, 0), (0, 0), bounds=(-50.0, -1.0, 50.0, 1.0))
 NOISE = 0.01
-
-
-def noisy(scan, rng, noise=NOISE):
-    return dataclasses.replace(scan, ranges=scan.ranges + noise * rng.standard_normal(len(scan.ranges)))
 
 
 def driven(world, poses, error, seed, jump=None, lost=0.0, **lidar):
@@ -34,7 +30,7 @@ def driven(world, poses, error, seed, jump=None, lost=0.0, **lidar):
         believed, before = drifted(believed, before, pose, error.drift, seed), pose
         if jump is not None and jump[0] == k:
             believed = believed + (*jump[1], 0.0)
-        scan = dataclasses.replace(noisy(cast(world, pose, **lidar), rng), time=0.05 * k)
+        scan = dataclasses.replace(noisy(cast(world, pose, **lidar), NOISE, rng), time=0.05 * k)
         if lost > 0.0:
             ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
             scan = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
@@ -130,9 +126,9 @@ def test_along_a_bare_corridor_the_odometry_is_believed(drift, jump, back):
 def test_a_robot_that_stands_is_not_moved_about():
     rng = np.random.default_rng(0)
     error = OdometryError(0.02, 0.0, NOISE)
-    known = matched(ScanMap(), noisy(cast(ROOM), rng), np.zeros(3), error)
+    known = matched(ScanMap(), noisy(cast(ROOM), NOISE, rng), np.zeros(3), error)
     for k in range(5):
-        assert matched(known, noisy(cast(ROOM), rng), np.array((0.002 * k, 0.0, 0.002 * k)), error) is known
+        assert matched(known, noisy(cast(ROOM), NOISE, rng), np.array((0.002 * k, 0.0, 0.002 * k)), error) is known
 
 
 def test_a_scan_that_hits_nothing_tells_nothing():

@@ -36,11 +36,9 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
         return memory, scan
     hits = scan.hits & (scan.ranges < reach)
     measured = np.where(hits, scan.ranges, np.inf)
-    first = pose[2] + scan.angle_min
-    bearing = first + scan.angle_increment * np.arange(len(measured))
-    rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
+    rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
     points, ends = np.concatenate(memory.points), np.cumsum([len(points) for points in memory.points])
-    view = (float(pose[0]), float(pose[1]), float(first), scan.angle_increment, scan.full_circle)
+    view = (float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min, scan.angle_increment, scan.full_circle)
     mean, again = _averaged(measured, rays, points, ends, *view, reach + SAME_SURFACE)
     kept = np.split(~again, ends[:-1])
     memory = ScanMemory(

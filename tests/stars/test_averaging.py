@@ -11,15 +11,11 @@ from drake_starnav.stars.averaging import SAME_SURFACE, averaged
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.safety import ScanMemory, safety_star
 from drake_starnav.worlds.world import World
-from tests.scans import RADIUS, cast, seeds
+from tests.scans import RADIUS, cast, noisy, seeds
 
 COUNT, REACH = 5, 1.8
 WALLS = (-1.5, -1.2, 1.5, 1.2)
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(0.8, 0.1, 0.2), (-0.7, -0.4, 0.1)], bounds=WALLS)
-
-
-def noisy(scan: LaserScan, noise: float, rng: np.random.Generator) -> LaserScan:
-    return dataclasses.replace(scan, ranges=scan.ranges + noise * rng.standard_normal(len(scan.ranges)))
 
 
 def drive(start: np.ndarray, heading: float, step: float, count: int) -> np.ndarray:
@@ -103,7 +99,7 @@ def test_a_surface_that_is_elsewhere_now_is_not_averaged():
     memory = remembered([cast(before, pose[0])] * 4, pose.repeat(4, axis=0))
     scan = cast(now, pose[0])
     _, out = averaged(memory, scan, pose[0], REACH)
-    ahead = np.abs(scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))) < 0.5
+    ahead = np.abs(scan.bearings) < 0.5
     np.testing.assert_array_equal(out.ranges[ahead], scan.ranges[ahead])
 
 

@@ -15,7 +15,7 @@ from drake_starnav.stars.region import scan_region
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.worlds.world import World
-from tests.scans import cast
+from tests.scans import cast, noisy
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 RATE, OFFSET = 20.0, 0.005
@@ -211,8 +211,7 @@ def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
         perceived = Perceived(controller=dataclasses.replace(CONTROLLER, average_scans=averaging))
         for _ in range(CONTROLLER.scan_memory):
             scan = perceived.see(box, np.zeros(3))
-            noisy = dataclasses.replace(scan, ranges=scan.ranges + 0.01 * rng.standard_normal(len(scan.ranges)))
-            perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(noisy))
+            perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(noisy(scan, 0.01, rng)))
             perceived.update(silent=True)
         error[averaging] = np.abs(perceived.out("safety_star").hits).max(axis=1) - 0.5
     assert len(error[True]) < 1.1 * len(error[False]) / CONTROLLER.scan_memory, "one scan speaks for all"
