@@ -201,9 +201,8 @@ def _modulated(
 ) -> np.ndarray:
     offset = position - regions.center
     distance = np.hypot(offset[:, 0], offset[:, 1])
-    cap = parameters.gamma_cap
-    at_center = distance < CENTER
-    distance = np.maximum(distance, CENTER)
+    if (distance < CENTER).any():
+        return direction
     samples = regions.values.shape[1]
     place = (np.arctan2(offset[:, 1], offset[:, 0]) - regions.bearing_0) * samples / (2.0 * math.pi)
     base = np.floor(place)
@@ -212,7 +211,7 @@ def _modulated(
     phi = (1.0 - share) * regions.values[row, left] + share * regions.values[row, right]
     slope = (1.0 - share) * regions.slopes[row, left] + share * regions.slopes[row, right]
     gamma = (phi / distance) ** parameters.sigma
-    inside = (gamma > 1.0) & (distance <= FARTHEST) & ~at_center
+    inside = (gamma > 1.0) & (distance <= FARTHEST)
     normal, phi, slope, gamma = (offset / distance[:, None])[inside], phi[inside], slope[inside], gamma[inside]
     cosine, sine = normal.T
     tangent = np.column_stack((slope * cosine - phi * sine, slope * sine + phi * cosine))
@@ -222,9 +221,9 @@ def _modulated(
     along = (cosine * direction[1] - sine * direction[0]) / det * (1.0 + 1.0 / gamma)
     radial = np.where(radial > 0.0, radial * (1.0 - 1.0 / gamma), radial)
     bent = radial[:, None] * normal + along[:, None] * tangent
-    weight = np.minimum(gamma, cap) - 1.0
-    total = (weight / np.hypot(bent[:, 0], bent[:, 1])) @ bent + at_center.sum() * (cap - 1.0) * direction
-    length, most = np.hypot(*total), weight.sum() + at_center.sum() * (cap - 1.0)
+    weight = gamma - 1.0
+    total = (weight / np.hypot(bent[:, 0], bent[:, 1])) @ bent
+    length, most = np.hypot(*total), weight.sum()
     return direction if most <= 0.0 or length < 1e-3 * most else total / length
 
 

@@ -153,10 +153,11 @@ def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma, ca
         if distance > min(reach[k], FARTHEST):
             continue
         if distance < CENTER:
-            weight = cap - 1.0 if weights == 0 else cap
-            sum_x += weight * ux
-            sum_y += weight * uy
-            total += weight
+            if weights == 0:
+                return ux, uy
+            sum_x += cap * ux
+            sum_y += cap * uy
+            total += cap
             continue
         theta = math.atan2(dy, dx)
         phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], theta)
@@ -164,7 +165,7 @@ def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma, ca
         if gamma <= 1.0:
             continue
         if weights == 0:
-            weight = min(gamma, cap) - 1.0
+            weight = gamma - 1.0
         elif weights == 1:
             weight = min(gamma, cap)
         else:

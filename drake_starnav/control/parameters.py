@@ -27,11 +27,11 @@ class ControllerParameters:
     sigma: float = parameter(2.0, "exponent of the level-set function Gamma", above=0.0, high=20.0)
     weights: str = parameter(
         "excess",
-        "how overlapping regions are averaged: excess (min(Gamma, cap) - 1, continuous), clipped (min(Gamma, cap)), "
-        "or paper (Gamma itself, of vectors that are not normalised)",
+        "how overlapping regions are averaged: excess (Gamma - 1, continuous), clipped (min(Gamma, cap)), or paper "
+        "(Gamma itself, of vectors that are not normalised)",
         choices=("excess", "clipped", "paper"),
     )
-    gamma_cap: float = parameter(8.0, "cap of Gamma in the weights", above=1.0, high=1000.0)
+    gamma_cap: float = parameter(8.0, "cap of Gamma in the clipped weights", above=1.0, high=1000.0)
     radial_damping: str = parameter(
         "outward",
         "which radial motion is damped by 1 - 1/Gamma: outward only, or both (the paper)",

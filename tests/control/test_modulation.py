@@ -43,7 +43,7 @@ def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]
             parts = np.linalg.solve(basis, direction)
             damping = 1.0 - 1.0 / gamma if parts[0] > 0.0 else 1.0
             modulated = basis @ np.diag((damping, 1.0 + 1.0 / gamma)) @ parts
-            total += (min(gamma, PARAMETERS.gamma_cap) - 1.0) * modulated / np.hypot(*modulated)
+            total += (gamma - 1.0) * modulated / np.hypot(*modulated)
     return total / np.hypot(*total) if np.hypot(*total) else direction
 
 
@@ -126,6 +126,18 @@ def test_at_the_reference_point_and_outside_of_all_regions_nothing_changes(seed)
     np.testing.assert_allclose(modulated(near, direction, [region]), direction, atol=0.01)
     np.testing.assert_array_equal(modulated(region.center + (20.0, 0.0), direction, [region]), direction)
     np.testing.assert_array_equal(modulated(region.center, direction, []), direction)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_towards_a_reference_point_its_own_region_outweighs_the_others(seed):
+    rng = np.random.default_rng(seed)
+    region, direction = smooth_region(rng, np.zeros(2)), unit(rng.uniform(-math.pi, math.pi))
+    other = smooth_region(rng, 0.5 * unit(rng.uniform(-math.pi, math.pi)))
+    side = unit(rng.uniform(-math.pi, math.pi))
+    for distance in (0.99, 1.01):
+        near = modulated(distance * CENTER * side, direction, [region, other])
+        np.testing.assert_allclose(near, direction, atol=0.01)
 
 
 @settings(max_examples=40)
