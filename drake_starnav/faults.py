@@ -25,6 +25,8 @@ SMOOTHED_DEVIATIONS = 3.0
 """More noise than that is smoothed, as far as so many times its standard deviation..."""
 NOISE_PER_DEGREE = 0.015
 """... for the certificate over one degree on each side for each so much, m: the margin covers what corners lose."""
+AVERAGED_NOISE = 0.04
+"""With this noise or more ranges are averaged, too: the nearest of several scans' hits would shut passable gaps, m."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -153,7 +155,8 @@ def tolerating(
     """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
 
     Where the localisation is not exact, old regions are held against new scans; where the lidar has more
-    than the nominal noise, its ranges are smoothed all the more, for the certificate too.
+    than the nominal noise, its ranges are smoothed all the more, for the certificate too, and with much noise they are
+    averaged over the remembered scans.
     """
     if localization is not None and not localization.exact:
         planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
@@ -162,7 +165,11 @@ def tolerating(
         slack = SMOOTHED_DEVIATIONS * noise
         beams = math.ceil(math.radians(noise / NOISE_PER_DEGREE) / lidar.angle_increment - 1e-9)
         planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
-        controller = dataclasses.replace(controller, smoothed_beams=max(controller.smoothed_beams, beams))
+        controller = dataclasses.replace(
+            controller,
+            smoothed_beams=max(controller.smoothed_beams, beams),
+            average_scans=controller.average_scans or lidar.noise >= AVERAGED_NOISE,
+        )
     if error == 0.0:
         return planner, controller
     return (

@@ -79,11 +79,14 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
     assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
 
 
-def test_more_noise_than_the_nominal_is_smoothed():
+def test_more_noise_than_the_nominal_is_smoothed_and_much_is_averaged():
     for noise, slack, beams in ((0.0, 0.0, 0), (0.01, 0.0, 0), (0.02, 0.03, 1), (0.03, 0.06, 2), (0.05, 0.12, 3)):
         lidar = LidarParameters(noise=noise)
         planner, controller = tolerating(PlannerParameters(), ControllerParameters(), 0.0, lidar=lidar)
         assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_beams == beams
+        assert controller.average_scans == (noise == 0.05)
+    averaging = ControllerParameters(average_scans=True)
+    assert tolerating(PlannerParameters(), averaging, 0.0, lidar=LidarParameters(noise=0.02))[1].average_scans
     chosen = PlannerParameters(smoothing_slack=0.2)
     assert tolerating(chosen, ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.03))[0].smoothing_slack == 0.2
 
