@@ -134,7 +134,7 @@ def sensing_error(
     with the robot's radius r, largest speed v and acceleration a. Lost and stray beams, delays and lost scans need no
     margin: they are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass.
     Noise counts by less than its standard deviation: it is smoothed, and the nearest of the hits that several scans
-    leave on a surface bounds the robot.
+    leave on a surface bounds the robot, or, with much noise, their mean.
     """
     v, a = robot.max_speed, robot.max_acceleration
     return (
