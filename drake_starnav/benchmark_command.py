@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_writable, write_text
+from drake_starnav.files import check_writable, unwritable, write_text
 from drake_starnav.scenario import METHODS, scenario_names
 
 if TYPE_CHECKING:
@@ -171,9 +171,15 @@ def _check_report_options(options: argparse.Namespace) -> None:
     for path in (options.markdown, options.csv, options.html):
         check_writable(path)
     if options.html is not None:
+        if _recordings_folder(options.html).is_file():
+            raise unwritable(_recordings_folder(options.html), FileExistsError("it is no folder"))
         from drake_starnav.report.figures import new_figure
 
         new_figure(1.0)  # tells whether there is a matplotlib before anything runs
+
+
+def _recordings_folder(html: Path) -> Path:
+    return html.with_name(f"{html.stem}_recordings")
 
 
 def _report(results: "Results", options: argparse.Namespace) -> None:
@@ -188,7 +194,6 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
     if options.csv is not None:
         write_text(options.csv, summary_csv(results))
     if options.html is not None:
-        folder = options.html.with_name(f"{options.html.stem}_recordings")
         recordings = chosen_trials(results)
         if options.recordings >= 0:
             with tqdm(desc="recordings", unit="trial", disable=options.quiet or None, leave=False) as bar:
@@ -198,7 +203,12 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
                     bar.update(done - bar.n)
 
                 recordings = record_chosen(
-                    results, recordings, folder, failures=options.recordings, jobs=options.jobs, progress=progress
+                    results,
+                    recordings,
+                    _recordings_folder(options.html),
+                    failures=options.recordings,
+                    jobs=options.jobs,
+                    progress=progress,
                 )
         write_text(options.html, write_page(Report(results, recordings, options.panels)))
     if not options.quiet:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from drake_starnav.benchmark.trial_file import parse_trials
+from drake_starnav.benchmark.trial_file import read_trials
 from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 TRIAL_SUFFIXES = (".json", ".jsonl")
 """Of files that hold trials; everything else is a scenario."""
+SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
+"""What a file with a single trial must have; `text`, the scenario, may be there too."""
 RENDERERS = ("auto", "browser", "matplotlib")
 
 
@@ -91,7 +93,10 @@ def _record(options: argparse.Namespace) -> int:
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
     stills = {time: html.with_name(f"{html.stem}-{time:g}s.png") for time in options.png}
     _check_numbers(options)
-    for path in (html, *clips.values(), *stills.values()):
+    paths = [html, *clips.values(), *stills.values()]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
         check_writable(path)
 
     from drake_starnav.recording.camera import check_view  # late: bad input is told before Drake is loaded
@@ -162,13 +167,16 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         raise StarnavError(f"cannot read {path}: {error.strerror}; allowed: a file with a trial") from None
     try:
         single = json.loads(data)
-    except ValueError:
+    except (ValueError, RecursionError):
         single = None
-    if isinstance(single, dict) and {"scenario", "method", "seed"} <= single.keys():
+    if isinstance(single, dict) and SINGLE_KINDS.keys() <= single.keys():
         if line not in (None, 1):
             raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
+        for name, kind in {**SINGLE_KINDS, "text": str}.items():
+            if not isinstance(single.get(name, ""), kind):
+                raise StarnavError(f"{path}: {name} is {single[name]!r}; allowed: as simulate.py --json writes it")
         return single
-    header, records = parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+    header, records = read_trials(path)
     if line is None and len(records) == 1:
         line = 2
     if line is None or not 2 <= line <= len(records) + 1:

@@ -5,9 +5,10 @@ recording` and one for each baseline; each is a dataclass with defaults, so that
 world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
 """
 
-import contextlib
 import dataclasses
 import math
+import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +28,7 @@ from drake_starnav.parameters import build, parameter, unknown_name
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds import WORLD_KINDS
+from drake_starnav.worlds.world_file import shipped_file
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,17 @@ class _Tagged(dict):
 
 
 class _Loader(yaml.SafeLoader):
-    """Plain YAML whose mappings may carry a tag; it never makes objects of other kinds."""
+    """Plain YAML whose mappings may carry a tag and have each key once; it never makes objects of other kinds."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """A mapping, or an error that names the place of a key that is there twice."""
+        seen = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
+                if key.value in seen:
+                    raise yaml.constructor.ConstructorError(None, None, f"key {key.value} is repeated", key.start_mark)
+                seen.add(key.value)
+        return super().construct_mapping(node, deep)
 
 
 def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> _Tagged:
@@ -143,6 +155,9 @@ def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> _Tagged:
 
 
 _Loader.add_multi_constructor("!", _tagged)
+_Loader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
+)
 
 
 def scenario_names() -> list[str]:
@@ -163,7 +178,7 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
     """
     path = Path(name_or_path)
     shipped = model_path("scenarios", f"{name_or_path}.yaml")
-    if path.suffix not in (".yaml", ".yml") and not path.is_file():
+    if path.suffix not in (".yaml", ".yml") and not os.path.isfile(path):
         if name_or_path not in scenario_names():
             raise unknown_name(f"scenario {name_or_path!r}", name_or_path, [*scenario_names(), "a path to a YAML file"])
         path = shipped
@@ -253,21 +268,22 @@ def _override(sections: dict[str, Any], text: str) -> None:
         parsed = yaml.load(value, Loader=_Loader)
     except (yaml.YAMLError, ValueError, RecursionError):
         raise StarnavError(f"override {text!r}: the value is not valid YAML; allowed: e.g. robot.radius=0.3") from None
-    if isinstance(parsed, str):
-        with contextlib.suppress(ValueError):
-            parsed = float(parsed)  # YAML 1.1 reads 1e-3 as a text
     if not isinstance(sections.get(section), dict):
         sections[section] = {}
     sections[section][name] = parsed
 
 
 def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
-    """Let the paths of world and robot, as read from YAML, begin at a folder; absolute ones and package:// stay."""
+    """Let the paths of world and robot, as read from YAML, begin at a folder.
+
+    Absolute ones, package:// and the names of what is shipped stay.
+    """
     world, robot = sections.get("world"), sections.get("robot")
     kind = WORLD_KINDS.get(world.tag) if isinstance(world, _Tagged) else None
-    for field_ in dataclasses.fields(kind) if kind else ():
-        if field_.metadata.get("path"):
-            _make_absolute(world, "world", field_.name, folder)
+    if isinstance(world, _Tagged) and kind is not None:
+        for field_ in dataclasses.fields(kind):
+            if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
+                _make_absolute(world, "world", field_.name, folder)
     if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
         _make_absolute(robot, "robot", "model", folder)
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from drake_starnav.benchmark import compare, wilson_interval
 from drake_starnav.benchmark.ablation import ABLATIONS, REFERENCE
 from drake_starnav.benchmark.summary import markdown_table, number, rate_text
-from drake_starnav.errors import StarnavError
 from drake_starnav.experiment import (
     Results,
     add_rows,
@@ -20,6 +19,7 @@ from drake_starnav.experiment import (
     run_variants,
 )
 from drake_starnav.files import check_writable, write_text
+from drake_starnav.report.figures import new_figure
 
 STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"), ("#E69F00", "v"))
 """Colour and marker of each scenario: the palette of Okabe and Ito, told apart by shape as well."""
@@ -38,9 +38,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def ablate(options: argparse.Namespace) -> None:
     """Run the rows, one file of trials each, then write table and plot."""
     table, picture = options.out / "ablation.md", options.out / "ablation.png"
+    check_rows(options, BY_NAME)
     check_writable(table)
     check_writable(picture)
-    check_rows(options, BY_NAME)
+    new_figure(1.0)  # tells whether there is a matplotlib before anything runs
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
     results, scenarios = run_variants({row.name: (row.method, row.overrides) for row in rows}, options)
     text = ablation_table(results, scenarios)
@@ -77,12 +78,7 @@ def draw(results: Results, scenarios: list[str], path: Path) -> None:
     Raises:
         StarnavError: matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise StarnavError("matplotlib is not installed; allowed: pip install drake-starnav[report]") from None
-
-    figure = Figure(figsize=(12.0, 1.6 + 0.42 * len(results)), layout="constrained")
+    figure = new_figure(1.6 + 0.42 * len(results), 12.0)
     success, collisions, ratio = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1, 1.4))
     offsets = [0.22 * (k - (len(scenarios) - 1) / 2) for k in range(len(scenarios))]
     for k, scenario in enumerate(scenarios):
@@ -102,6 +98,7 @@ def draw(results: Results, scenarios: list[str], path: Path) -> None:
     success.invert_yaxis()
     success.set_xlim(-3.0, 103.0)
     success.set_xlabel("reached, % (95 % interval)")
+    collisions.set_xlim(-1.0, max(5.0, collisions.get_xlim()[1]))
     collisions.set_xlabel("collided, %")
     ratio.set_xlabel(f"time / {REFERENCE.name}, both reached")
     ratio.axvline(1.0, color="0.6", linewidth=0.8)

@@ -64,8 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def measure_faults(options: argparse.Namespace) -> None:
     """Run the rows, one file of trials each, then write the table."""
     table = options.out / "faults.md"
-    check_writable(table)
     check_rows(options, ROWS)
+    check_writable(table)
     chosen = {name: ("star", row) for name, row in ROWS.items() if name in options.rows or not row}
     results, scenarios = run_variants(chosen, options)
     text = fault_table(results, scenarios)
@@ -87,11 +87,12 @@ def fault_table(results: Results, scenarios: Sequence[str]) -> str:
                 str(count(trials, "collision")),
                 number(compare(trials, of_scenario(results["none"], scenario)).time_ratio, 2),
             ]
-        rows.append(tuple(cells))
+        clearances = [r["min_clearance_m"] for r in records if r.get("min_clearance_m") is not None]
+        rows.append((*cells, number(min(clearances, default=None), 0, 1e3)))
     head = ["faults"]
     for scenario in scenarios:
         head += [f"{scenario}: reached (95 %)", "collisions", "time / none"]
-    return markdown_table(tuple(head), rows)
+    return markdown_table((*head, "least clearance mm"), rows)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from drake_starnav.command_line import benchmark, simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.record_command import read_trial, record
 from drake_starnav.recording.browser import browser_missing
+from tests.report.trials import record as trial_record
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 1.5}\n"
 
@@ -67,11 +68,30 @@ def test_a_run_that_differs_from_its_trial_is_told(scenario, capsys) -> None:
     assert "differs from the trial it repeats" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"scenario": 3, "method": "star", "seed": 1}', "scenario is 3; allowed: as simulate.py --json writes it"),
+        ('{"scenario": "mine", "method": "star", "seed": "x"}', "seed is 'x'"),
+        ('{"scenario": "mine", "method": "star", "seed": 1, "text": 4}', "text is 4"),
+        ("[" * 100_000, "is not the header of a file of trials"),
+    ],
+)
+def test_a_file_of_something_else_is_told(tmp_path, text, words, capsys) -> None:
+    path = tmp_path / "trial.json"
+    path.write_text(text + "\n")
+    assert record([str(path), "--html", str(tmp_path / "a.html")]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_no_file_is_written_twice(scenario, capsys) -> None:
+    assert record([scenario, "--html", "a.html", "--mp4", "a.html"]) == 2
+    assert "a.html is to be written twice" in capsys.readouterr().err
+
+
 def test_a_record_of_a_batch_brings_its_scenario(scenario) -> None:
     cases = make_cases([scenario], ["star", "star_paper"])
-    records = [
-        {"scenario": "mine", "method": case.method, "trial": 0, "outcome": "reached", "seed": 1} for case in cases
-    ]
+    records = [trial_record("mine", case.method) for case in cases]
     Path("two.jsonl").write_text("".join(json.dumps(entry) + "\n" for entry in (make_header(cases, 0), *records)))
     assert read_trial(Path("two.jsonl"), 3)["text"] == cases[1].text
     with pytest.raises(StarnavError, match="which trial is not said; allowed: --line 2 to --line 3"):

@@ -70,6 +70,9 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
         ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
         ("world: !Forest {}\ncontroller: {certificate: 3}", ["controller.certificate", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
+        ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),
+        ("world: !Forest {}\nrobot: {}\nrobot: {radius: 0.4}", ["line 3", "key robot is repeated"]),
+        ("world: !Forest {width: 20, width: 21}", ["line 1", "key width is repeated"]),
         ("world: !Forest [1]", ["Forest", "mapping"]),
         ("world: !Forest {a: [}", ["line 1", "YAML"]),
         ("- 1", ["mapping"]),
@@ -104,6 +107,23 @@ def test_bad_override_is_refused(override: str, words: list[str]) -> None:
         assert word in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "value"), [("3e-1", 0.3), ("1.5E-1", 0.15), (".2e0", 0.2), ("2.5e-1", 0.25), ("+1_0e-2", 0.1)]
+)
+def test_numbers_with_an_exponent_are_numbers(text: str, value: float) -> None:
+    assert parse_scenario(f"world: !Forest {{}}\nrobot: {{radius: {text}}}", name="x").robot.radius == value
+    assert load_scenario("forest", overrides=[f"robot.radius={text}"]).robot.radius == value
+    world = parse_scenario(f"world: !Obstacles {{goal: [{text}, 0]}}", name="x").world
+    assert world.goal == [value, 0]
+
+
+def test_merged_keys_may_be_overridden() -> None:
+    text = "world: !Forest {}\nrobot: &a {radius: 0.3}\nlidar: {}\n"
+    text = text.replace("robot: &a {radius: 0.3}", "robot: {<<: {radius: 0.3, max_speed: 0.5}, radius: 0.2}")
+    robot = parse_scenario(text, name="x").robot
+    assert (robot.radius, robot.max_speed) == (0.2, 0.5)
+
+
 def test_unknown_names_suggest_the_nearest() -> None:
     with pytest.raises(StarnavError, match="did you mean forest"):
         load_scenario("forrest")
@@ -128,6 +148,25 @@ def test_paths_are_relative_to_the_file_that_names_them(tmp_path: Path, monkeypa
     assert given.world.file == str(tmp_path / "maps" / "other.yaml")
     assert parse_scenario(scenario_text(given), name="mine") == given  # a worker may run elsewhere
     assert parse_scenario("world: !RosMap {file: a.yaml}", name="x").world.file == str(tmp_path / "a.yaml")
+
+
+@pytest.mark.parametrize("kind", ["Barn", "DynaBarn"])
+def test_files_of_worlds_are_found_beside_the_scenario(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"world: !{kind} {{file: worlds.json, id: 1}}\n")
+    assert load_scenario(str(file)).world.file == str(tmp_path / "worlds.json")
+    monkeypatch.chdir(tmp_path)
+    given = load_scenario(kind.lower(), overrides=["world.file=other.json"])
+    assert given.world.file == str(tmp_path / "other.json")
+    assert load_scenario(kind.lower()).world.file == f"{kind.lower()}_like"
+
+
+def test_names_that_are_too_long_are_unknown() -> None:
+    with pytest.raises(StarnavError, match="unknown scenario"):
+        load_scenario("a" * 300)
+    assert load_scenario("barn", overrides=[f"world.file={'a' * 300}"]).world.file.endswith("a" * 300)
 
 
 def test_paths_of_shipped_files_stay_as_they_are(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ Record = dict[str, Any]
 """A finished trial as it stands in a file: the fields of a `Trial` and its number."""
 Key = tuple[str, str, int]
 """What tells one trial of a file from another: scenario, method, number."""
+NEVER_RAN = ("error", "unsupported")
+"""Outcomes of trials that could not be run."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +25,13 @@ class Case:
         scenario: its name.
         method: its name.
         text: the scenario as YAML with every parameter written out, the method's and the overrides in it.
+        source: what it was loaded by, a shipped scenario's name or a path.
     """
 
     scenario: str
     method: str
     text: str
+    source: str = ""
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
     for name in scenarios:
         for method in methods:
             scenario = load_scenario(name, method=method, overrides=overrides)
-            cases.append(Case(scenario.name, method, scenario_text(scenario)))
+            cases.append(Case(scenario.name, method, scenario_text(scenario), name))
     names = [(case.scenario, case.method) for case in cases]
     for scenario_name, method in names:
         if names.count((scenario_name, method)) > 1:

@@ -107,7 +107,7 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
         path_p95=_figure(lambda values: np.percentile(values, 95), ratios),
         time_s=_figure(np.mean, [r["time_s"] for r in reached]),
         speed_mps=_total_ratio(reached, "path_length_m", reached, "time_s"),
-        score=sum(scores) / len(records) if scores else None,
+        score=sum(scores) / trials if scores else None,
         clearance_m=_figure(np.min, clearances),
         command_p50_s=median("command", "p50_s"),
         command_p99_s=median("command", "p99_s"),

@@ -14,16 +14,28 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from drake_starnav.benchmark.jobs import Case, Key, Record
+from drake_starnav.benchmark.jobs import NEVER_RAN, Case, Key, Record
 from drake_starnav.errors import StarnavError
 
 FORMAT = 1
 """Of the file; a header has it under the key `format`."""
 Header = dict[str, Any]
-HEADER_KINDS = {"format": int, "versions": dict, "seed": int, "cases": list}
-CASE_KINDS = {"scenario": str, "method": str, "text": str}
-RECORD_KINDS = {"scenario": str, "method": str, "trial": int, "outcome": str}
-"""What must at least be in a header, in each of its cases and in a record."""
+Kinds = Mapping[str, type | tuple[type, ...]]
+TEXT, NUMBER, MAYBE = (str, type(None)), (int, float), (int, float, type(None))
+HEADER_KINDS: Kinds = {
+    "format": int, "versions": dict, "machine": dict, "seed": int, "suite": TEXT, "overrides": list, "cases": list,
+}  # fmt: skip
+CASE_KINDS: Kinds = {"scenario": str, "method": str, "text": str}
+RECORD_KINDS: Kinds = {"scenario": str, "method": str, "trial": int, "seed": int, "outcome": str}
+RUN_KINDS: Kinds = {
+    "time_s": NUMBER, "path_length_m": NUMBER, "shortest_path_m": MAYBE, "straight_line_m": MAYBE,
+    "tightest_gap_m": MAYBE, "min_clearance_m": MAYBE, "score": MAYBE, "wall_s": NUMBER,
+    "state_hash": str, "path": list,
+}  # fmt: skip
+STEPS = ("command", "scan", "fit", "plan")
+STEP_KINDS: Kinds = {"count": int, "p50_s": MAYBE, "p99_s": MAYBE}
+"""What must at least be in a header, in each of its cases, in a record, in one of a trial that ran, and in its steps'
+times."""
 
 
 def make_header(
@@ -164,11 +176,12 @@ class TrialFile:
         if size > 0:
             found, self.records = parse_trials(data[:size], str(self.path))
             check_same(found, header, str(self.path))
-        elif data and not json.dumps(header).encode().startswith(data[:10]):
+        elif not json.dumps(header).encode().startswith(data):
             raise StarnavError(f"{self.path} is not a file of trials; allowed: one written by benchmark.py")
         if len(data) > size:
             self._file.truncate(size)
-            self.repaired = f"{self.path}: the last line was cut off and is removed; its trial runs again"
+            cut = "the last line was cut off and is removed; its trial runs again"
+            self.repaired = f"{self.path}: {cut if size else 'the header was cut off and is written again'}"
         if size == 0:
             self._write(header)
 
@@ -213,15 +226,20 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
             entry = json.loads(line)
         except (ValueError, RecursionError):
             entry = None
-        if not (_is_header(entry) if number == 1 else _holds(entry, RECORD_KINDS)):
+        if not (_is_header(entry) if number == 1 else _is_record(entry)):
             what = "the header of a file of trials" if number == 1 else "a trial"
             raise StarnavError(f"{place} line {number} is not {what}; allowed: a file written by benchmark.py")
         entries.append(entry)
     if not entries:
         raise StarnavError(f"{place} is empty; allowed: a file written by benchmark.py")
     header, *records = entries
+    cases = [(case["scenario"], case["method"]) for case in header["cases"]]
     seen: set[Key] = set()
     for number, record in enumerate(records, start=2):
+        if record_key(record)[:2] not in cases:
+            names = f"{record['scenario']} {record['method']}"
+            known = ", ".join(" ".join(case) for case in cases)
+            raise StarnavError(f"{place} line {number} is a trial of {names}; allowed: as its header has, {known}")
         if record_key(record) in seen:
             raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
         seen.add(record_key(record))
@@ -229,12 +247,24 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
 
 
 def _is_header(entry: Any) -> bool:
-    return _holds(entry, HEADER_KINDS) and all(_holds(case, CASE_KINDS) for case in entry["cases"])
+    if not _holds(entry, HEADER_KINDS) or not all(isinstance(text, str) for text in entry["overrides"]):
+        return False
+    return all(_holds(case, CASE_KINDS) for case in entry["cases"])
 
 
-def _holds(entry: Any, kinds: Mapping[str, type]) -> bool:
-    """Whether an entry is a mapping with values of certain kinds."""
-    return isinstance(entry, dict) and all(isinstance(entry.get(key), kind) for key, kind in kinds.items())
+def _is_record(entry: Any) -> bool:
+    if not _holds(entry, RECORD_KINDS):
+        return False
+    ran = _holds(entry, RUN_KINDS) and all(_holds(entry.get(step), STEP_KINDS) for step in STEPS)
+    return ran or entry["outcome"] in NEVER_RAN
+
+
+def _holds(entry: Any, kinds: Kinds) -> bool:
+    """Whether an entry is a mapping that has certain keys, with values of their kinds."""
+    return isinstance(entry, dict) and all(
+        key in entry and isinstance(entry[key], kind) and not isinstance(entry[key], bool)
+        for key, kind in kinds.items()
+    )
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:

@@ -45,8 +45,8 @@ class Point:
     text: str
 
 
-def new_figure(height: float) -> "Figure":
-    """An empty figure, `height` inches high.
+def new_figure(height: float, width: float = WIDTH) -> "Figure":
+    """An empty figure, `height` and `width` in inches.
 
     Raises:
         StarnavError: matplotlib is not installed.
@@ -55,7 +55,7 @@ def new_figure(height: float) -> "Figure":
         from matplotlib.figure import Figure
     except ImportError:
         raise StarnavError("matplotlib is not installed; allowed: pip install 'drake-starnav[report]'") from None
-    return Figure(figsize=(WIDTH, height), layout="constrained")
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def svg(figure: "Figure") -> str:

@@ -6,14 +6,11 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark.jobs import NEVER_RAN, Record
 from drake_starnav.benchmark.workers import local_processes
 from drake_starnav.errors import StarnavError
 from drake_starnav.report.results import Results
 from drake_starnav.scenario import Scenario
-
-NEVER_RAN = ("error", "unsupported")
-"""Outcomes of trials of which there is nothing to see."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Trials of one or several files, and what they were trials of."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -60,13 +60,18 @@ class Results:
 
     def commands(self) -> list[str]:
         """What runs the same trials, one line for each file."""
-        return [_command(header, self.records) for header in self.headers]
+        numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
+        return [
+            f"{_command(header, self.records)} --json out/trials{number}.jsonl"
+            for header, number in zip(self.headers, numbers, strict=True)
+        ]
 
     def trial_command(self, record: Record) -> str:
         """What runs one trial again and records it."""
         header = next(h for h in self.headers if _has(h, record))
         name, method = record["scenario"], record["method"]
-        parts = [_place(name), "--method", method, "--seed", str(record["seed"])]
+        case = next(case for case in header["cases"] if (case["scenario"], case["method"]) == (name, method))
+        parts = [_source(case), "--method", method, "--seed", str(record["seed"])]
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
@@ -113,13 +118,14 @@ def _has(header: Header, record: Record) -> bool:
     return any(record_key(record)[:2] == (case["scenario"], case["method"]) for case in header["cases"])
 
 
-def _place(scenario: str) -> str:
-    """What to call a scenario by on the command line."""
-    return scenario if scenario in scenario_names() else f"{scenario}.yaml"
+def _source(case: Mapping[str, str]) -> str:
+    """What to call a case's scenario by on the command line."""
+    name = case["scenario"]
+    return case.get("source") or (name if name in scenario_names() else f"{name}.yaml")
 
 
 def _command(header: Header, records: Sequence[Record]) -> str:
-    scenarios = dict.fromkeys(_place(case["scenario"]) for case in header["cases"])
+    scenarios = dict.fromkeys(_source(case) for case in header["cases"])
     methods = dict.fromkeys(case["method"] for case in header["cases"])
     trials = 1 + max((record["trial"] for record in records if _has(header, record)), default=0)
     what = ["--suite", header["suite"]] if header.get("suite") else [*scenarios]
@@ -128,4 +134,4 @@ def _command(header: Header, records: Sequence[Record]) -> str:
         which = ["--worlds", ",".join(map(str, sorted({r["trial"] for r in records if _has(header, r)})))]
     parts = [*what, "--method", *methods, *which, "--seed", str(header["seed"])]
     parts += [part for override in header["overrides"] for part in ("--set", override)]
-    return f"{RUN} {shlex.join(parts)} --json out/trials.jsonl"
+    return f"{RUN} {shlex.join(parts)}"

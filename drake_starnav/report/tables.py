@@ -22,8 +22,8 @@ from drake_starnav.benchmark.summary import (
 from drake_starnav.report.results import Results
 
 TABLED = (
-    "trial", "seed", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m", "mean_speed_mps", "nodes",
-    "wall_s", "score", "straight_line_m", "tightest_gap_m",
+    "trial", "world", "seed", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m", "mean_speed_mps",
+    "nodes", "wall_s", "score", "straight_line_m", "tightest_gap_m",
 )  # fmt: skip
 """Numbers of a record that other tables show, or that say nothing when averaged."""
 UNITS = {

@@ -25,7 +25,7 @@ class Barn:
     Source: D. Perille et al., Benchmarking metric ground navigation, 2020; score of the BARN challenge, 2022.
     """
 
-    file: str = parameter("barn_like", "shipped file of worlds by name, or the path of a JSON file")
+    file: str = parameter("barn_like", "shipped file of worlds by name, or the path of a JSON file", path=True)
     id: int = parameter(0, "number of the world in the file", low=0)
     timeout: float = parameter(100.0, "time a trial may take", unit="s", above=0.0)
 

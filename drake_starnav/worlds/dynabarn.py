@@ -30,7 +30,7 @@ class DynaBarn:
     Source: A. Nair et al., DynaBARN: benchmarking metric ground navigation in dynamic environments, 2022.
     """
 
-    file: str = parameter("dynabarn_like", "shipped file of worlds by name, or the path of a JSON file")
+    file: str = parameter("dynabarn_like", "shipped file of worlds by name, or the path of a JSON file", path=True)
     id: int = parameter(0, "number of the world in the file", low=0)
     timeout: float = parameter(100.0, "time a trial may take", unit="s", above=0.0)
 

@@ -1,6 +1,7 @@
 """Files of numbered worlds, as benchmarks have them: {"worlds": [{"id": 0, ...}, ...]} in JSON."""
 
 import json
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +9,12 @@ from typing import Any
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.models import model_path
+
+
+def shipped_file(name: str) -> Path | None:
+    """The shipped file of worlds of that name, if there is one."""
+    path = model_path("worlds", f"{name}.json")
+    return path if Path(name).name == name and os.path.isfile(path) else None
 
 
 @dataclass(frozen=True)
@@ -33,9 +40,7 @@ class WorldFile:
         Raises:
             StarnavError: the file is missing or not one of worlds.
         """
-        path = model_path("worlds", f"{file}.json")
-        if not path.is_file():
-            path = Path(file)
+        path = shipped_file(file) or Path(file)
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
@@ -44,7 +49,7 @@ class WorldFile:
                 f"{kind}.file is {file!r}, which cannot be read ({error.strerror}); "
                 f"allowed: {names}, or the path of a JSON file of worlds"
             ) from None
-        except ValueError as error:  # neither text nor JSON
+        except (ValueError, RecursionError) as error:  # not text, not JSON, or nested too deeply
             raise StarnavError(f"{path} is not JSON: {error}; allowed: a JSON file of worlds") from None
         entries = content.get("worlds") if isinstance(content, dict) else None
         if not isinstance(entries, list) or not entries:

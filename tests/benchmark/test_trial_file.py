@@ -9,6 +9,7 @@ import pytest
 from drake_starnav.benchmark.jobs import Case, error_record, make_jobs
 from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
 from drake_starnav.errors import StarnavError
+from tests.report.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
 HEADER = make_header(CASES, seed=3)
@@ -51,6 +52,28 @@ def test_every_cut_is_repaired(path: Path) -> None:
         assert path.read_bytes() == data
 
 
+def test_a_header_that_was_cut_off_is_written_again(tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl"
+    path.write_text(json.dumps(HEADER)[:300])
+    with TrialFile(path, HEADER, resume=True) as file:
+        assert file.repaired == f"{path}: the header was cut off and is written again"
+    assert read_trials(path) == (HEADER, [])
+
+
+@pytest.mark.parametrize("field", ["time_s", "path_length_m", "min_clearance_m", "state_hash", "path", "command"])
+@pytest.mark.parametrize("value", ["lost", True, "a text"])
+def test_a_trial_that_ran_has_its_figures(tmp_path: Path, field: str, value: object) -> None:
+    path, entry = tmp_path / "trials.jsonl", record()
+    entry[field] = 5 if value == "a text" and field == "state_hash" else value
+    if value == "lost":
+        del entry[field]
+    path.write_text(json.dumps(HEADER) + "\n" + json.dumps(record()) + "\n")
+    assert read_trials(path)[1] == [record()]
+    path.write_text(json.dumps(HEADER) + "\n" + json.dumps(entry) + "\n")
+    with pytest.raises(StarnavError, match="line 2 is not a trial"):
+        read_trials(path)
+
+
 def test_a_file_is_not_overwritten(path: Path) -> None:
     before = path.read_bytes()
     with pytest.raises(StarnavError, match="not empty; allowed: a new file, or --resume"):
@@ -65,7 +88,10 @@ def test_a_file_is_not_overwritten(path: Path) -> None:
         ({"format": 0}, "format 0, now 1"),
         ({"versions": {**HEADER["versions"], "drake_starnav": "0.0.1"}}, "drake_starnav 0.0.1, now"),
         ({"versions": {**HEADER["versions"], "drake": "1.0"}}, "drake 1.0, now"),
-        ({"cases": [dict(vars(CASES[0]), method="star_paper")]}, "cases forest star_paper, now forest star"),
+        (
+            {"cases": [vars(CASES[0]), dict(vars(CASES[0]), method="star_paper")]},
+            "cases forest star, forest star_paper, now forest star",
+        ),
         (
             {"cases": [dict(vars(CASES[0]), text="world: !Forest {}\nrobot: {radius: 0.3}\n")]},
             "other parameters of forest star (robot)",
@@ -93,6 +119,15 @@ def test_the_machine_may_change(path: Path) -> None:
         ("a letter to somebody", "not a file of trials"),
         ("a letter\nto somebody\n", "line 1 is not the header"),
         ("[]\n", "line 1 is not the header"),
+        ('{"format": 1, "of": "somebody else"}', "not a file of trials"),
+        (json.dumps({**HEADER, "seed": 4})[:-30], "not a file of trials"),
+        (json.dumps({**HEADER, "overrides": 3}) + "\n", "line 1 is not the header"),
+        (json.dumps(HEADER) + "\n" + json.dumps({**RECORDS[0], "seed": "x"}) + "\n", "line 2 is not a trial"),
+        (json.dumps(HEADER) + "\n" + json.dumps({**RECORDS[0], "outcome": "reached"}) + "\n", "line 2 is not a trial"),
+        (
+            json.dumps(HEADER) + "\n" + json.dumps({**RECORDS[0], "method": "apf"}) + "\n",
+            "line 2 is a trial of forest apf",
+        ),
         (json.dumps(HEADER) + "\nnonsense\n" + json.dumps(RECORDS[0]) + "\n", "line 2 is not a trial"),
         (json.dumps(HEADER) + "\n" + 2 * (json.dumps(RECORDS[0]) + "\n"), "line 3 repeats a trial"),
     ],

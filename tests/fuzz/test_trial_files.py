@@ -11,11 +11,14 @@ from hypothesis import strategies as st
 from drake_starnav.benchmark.jobs import Case, error_record, make_jobs
 from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
 from drake_starnav.errors import StarnavError
+from drake_starnav.report.results import read_results
+from drake_starnav.report.tables import tables_markdown
 from tests.fuzz.inputs import corpus, fuzzed, mutated, values
+from tests.report.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
 HEADER = make_header(CASES, seed=3)
-RECORDS = [error_record(job, "for the test") for job in make_jobs(CASES, 3, 3)]
+RECORDS = [record(trial=0), *(error_record(job, "for the test") for job in make_jobs(CASES, 3, 3)[1:])]
 VALID = b"".join(json.dumps(entry).encode() + b"\n" for entry in (HEADER, *RECORDS))
 
 
@@ -25,7 +28,7 @@ def resumed(data: bytes) -> bool:
         path = Path(folder, "trials.jsonl")
         path.write_bytes(data)
         try:
-            read_trials(path)
+            assert tables_markdown(read_results([path]))
         except StarnavError as error:
             assert str(error)
         try:

@@ -50,7 +50,7 @@ def test_recordings_are_of_the_same_runs_and_failures_are_limited(trials: Path) 
     for name in recorded:
         assert f'href="report_recordings/{name}"' in page
         assert (folder / name).stat().st_size > 100_000
-    assert page.count("python scripts/simulate.py far.yaml") == 1  # the second failure
+    assert page.count(f"python scripts/simulate.py {trials.with_name('far.yaml')}") == 1  # the second failure
     assert "not the same run" not in page
 
 
@@ -77,7 +77,7 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     assert trials.read_bytes() == before
     assert out["markdown"].read_text().rstrip() in printed
     assert out["csv"].read_text().count("\n") == 3
-    assert "python scripts/simulate.py far.yaml" in out["html"].read_text()
+    assert f"python scripts/simulate.py {trials.with_name('far.yaml')}" in out["html"].read_text()
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
 
 
@@ -99,3 +99,12 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, trials: Path,
     assert printed.count("\n") == 1
     for word in words:
         assert word in printed
+
+
+def test_a_file_where_the_recordings_shall_be_is_told_before_anything_runs(tmp_path: Path, capsys) -> None:
+    (tmp_path / "r_recordings").touch()
+    trials = tmp_path / "trials.jsonl"
+    arguments = ["forest", "--trials", "1", "--json", str(trials), "--html", str(tmp_path / "r.html")]
+    assert benchmark(arguments) == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert not trials.exists()

@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.benchmark import TrialFile, make_cases, make_header
 from drake_starnav.errors import StarnavError
-from drake_starnav.report.results import read_results
+from drake_starnav.report.results import make_results, read_results
 from tests.report.trials import record
 
 
@@ -26,7 +26,9 @@ def test_files_of_methods_are_put_together_in_order(tmp_path: Path) -> None:
     assert [(r["method"], r["trial"]) for r in results.records] == [
         ("star", 0), ("star", 1), ("star_paper", 0), ("star_paper", 1),
     ]  # fmt: skip
-    assert len(results.commands()) == 2
+    assert [command.rpartition(" ")[2] for command in results.commands()] == [
+        "out/trials_1.jsonl", "out/trials_2.jsonl",
+    ]  # fmt: skip
 
 
 def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
@@ -50,6 +52,15 @@ def test_the_commands_say_all_that_the_trials_depend_on(tmp_path: Path) -> None:
     assert command.startswith(
         f"python scripts/simulate.py forest --method star --seed {seed} --set robot.radius=0.3 --html "
     )
+
+
+def test_the_commands_name_a_file_as_it_was_given(tmp_path: Path) -> None:
+    scenario = tmp_path / "yard.yaml"
+    scenario.write_text("world: !Forest {}\n")
+    cases = make_cases([str(scenario)], ["star"])
+    results = make_results([make_header(cases, 5)], [record("yard")])
+    assert f"benchmark.py {scenario} --method" in results.commands()[0]
+    assert f"simulate.py {scenario} --method" in results.trial_command(results.records[0])
 
 
 def test_the_scenario_of_a_record_is_the_one_it_was_run_with(tmp_path: Path) -> None:

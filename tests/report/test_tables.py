@@ -28,7 +28,7 @@ def test_csv_has_a_line_for_each_case_with_all_figures() -> None:
 def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
     header = made_up().headers[0]
     records = [
-        record(trial=0, stops=2, jerk_mps3=1.0),
+        record(trial=0, world=7, stops=2, jerk_mps3=1.0),
         record(trial=1, stops=4),
         record("forest", "star", 2, "collision", stops=90),
         record("room", "star", 0, "unsupported"),

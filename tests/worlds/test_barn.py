@@ -65,7 +65,7 @@ def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
         Barn(file=str(file)).check_numbers([7, 10, 11])
 
 
-@pytest.mark.parametrize("name", ["nowhere.json", "."])
+@pytest.mark.parametrize("name", ["nowhere.json", ".", "a" * 300])
 def test_a_file_that_cannot_be_read(name: str) -> None:
     with pytest.raises(StarnavError, match=r"Barn\.file is '.*', which cannot be read .* allowed: .*barn_like.* or"):
         make_world(Barn(file=name), 0, 0.334)
@@ -76,6 +76,7 @@ def test_a_file_that_cannot_be_read(name: str) -> None:
     [
         (b'{"worlds": [', "is not JSON"),
         (b"\xff\xfe\x00", "is not JSON"),
+        (b"[" * 100_000, "is not JSON"),
         (b"[1, 2]", "has no list of worlds"),
         (b'{"worlds": []}', "has no list of worlds"),
         (b'{"worlds": [3]}', r"worlds\[0\] has the id None; allowed: a whole number"),
