@@ -9,7 +9,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Outpu
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
-from drake_starnav.errors import UnsupportedError
+from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.faults import sensing_error, tolerating
 from drake_starnav.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
@@ -89,8 +89,11 @@ def add_navigation(
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's.
 
     Raises:
-        UnsupportedError: the controller must know all obstacles as circles, and the world has others.
+        UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
+            do what the scenario asks of it.
+        StarnavError: the lidar sees too little for the certificate.
     """
+    _check_controller(scenario)
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
@@ -131,6 +134,27 @@ def add_navigation(
     if matcher is not None:
         builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
     return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
+
+
+def _check_controller(scenario: Scenario) -> None:
+    """Raise a `StarnavError` where the controller would not keep what its parameters promise."""
+    controller, lidar = scenario.controller, scenario.lidar
+    if controller.kind not in CERTIFIED:
+        return
+    view = lidar.angle_max - lidar.angle_min
+    if controller.certificate and view < math.pi - 1e-6:
+        raise StarnavError(
+            f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} leave a view of {view:g} rad "
+            "with controller.certificate; allowed: at least pi, as the robot's sides pass what it does not see"
+        )
+    if controller.kind == "mpc":
+        for name, value, allowed in (
+            ("controller.certified_by", controller.certified_by, "star"),
+            ("planner.path", scenario.planner.path, "shortest"),
+            ("robot.speed_per_clearance", scenario.robot.speed_per_clearance, 0.0),
+        ):
+            if value != allowed:
+                raise UnsupportedError(f"{name} is {value} with controller.kind mpc; allowed: {allowed}")
 
 
 def _add_planning(

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.lidar import LidarParameters
-from drake_starnav.parameters import parameter
+from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
@@ -25,6 +26,8 @@ SMOOTHED_DEVIATIONS = 3.0
 """More noise than that is smoothed, as far as so many times its standard deviation..."""
 NOISE_PER_DEGREE = 0.015
 """... for the certificate over one degree on each side for each so much, m: the margin covers what corners lose."""
+LARGEST_ERROR = 0.5
+"""What margins may grow by, m."""
 AVERAGED_NOISE = 0.04
 """With this noise or more ranges are averaged, too: the nearest of several scans' hits would shut passable gaps, m."""
 CONTRADICTION = 0.2
@@ -55,6 +58,9 @@ class LocalizationParameters:
         "planner's guidance)",
     )
 
+    def __post_init__(self) -> None:
+        check_parameters(self, "localization")
+
     @property
     def exact(self) -> bool:
         """Whether the believed pose is the truth."""
@@ -71,6 +77,9 @@ class DriveParameters:
     slip: float = parameter(
         0.0, "largest share of its speed that a wheel loses; drawn for each wheel anew every second", low=0.0, high=0.5
     )
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "drive")
 
 
 def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
@@ -127,6 +136,7 @@ def sensing_error(
     """What the declared faults add to the error that the margins already allow for, m.
 
         e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
+          + quantisation / 2                                 ranges rounded up
           + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
@@ -139,6 +149,7 @@ def sensing_error(
     v, a = robot.max_speed, robot.max_acceleration
     return (
         0.75 * max(lidar.noise - NOMINAL_NOISE, 0.0)
+        + 0.5 * lidar.quantisation
         + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
         + min(localization.jump, UNSEEN_JUMP)
         + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
@@ -157,6 +168,9 @@ def tolerating(
     Where the localisation is not exact, old regions are held against new scans; where the lidar has more
     than the nominal noise, its ranges are smoothed all the more, for the certificate too, and with much noise they are
     averaged over the remembered scans.
+
+    Raises:
+        StarnavError: the error is too large for any margin.
     """
     if localization is not None and not localization.exact:
         planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
@@ -172,6 +186,11 @@ def tolerating(
         )
     if error == 0.0:
         return planner, controller
+    if error > LARGEST_ERROR:
+        raise StarnavError(
+            f"what is declared of lidar, localization and drive adds {error:.3g} m to the margins; allowed: at most "
+            f"{LARGEST_ERROR:g} m"
+        )
     return (
         dataclasses.replace(planner, margin=planner.margin + error),
         dataclasses.replace(controller, safety_margin=controller.safety_margin + error),

@@ -1,5 +1,6 @@
 """What any planner tells the controller."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,6 +44,12 @@ class Guidance:
             regions: around the robot, for the modulation; without them it drives straight to the next way point.
         """
         return Guidance(np.array(path, dtype=float).reshape(-1, 2), True, RegionStack.of(tuple(regions)))
+
+    def left(self, position: np.ndarray) -> float:
+        """How far the goal to stop at is from a position (2,), m; infinite without one."""
+        if not self.arrives or not len(self.path):
+            return math.inf
+        return math.hypot(self.path[-1, 0] - position[0], self.path[-1, 1] - position[1])
 
     def moved(self, frame: np.ndarray) -> "Guidance":
         """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""

@@ -54,7 +54,9 @@ class LidarParameters:
     scan_loss: float = parameter(0.0, "probability that a whole scan does not arrive", low=0.0, high=1.0)
     silence_start: float = parameter(0.0, "when the sensor falls silent", unit="s", low=0.0, high=1e6)
     silence_duration: float = parameter(0.0, "for how long no scan is taken then", unit="s", low=0.0, high=1e6)
-    quantisation: float = parameter(0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0)
+    quantisation: float = parameter(
+        0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0, high=1.0
+    )
     rolling: bool = parameter(False, "sweep the beams over the period before the scan, as a spinning sensor does")
 
     def __post_init__(self) -> None:

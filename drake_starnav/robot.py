@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import parameter
+from drake_starnav.parameters import check_parameters, parameter
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,9 @@ class RobotParameters:
     mass_error: float = parameter(
         0.0, "by which share the simulated base is heavier than its model says", above=-1.0, high=10.0
     )
+
+    def __post_init__(self) -> None:
+        check_parameters(self, "robot")
 
     def speed_limit(self, clearance: float) -> float:
         """Largest speed at a distance `clearance` (m) of the hull from the nearest obstacle, m/s."""

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from pydrake.geometry import GeometryId, Role, SceneGraph
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
@@ -33,6 +33,8 @@ HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
+LIDAR_TOLERANCE = 1e-3
+"""Of where a model's lidar is, m and rad: poses of the robot are taken for those of its sensor."""
 LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
 POSE_PORTS = ("pose", "state", "scan_pose")
 
@@ -101,8 +103,7 @@ class RobotEquipment(Diagram):
             PlanarLocalization(
                 num_positions=plant.num_positions(model),
                 num_velocities=plant.num_velocities(model),
-                scan_rate=lidar.rate,
-                scan_delay=lidar.delay,
+                lidar=lidar,
                 error=localization,
                 seed=seed,
             ),
@@ -147,7 +148,7 @@ class NavigationStation(Diagram):
         localization.pose: vector (x, y, yaw) of the robot's base in the world frame W, m and rad, with its
             declared error.
         localization.state: vector (x, y, yaw, v, omega).
-        localization.scan_pose: the pose at the time of the scan that arrived last (or was lost at its turn).
+        localization.scan_pose: the pose at the time of the scan that arrived last.
         cheat.robot_state: multibody state of the robot.
         cheat.contact_results: `ContactResults` of the plant.
         cheat.geometry_query: `QueryObject` of the scene.
@@ -299,6 +300,10 @@ def _pull_in(root: ElementTree.Element, radius: float) -> None:
                 continue
             x, y, z = (float(value) for value in origin.get("xyz", "0 0 0").split())
             far = radius - float(sphere.get("radius", "0"))
+            if far <= 0.0:
+                raise StarnavError(
+                    f"robot.radius is {radius:g}; allowed: more than the model's wheels have, {radius - far:g} m"
+                )
             share = min(1.0, far / max(math.hypot(x, y), 1e-9))
             origin.set("xyz", f"{x * share!r} {y * share!r} {z!r}")
 
@@ -354,6 +359,14 @@ def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
         for name in names:
             if not has(name, model):
                 raise StarnavError(f"robot model {path} has no {kind} {name}; allowed: {kind} {', '.join(names)}")
+    X_BL = plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame()
+    x, y, _ = X_BL.translation()
+    if math.hypot(x, y) > LIDAR_TOLERANCE or not X_BL.rotation().IsNearlyIdentity(LIDAR_TOLERANCE):
+        roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector()
+        raise StarnavError(
+            f"robot model {path}: frame lidar lies at x {x:g}, y {y:g} m of base_link, turned by roll {roll:g}, pitch "
+            f"{pitch:g}, yaw {yaw:g} rad; allowed: on its z axis, unturned (lidar.angle_min says where beams begin)"
+        )
     inspector = scene_graph.model_inspector()
     for name in WHEELS:
         wheel = plant.GetJointByName(name, model).child_body()

@@ -67,7 +67,7 @@ def all_systems() -> list[System]:
         station,
         station.GetSubsystemByName("robot"),  # its `RobotEquipment`
         LidarSensor(lidar, parent_frame_id=SceneGraph.world_frame_id(), X_PS=RigidTransform()),
-        PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0),
+        PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
         MoverTracker(defaults.movers, rate=lidar.rate, offset=0.005),
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),

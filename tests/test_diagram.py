@@ -10,8 +10,10 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import add_navigation, make_diagram
+from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import Guidance
 from drake_starnav.roadmap import PlannerStatus
+from drake_starnav.scenario import parse_scenario
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.station import NavigationStation
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -56,6 +58,43 @@ def test_the_systems_are_wired_and_the_robot_drives_to_its_goal() -> None:
     context = simulator.get_context()
     assert np.hypot(*(diagram.GetOutputPort("localization.pose").Eval(context)[:2] - GOALS[0])) < 0.1
     assert diagram.GetOutputPort("planner.status").Eval(context) is PlannerStatus.APPROACHING
+
+
+@pytest.mark.parametrize("start", [[0.2, 0.0, 0.3], [1.5, 0.01, 2.0]])
+@pytest.mark.parametrize("method", ["star", "mpc", "foa", "apf", "dwa", "dsm"])
+def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
+    text = f"world: !Obstacles {{cylinders: [[0.9, -1.2, 0.3]], start: {start}, goal: [1.5, 0.0]}}"
+    diagram = make_diagram(parse_scenario(text, name="near", method=method))
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(25.0)
+    state = diagram.GetOutputPort("localization.state")
+    before = state.Eval(simulator.get_context()).copy()
+    assert np.hypot(*(before[:2] - (1.5, 0.0))) < 0.15
+    simulator.AdvanceTo(27.0)
+    after = state.Eval(simulator.get_context())
+    assert after == pytest.approx(before, abs=5e-3)
+    assert after[3:] == pytest.approx([0.0, 0.0], abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("method", "changes", "words"),
+    [
+        ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "leave a view of 3 rad with controller.certificate"),
+        ("mpc", ["controller.certified_by=points"], "controller.certified_by is points with controller.kind mpc"),
+        ("mpc", ["planner.path=fastest"], "planner.path is fastest with controller.kind mpc; allowed: shortest"),
+        ("mpc", ["robot.speed_per_clearance=1"], "robot.speed_per_clearance is 1.0 with controller.kind mpc"),
+    ],
+)
+def test_what_the_controller_would_not_keep_is_refused(method: str, changes: list[str], words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        make_diagram(posts(method=method, overrides=changes))
+
+
+def test_a_narrow_view_is_enough_without_the_certificate_and_half_a_turn_with_it() -> None:
+    half = ["lidar.angle_min=-1.5707963", "lidar.angle_max=1.5707963"]
+    assert make_diagram(posts(overrides=half)).get_name() == "posts"
+    narrow = ["lidar.angle_min=-1", "lidar.angle_max=1", "controller.certificate=false"]
+    assert make_diagram(posts(overrides=narrow)).get_name() == "posts"
 
 
 def test_a_world_and_a_seed_may_be_given() -> None:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.faults import (
     DriveParameters,
     LocalizationParameters,
@@ -61,6 +62,7 @@ def test_without_faults_nothing_changes():
     [
         (0, {"noise": 0.03}, 0.015),
         (0, {"noise": 0.005}, 0.0),
+        (0, {"quantisation": 0.1}, 0.05),
         (0, {"dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
         (1, {"drift": 0.02}, 0.02 * 0.8),
         (1, {"jump": 0.01}, 0.01),
@@ -77,6 +79,36 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
     planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error)
     assert planner.margin == pytest.approx(PlannerParameters().margin + error)
     assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
+
+
+def test_what_no_margin_can_cover_is_refused():
+    error = sensing_error(LidarParameters(noise=2.0), *NO_FAULT[1:])
+    with pytest.raises(StarnavError, match="what is declared of lidar, localization and drive adds 1.49 m"):
+        tolerating(PlannerParameters(), ControllerParameters(), error)
+
+
+def test_a_fine_lidar_with_noise_is_smoothed_too():
+    _, controller = tolerating(
+        PlannerParameters(), ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.05, beams=10000)
+    )
+    assert controller.smoothed_beams == 75
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: RobotParameters(radius=-1.0), "robot.radius is -1"),
+        (lambda: RobotParameters(max_acceleration=math.nan), "robot.max_acceleration is nan"),
+        (lambda: PlannerParameters(erosion="dics"), "planner.erosion is 'dics'"),
+        (lambda: PlannerParameters(margin=-0.2), "planner.margin is -0.2"),
+        (lambda: DriveParameters(delay=-1.0), "drive.delay is -1"),
+        (lambda: LocalizationParameters(drift=7.0), "localization.drift is 7"),
+        (lambda: LidarParameters(quantisation=2.0), "lidar.quantisation is 2"),
+    ],
+)
+def test_parameters_are_checked_wherever_they_are_made(make, words):
+    with pytest.raises(StarnavError, match=words):
+        make()
 
 
 def test_more_noise_than_the_nominal_is_smoothed_and_much_is_averaged():

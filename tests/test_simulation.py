@@ -89,6 +89,12 @@ def test_same_trajectory_in_another_process(small_trial) -> None:
     assert done.stdout.strip() == small_trial.state_hash
 
 
+@pytest.mark.parametrize("seed", [1000, 1001])
+def test_a_first_scan_full_of_strays_is_no_reason_to_give_up(seed: int) -> None:
+    scenario = load_scenario("maze", overrides=["lidar.outliers=0.5", "simulation.timeout=3"])
+    assert run_trial(scenario, seed=seed).outcome == "timeout"
+
+
 def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
     square = [[3.0, -0.8], [4.6, -0.8], [4.6, 0.8], [3.0, 0.8]]
     walls = []

@@ -278,6 +278,28 @@ def test_the_scan_s_pose_is_as_late_as_the_scan() -> None:
         drive.advance(0.05)
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.03, 0.12])
+def test_the_scan_s_pose_waits_with_the_scan_where_scans_are_lost(delay: float) -> None:
+    lidar = LidarParameters(noise=0.0, delay=delay, scan_loss=0.5, silence_start=0.4, silence_duration=0.4)
+    drive = Drive(lidar=lidar, seed=3)
+    drive.command(0.8, 0.3)
+    drive.advance(delay + 0.002)
+    times = []
+    for _ in range(40):
+        times.append(drive.out("lidar.scan").time)
+        assert drive.out("localization.scan_pose") == pytest.approx(planar(drive.out("lidar.X_WS")), abs=5e-4)
+        drive.advance(0.05)
+    assert 10 < len(set(times)) < 30
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.04])
+def test_a_hull_without_room_for_its_wheels_is_refused(radius: float) -> None:
+    with pytest.raises(
+        StarnavError, match=rf"robot.radius is {radius}; allowed: more than the model's wheels have, 0.05 m"
+    ):
+        Drive(robot=RobotParameters(radius=radius))
+
+
 def test_drift_is_a_share_of_the_way_and_velocity_stays_true() -> None:
     drive = Drive(localization=LocalizationParameters(drift=0.05), seed=2)
     drive.command(0.8, 0.0)
@@ -336,6 +358,9 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
         ('<actuator name="right_wheel"/>', '<actuator name="motor"/>', "has no actuator right_wheel"),
         ('<sphere radius="0.05"/>', '<cylinder radius="0.05" length="0.03"/>', "link left_wheel collides as Cylinder"),
         ("</robot>", "", "cannot be read"),
+        ('link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"', "frame lidar lies at x 0.15, y 0 m"),
+        ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0 1.57"', "frame lidar .* yaw 1.57 rad"),
+        ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0.1 0"', "frame lidar .* pitch 0.1, yaw 0 rad"),
     ],
 )
 def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -19,6 +19,8 @@ from drake_starnav.control.tracking import CREEP_SPEED, limited_twist, turning_l
 from drake_starnav.robot import RobotParameters
 
 BaselineParameters = DsmParameters | FoaParameters | DwaParameters | PotentialFieldParameters
+AT_REST = 0.12
+"""A robot this near to its goal stands, m: what it sees may keep a baseline from coming nearer."""
 STANDING = 1e-9
 """A slower velocity has no direction to turn to, m/s."""
 
@@ -61,6 +63,8 @@ def baseline_step(
     """
     x, y, yaw = situation.pose
     period = 1.0 / controller.rate
+    if math.hypot(situation.goal[0] - x, situation.goal[1] - y) < AT_REST:
+        return limited_twist(situation.twist, np.zeros(2), robot, period), np.zeros(2)
     if isinstance(settings, DwaParameters):
         v, omega = dwa_twist(situation.pose, situation.twist, situation.target, situation.points, robot, settings)
         heading = yaw + omega * settings.period

@@ -145,7 +145,7 @@ class ControllerParameters:
         "half width of a moving average, in beams, over the ranges that make the safety star, since the nearest "
         "errs most; 0: none; declared noise raises it",
         low=0,
-        high=50,
+        high=10000,
     )
     average_scans: bool = parameter(
         False,

@@ -40,7 +40,7 @@ from drake_starnav.stars.region import RegionStack, covers, first_cover, segment
 from drake_starnav.stars.safety import SafetyStar
 
 ARRIVED = 0.12
-"""So near to the end of the path a foreseen motion has arrived, m."""
+"""So near to the end of the path a foreseen motion has arrived, m; a robot so near to its goal follows the law."""
 TURN_EXPONENT = 1.5
 """The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
 SIGHT_STEP = 0.05
@@ -62,7 +62,8 @@ def predictive_step(
 ) -> Command:
     """One period of the controller, as `tracking.control_step` and with its arguments."""
     direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
-    v, omega, accepted = predictive_twist(pose, twist, desired, guidance, star, parameters, robot)
+    ahead = Guidance.none() if guidance.left(pose[:2]) < ARRIVED else guidance
+    v, omega, accepted = predictive_twist(pose, twist, desired, ahead, star, parameters, robot)
     desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
 

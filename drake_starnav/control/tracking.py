@@ -24,6 +24,8 @@ from drake_starnav.stars.safety import SafetyStar
 
 CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
+AT_REST = 0.02
+"""A robot this near to a goal to stop at stands, m."""
 LOOK_AHEAD_SPARE = 0.004
 """A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
 LEAST_SHARE = 0.8
@@ -162,7 +164,7 @@ def desired_twist(
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     clearance = math.inf
-    path = guidance.path
+    path = guidance.path if guidance.left(pose[:2]) > AT_REST else guidance.path[:0]
     last = len(path) == 1
     if len(path) and parameters.look_ahead > 0.0:
         needed = needed_distances(star.half_gaps, robot.radius)

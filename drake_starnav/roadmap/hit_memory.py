@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
+from drake_starnav.errors import StarnavError
+
 TILE = 64
 """Cells along a tile's side."""
 STRIDE = 2
@@ -21,6 +23,8 @@ SOFT_ZONE = 0.12
 CLOSED_RADIUS = 0.2
 """Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
+LARGEST_GRID = 5e7
+"""Cells of a cost-to-go; each takes some 60 bytes."""
 SLACK = 150
 """A search goes on until sums exceed the smallest by this, as far as `_nearest_cost` looks; hundredths of a cell."""
 
@@ -171,8 +175,13 @@ def cost_to_go(
             then goes towards it.
         bonus: m; points whose sums are within it of the smallest are found too.
     """
-    distance, first = memory.window(low, high)
     cell = memory.resolution * STRIDE
+    if float(np.prod((high - low) / cell)) > LARGEST_GRID:
+        raise StarnavError(
+            f"the goal at {goal.tolist()} is too far: the cost-to-go would have more than {LARGEST_GRID:.0e} cells of "
+            f"{cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
+        )
+    distance, first = memory.window(low, high)
     origin = first * memory.resolution
     blocked = robot_radius - BLOCKED_SLACK
     weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)

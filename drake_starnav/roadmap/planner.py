@@ -120,7 +120,8 @@ def plan_step(
         if not search and len(path) < len(state.path):
             state = dataclasses.replace(state, path=path)
     if search or not len(state.path):
-        state = _planned(state, seen, region, position, goal, parameters, robot_radius)
+        first_look = state.plans == 0 and not stalled
+        state = _planned(state, seen, region, position, goal, parameters, robot_radius, first_look)
     anticipated = _anticipated(state, seen.region, position, parameters, robot_radius)
     return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
 
@@ -315,10 +316,12 @@ def _planned(
     goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
+    first_look: bool,
 ) -> PlannerState:
     """The state with a new route; where none is left, margins shrink round by round until one is found.
 
     Where only what was tried in vain bars the goal, that is tried again, before all else is explored that cannot help.
+    At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
     current = None if state.target is None else state.target[0]
     roadmap, rounds = state.roadmap, state.rounds
@@ -329,6 +332,11 @@ def _planned(
             again and route.hopeless and barred_in_vain(roadmap, position, goal, parameters, robot_radius)
         ):
             break
+        if not again and first_look:
+            fresh = PlannerState.initial(parameters, robot_radius)
+            return dataclasses.replace(
+                fresh, progress_position=state.progress_position, progress_time=state.progress_time
+            )
         if not again:
             return dataclasses.replace(
                 state,

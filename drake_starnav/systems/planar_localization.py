@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.faults import LocalizationParameters, drifted, jumped
-from drake_starnav.lidar import scan_index
+from drake_starnav.lidar import LidarParameters, arrives, scan_index
 from drake_starnav.planar import composed, now_in
 
 DRIFT_PERIOD = 0.02
@@ -41,22 +41,20 @@ class PlanarLocalization(LeafSystem):
         *,
         num_positions: int,
         num_velocities: int,
-        scan_rate: float,
-        scan_delay: float = 0.0,
+        lidar: LidarParameters,
         error: LocalizationParameters | None = None,
         seed: int = 0,
     ) -> None:
         """
         Args:
             num_positions, num_velocities: of the model instance.
-            scan_rate: of the lidar, Hz.
-            scan_delay: of the lidar, s.
+            lidar: whose scans it is, and which of them do not arrive.
             error: of the believed pose; none by default.
-            seed: of the error, a non-negative whole number below 2**64.
+            seed: of the error, and of the lidar; a non-negative whole number below 2**64.
         """
         super().__init__()
         self._error, self._seed = error or LocalizationParameters(), seed
-        self._scan_rate, self._scan_delay = scan_rate, scan_delay
+        self._lidar = lidar
         self._num_positions = num_positions
         self._multibody_state = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
         depends = {self._multibody_state.ticket()}
@@ -68,13 +66,13 @@ class PlanarLocalization(LeafSystem):
         self._scan_pose = self.DeclareDiscreteState(3)
         self._waiting = [
             self.DeclareDiscreteState(3)
-            for _ in range(math.ceil(scan_delay * scan_rate) + 1 if scan_delay > 0.0 else 0)
+            for _ in range(math.ceil(lidar.delay * lidar.rate) + 1 if lidar.delay > 0.0 else 0)
         ]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
         self.DeclareInitializationDiscreteUpdateEvent(self._start)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, 0.0, self._hold)
-        if scan_delay > 0.0:
-            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / scan_rate, scan_delay, self._release)
+        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
+        if lidar.delay > 0.0:
+            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, lidar.delay, self._release)
         if not self._error.exact:
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
@@ -87,13 +85,17 @@ class PlanarLocalization(LeafSystem):
         return EventStatus.Succeeded()
 
     def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
-        index = scan_index(context.get_time(), self._scan_rate)
+        index = scan_index(context.get_time(), self._lidar.rate)
+        if not arrives(self._lidar, self._seed, index):
+            return EventStatus.DidNothing()
         group = self._waiting[index % len(self._waiting)] if self._waiting else self._scan_pose
         values.set_value(group, self._believed_pose(context))
         return EventStatus.Succeeded()
 
     def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
-        index = scan_index(context.get_time() - self._scan_delay, self._scan_rate)
+        index = scan_index(context.get_time() - self._lidar.delay, self._lidar.rate)
+        if not arrives(self._lidar, self._seed, index):
+            return EventStatus.DidNothing()
         group = self._waiting[index % len(self._waiting)]
         values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())
         return EventStatus.Succeeded()

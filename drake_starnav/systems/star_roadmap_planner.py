@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import Guidance
 from drake_starnav.roadmap import (
     Observation,
@@ -39,7 +40,7 @@ class StarRoadmapPlanner(LeafSystem):
 
     One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
     state, the short-term goal and the goal of the last update are discrete state. When the goal has moved the next
-    update searches the roadmap anew, even after having given up.
+    update searches the roadmap anew, even after having given up. A goal that is not finite raises a `StarnavError`.
     """
 
     def __init__(
@@ -86,6 +87,8 @@ class StarRoadmapPlanner(LeafSystem):
             return EventStatus.DidNothing()
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()
+        if not np.isfinite(goal).all():
+            raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
         before = context.get_abstract_state(self._plan).get_value()
         moved = not np.array_equal(goal, context.get_discrete_state(self._goal_before).value())
         if moved:

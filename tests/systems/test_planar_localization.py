@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
 
+from drake_starnav.lidar import LidarParameters
 from drake_starnav.systems.planar_localization import PlanarLocalization, planar_states
 
 angles = st.floats(-3.1, 3.1)
@@ -16,7 +17,7 @@ numbers = st.floats(-10.0, 10.0)
 
 def localized(positions: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pose and state that the system outputs for a multibody state."""
-    system = PlanarLocalization(num_positions=len(positions), num_velocities=len(velocities), scan_rate=20.0)
+    system = PlanarLocalization(num_positions=len(positions), num_velocities=len(velocities), lidar=LidarParameters())
     context = system.CreateDefaultContext()
     system.GetInputPort("multibody_state").FixValue(context, np.concatenate((positions, velocities)))
     return system.GetOutputPort("pose").Eval(context), system.GetOutputPort("state").Eval(context)
@@ -56,7 +57,7 @@ def test_sliding_sideways_is_no_speed() -> None:
 
 
 def test_ports() -> None:
-    system = PlanarLocalization(num_positions=9, num_velocities=8, scan_rate=20.0)
+    system = PlanarLocalization(num_positions=9, num_velocities=8, lidar=LidarParameters())
     assert system.GetInputPort("multibody_state").size() == 17
     names = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
     assert names == ["pose", "state", "scan_pose"]

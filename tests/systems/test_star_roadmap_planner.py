@@ -1,10 +1,13 @@
 """The planner through a context: what it says, when, and that the context owns all it knows."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerStatus
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import scan_region
@@ -41,13 +44,19 @@ class Planning:
 
     def see(self, world: World, pose: np.ndarray = POSE) -> None:
         """Stand at a pose and put what is seen from there before the next update."""
-        scan = cast(world, pose)
+        scan = dataclasses.replace(cast(world, pose), time=self.context.get_time())
         region = scan_region(scan, pose, ROBOT.radius, PARAMETERS)
         self.put("star", Value(Observation(region, scan, pose)))
         self.put("pose", pose)
 
     def update(self) -> None:
         self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
+
+    def look_around(self, world: World) -> None:
+        """See the same from the same place, until no progress was made for long enough."""
+        for _ in range(int(PARAMETERS.progress_timeout / PERIOD) + 3):
+            self.see(world)
+            self.update()
 
     def out(self, name: str):
         return self.system.GetOutputPort(name).Eval(self.context)
@@ -111,9 +120,19 @@ def test_walled_in_is_unreachable_and_guides_nowhere() -> None:
     planning = Planning(goal=BEHIND)
     planning.see(CELL)
     planning.update()
+    assert planning.out("status") is PlannerStatus.WAITING  # the first scan may be at fault
+    planning.look_around(CELL)
     assert planning.out("status") is PlannerStatus.UNREACHABLE
     assert len(planning.out("guidance").path) == 0
     assert planning.out("short_term_goal") == pytest.approx(POSE[:2])
+
+
+def test_a_goal_that_is_no_place_is_told() -> None:
+    for goal, words in (([np.nan, 0.0], "allowed: finite x and y"), ([1e7, 0.0], "too far")):
+        planning = Planning(goal=np.array(goal))
+        planning.see(SCREEN)
+        with pytest.raises(StarnavError, match=words):
+            planning.update()
 
 
 def test_updates_come_at_the_rate_after_the_offset() -> None:
@@ -154,9 +173,7 @@ def test_a_moved_goal_is_taken_up_at_the_next_update() -> None:
 
 def test_after_giving_up_another_goal_is_tried() -> None:
     planning = Planning(goal=BEHIND)
-    planning.see(CELL)
-    planning.update()
-    planning.update()
+    planning.look_around(CELL)
     assert planning.out("status") is PlannerStatus.UNREACHABLE
     planning.put("goal", np.array([-0.5, 0.2]))
     planning.update()
