@@ -29,7 +29,7 @@ class Room:
 
 
 BASE = "errors parameters files console"
-SENSING = f"{BASE} planar robot scan lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
+SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 METHOD = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station diagram recording"
@@ -46,6 +46,7 @@ TABLE = {
     "planar": Room("", ARRAYS),
     "robot": Room(BASE, ARRAYS),
     "scan": Room(BASE, ARRAYS),
+    "sweep": Room("planar scan", ARRAYS),
     "lidar": Room(BASE, ARRAYS),
     "intersect": Room(BASE, ARRAYS),
     "raycast": Room(f"{BASE} intersect", ARRAYS),

@@ -18,6 +18,7 @@ from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.sweep import taken_at_once
 
 AVERAGED = 0.5
 """With `average_scans`, hits nearer to the robot than this are averaged, m: they hem it in."""
@@ -52,7 +53,7 @@ class StarPerception(LeafSystem):
             when the last scan is older than the delay and `controller.scan_patience` scan periods.
 
     Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen and
-    that says anything; the last scans are abstract state.
+    that says anything; the last scans are abstract state. A rolling scan is made into one taken at once.
     """
 
     def __init__(
@@ -108,6 +109,8 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         controller, radius = self._controller, self._robot.radius
         with self._stopwatch.measure("scan"):
+            if scan.time_increment > 0.0 and before.observation.region is not None:
+                scan = taken_at_once(scan, before.observation.pose, before.observation.scan.time, pose)
             history, near = before.history, scan  # what the certificate sees
             if self._confirm is not None:
                 history = history.remembered(scan.points(pose))

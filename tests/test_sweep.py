@@ -1,0 +1,114 @@
+"""Rolling scans made into scans taken at once: what was hit lies where it stands, and nothing is made up."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.planar import composed, now_in
+from drake_starnav.scan import MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.scenario import load_scenario
+from drake_starnav.simulation import run_trial
+from drake_starnav.sweep import taken_at_once
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.world import World
+from tests.scans import cast
+
+YARD = World(
+    "yard", (0, 0, 0), (0, 0), cylinders=np.array([(1.5, 0.4, 0.3), (-0.8, 1.2, 0.4)]), bounds=(-3.0, -2.0, 4.0, 3.0)
+)
+PERIOD = 0.1
+BEFORE = np.array((0.1, -0.2, 0.4))
+steps = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.02, 0.02), st.floats(-0.4, 0.4))
+
+
+def rolling(step, beams: int = 180, **view) -> tuple[LaserScan, np.ndarray]:
+    """What a lidar measures one beam after the other while it moves by `step` (x, y, yaw), and where it ends."""
+    pose = composed(BEFORE, step)
+    back = np.array(now_in(pose, BEFORE))
+    ranges = np.empty(beams)
+    for i in range(beams):
+        share = (beams - 1 - i) / beams
+        ranges[i] = cast(YARD, composed(pose, back * share), beams=beams, **view).ranges[i]
+    scan = cast(YARD, pose, beams=beams, **view)
+    scan = dataclasses.replace(
+        scan, time=PERIOD, ranges=ranges, time_increment=PERIOD / beams, scan_time=PERIOD, lost_beams=True
+    )
+    return scan, pose
+
+
+@settings(max_examples=15)
+@given(steps)
+def test_hits_lie_where_things_stand(step):
+    scan, pose = rolling(step)
+    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    reach = seen.distances[seen.hits]
+    off = np.abs(clearance(YARD, seen.points(pose)))
+    assert (off <= 0.51 * seen.angle_increment * reach + 1e-6).all()  # a beam's half width
+    assert seen.time == scan.time and seen.time_increment == 0.0
+    gap = abs(step[2]) / seen.angle_increment
+    assert seen.lost.sum() <= 2.0 * gap + 3.0
+
+
+def test_without_this_they_do_not():
+    scan, pose = rolling((0.08, 0.0, 0.3))
+    assert np.abs(clearance(YARD, scan.points(pose))).max() > 0.2
+
+
+def test_a_robot_that_stands_sees_the_same():
+    scan, pose = rolling((0.0, 0.0, 0.0))
+    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    assert seen.ranges == pytest.approx(scan.ranges, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        {},
+        {"angle_min": 0.0},
+        {"angle_min": -2.3, "angle_increment": 0.025},
+        {"angle_min": 2.0, "angle_increment": 0.02},
+    ],
+)
+def test_any_view_stays_as_it_is(view):
+    scan, pose = rolling((0.05, 0.0, 0.2), **view)
+    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    assert seen.bearings == pytest.approx(scan.bearings)
+    assert 0.8 < seen.hits.mean() <= 1.0
+    off = np.abs(clearance(YARD, seen.points(pose)))
+    assert (off <= 0.51 * seen.angle_increment * seen.distances[seen.hits] + 1e-6).all()
+
+
+def test_what_says_nothing_or_sees_nothing_stays_so():
+    step = (0.05, 0.0, 0.2)
+    scan, pose = rolling(step)
+    for value in (np.nan, np.inf, -np.inf):
+        seen = taken_at_once(dataclasses.replace(scan, ranges=np.full(180, value)), BEFORE, 0.0, pose)
+        known = seen.ranges[~np.isnan(seen.ranges)]
+        assert (known == value).all() and (len(known) > 150 or math.isnan(value))
+
+
+def test_what_moved_still_moves():
+    scan, pose = rolling((0.0, 0.0, 0.2))
+    motion = np.where(np.arange(180) < 90, MOVES, STAYS)
+    seen = taken_at_once(dataclasses.replace(scan, motion=motion), BEFORE, 0.0, pose)
+    assert (seen.motion[seen.lost] == UNKNOWN).all()
+    turned = np.roll(motion, 0)[~seen.lost] == seen.motion[~seen.lost]
+    assert turned.mean() > 0.9
+
+
+def test_motion_since_an_older_scan_counts_by_its_share():
+    scan, pose = rolling((0.04, 0.0, 0.1))
+    older = composed(pose, 3.0 * np.array(now_in(pose, BEFORE)))
+    seen = taken_at_once(scan, older, PERIOD - 3.0 * PERIOD, pose)
+    assert seen.ranges == pytest.approx(taken_at_once(scan, BEFORE, 0.0, pose).ranges, nan_ok=True)
+
+
+def test_with_a_slowly_rolling_lidar_the_robot_touches_nothing():
+    settings = ["lidar.rolling=true", "lidar.rate=5", "simulation.timeout=25"]
+    trial = run_trial(load_scenario("maze", overrides=settings), seed=1000)
+    assert trial.outcome in ("reached", "timeout")
+    assert trial.min_clearance_m > 0.0
