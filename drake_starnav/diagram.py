@@ -91,7 +91,7 @@ def add_navigation(
     Raises:
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
             do what the scenario asks of it.
-        StarnavError: the lidar sees too little for the certificate.
+        StarnavError: the lidar sees too little.
     """
     _check_controller(scenario)
     if world is None:
@@ -141,6 +141,12 @@ def _check_controller(scenario: Scenario) -> None:
     controller, lidar = scenario.controller, scenario.lidar
     if controller.kind not in CERTIFIED:
         return
+    reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
+    if lidar.range_max <= reach:
+        raise StarnavError(
+            f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
+            "that sees farther than the robot reaches"
+        )
     view = lidar.angle_max - lidar.angle_min
     if controller.certificate and view < math.pi - 1e-6:
         raise StarnavError(

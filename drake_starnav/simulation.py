@@ -19,7 +19,7 @@ from drake_starnav.metrics import motion_metrics
 from drake_starnav.motion import Motion
 from drake_starnav.polyline import simplified
 from drake_starnav.scenario import Scenario
-from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.stopwatch import STEPS, Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import COLLISION, CollisionMonitor
 from drake_starnav.systems.model_world import make_world_with_footprints
@@ -40,8 +40,6 @@ SHORTEST_PATH_SLACK = 0.005
 """The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
 PATH_TOLERANCE = 0.02
 """The path in a trial's record is this near to the one that was driven, m."""
-STEPS = ("command", "scan", "fit", "plan")
-"""What is timed, in the order of a trial's fields."""
 
 
 @dataclass(frozen=True)

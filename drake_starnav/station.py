@@ -273,6 +273,10 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
             return str(path), None
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
     root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    for mesh in root.iter("mesh"):
+        name = mesh.get("filename", "")
+        if "://" not in name:  # relative to the file, which is unknown once its text is parsed
+            mesh.set("filename", f"file://{(path.parent / name).resolve()}")
     if shipped:
         for element in (*root.iter("collision"), *root.iter("visual")):
             cylinder = element.find("geometry/cylinder")

@@ -6,6 +6,9 @@ from types import TracebackType
 
 import numpy as np
 
+STEPS = ("command", "scan", "fit", "plan")
+"""What is timed of every trial, in the order of its fields."""
+
 
 class Stopwatch:
     """Collects how long named steps took. One per run; it only measures, and nothing reads it back."""

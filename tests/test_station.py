@@ -369,12 +369,14 @@ def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, me
         Drive(robot=RobotParameters(model=path))
 
 
-def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("mass_error", [0.0, 0.2])
+def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: float) -> None:
     (tmp_path / "shell.obj").write_text(
         "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     )
     path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', '<mesh filename="shell.obj"/>')
-    inspector = Drive(robot=RobotParameters(model=path)).station.scene_graph.model_inspector()
+    robot = RobotParameters(model=path, mass_error=mass_error)
+    inspector = Drive(robot=robot).station.scene_graph.model_inspector()
     assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}
 
 

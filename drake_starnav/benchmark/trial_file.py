@@ -16,6 +16,7 @@ from typing import Any
 
 from drake_starnav.benchmark.jobs import NEVER_RAN, Case, Key, Record
 from drake_starnav.errors import StarnavError
+from drake_starnav.stopwatch import STEPS
 
 FORMAT = 1
 """Of the file; a header has it under the key `format`."""
@@ -32,7 +33,6 @@ RUN_KINDS: Kinds = {
     "tightest_gap_m": MAYBE, "min_clearance_m": MAYBE, "score": MAYBE, "wall_s": NUMBER,
     "state_hash": str, "path": list,
 }  # fmt: skip
-STEPS = ("command", "scan", "fit", "plan")
 STEP_KINDS: Kinds = {"count": int, "p50_s": MAYBE, "p99_s": MAYBE}
 """What must at least be in a header, in each of its cases, in a record, in one of a trial that ran, and in its steps'
 times."""

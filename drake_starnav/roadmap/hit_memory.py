@@ -24,7 +24,7 @@ CLOSED_RADIUS = 0.2
 """Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
 LARGEST_GRID = 5e7
-"""Cells of a cost-to-go; each takes some 60 bytes."""
+"""Cells of a cost-to-go; each that is searched takes some 110 bytes."""
 SLACK = 150
 """A search goes on until sums exceed the smallest by this, as far as `_nearest_cost` looks; hundredths of a cell."""
 
@@ -174,6 +174,9 @@ def cost_to_go(
         position: shape (2,), W, m, of the robot, if what is spent is at least the straight line from there: the search
             then goes towards it.
         bonus: m; points whose sums are within it of the smallest are found too.
+
+    Raises:
+        StarnavError: the box would have too many cells.
     """
     cell = memory.resolution * STRIDE
     if float(np.prod((high - low) / cell)) > LARGEST_GRID:
