@@ -30,6 +30,8 @@ from drake_starnav.worlds.world import World
 
 CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
 """By `controller.kind`: those that follow the planner's guidance; the others are baselines."""
+FEWEST_BEAMS = 36
+"""Of a lidar, in a turn: between fewer of them walls are not seen as such."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,11 @@ def _check_controller(scenario: Scenario) -> None:
         raise StarnavError(
             f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} leave a view of {view:g} rad "
             "with controller.certificate; allowed: at least pi, as the robot's sides pass what it does not see"
+        )
+    if controller.certificate and lidar.angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
+        raise StarnavError(
+            f"lidar.beams is {lidar.beams}, one every {math.degrees(lidar.angle_increment):.3g} degrees, with "
+            f"controller.certificate; allowed: at least {FEWEST_BEAMS} a turn"
         )
     if controller.kind == "mpc":
         for name, value, allowed in (

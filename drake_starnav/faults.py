@@ -22,6 +22,8 @@ from drake_starnav.scan_matching import UNSEEN_JUMP
 
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
+NOMINAL_CORNER = 0.01
+"""How far a corner may stick out between two beams that the margins allow for as they are, m."""
 SMOOTHED_DEVIATIONS = 3.0
 """More noise than that is smoothed, as far as so many times its standard deviation..."""
 NOISE_PER_DEGREE = 0.015
@@ -137,6 +139,7 @@ def sensing_error(
 
         e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
           + quantisation / 2                                 ranges rounded up
+          + max(0, r increment / 2 - 0.01)                   a corner between two beams, beside the robot
           + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
@@ -150,6 +153,7 @@ def sensing_error(
     return (
         0.75 * max(lidar.noise - NOMINAL_NOISE, 0.0)
         + 0.5 * lidar.quantisation
+        + max(0.5 * robot.radius * lidar.angle_increment - NOMINAL_CORNER, 0.0)
         + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
         + min(localization.jump, UNSEEN_JUMP)
         + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0

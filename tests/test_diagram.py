@@ -80,6 +80,7 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
     ("method", "changes", "words"),
     [
         ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "leave a view of 3 rad with controller.certificate"),
+        ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with controller.certificate"),
         ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28 m"),
         ("mpc", ["controller.certified_by=points"], "controller.certified_by is points with controller.kind mpc"),
         ("mpc", ["planner.path=fastest"], "planner.path is fastest with controller.kind mpc; allowed: shortest"),

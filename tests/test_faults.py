@@ -63,6 +63,8 @@ def test_without_faults_nothing_changes():
         (0, {"noise": 0.03}, 0.015),
         (0, {"noise": 0.005}, 0.0),
         (0, {"quantisation": 0.1}, 0.05),
+        (0, {"beams": 36}, 0.25 * math.pi / 36 - 0.01),
+        (0, {"beams": 90}, 0.0),
         (0, {"dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
         (1, {"drift": 0.02}, 0.02 * 0.8),
         (1, {"jump": 0.01}, 0.01),
