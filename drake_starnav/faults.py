@@ -22,12 +22,16 @@ from drake_starnav.scan_matching import UNSEEN_JUMP
 
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
+CORNER = 0.87
+"""How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
 NOMINAL_CORNER = 0.01
 """How far a corner may stick out between two beams that the margins allow for as they are, m."""
 SMOOTHED_DEVIATIONS = 3.0
 """More noise than that is smoothed, as far as so many times its standard deviation..."""
 NOISE_PER_DEGREE = 0.015
 """... for the certificate over one degree on each side for each so much, m: the margin covers what corners lose."""
+FINE_ENOUGH = 0.5
+"""Over less of a beam than this nothing is smoothed: the next beam would take too much off corners."""
 LARGEST_ERROR = 0.5
 """What margins may grow by, m."""
 AVERAGED_NOISE = 0.04
@@ -139,7 +143,7 @@ def sensing_error(
 
         e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
           + quantisation / 2                                 ranges rounded up
-          + max(0, r increment / 2 - 0.01)                   a corner between two beams, beside the robot
+          + max(0, 0.87 r increment - 0.01)                  a corner of 60 degrees between two beams
           + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
@@ -153,7 +157,7 @@ def sensing_error(
     return (
         0.75 * max(lidar.noise - NOMINAL_NOISE, 0.0)
         + 0.5 * lidar.quantisation
-        + max(0.5 * robot.radius * lidar.angle_increment - NOMINAL_CORNER, 0.0)
+        + max(CORNER * robot.radius * lidar.angle_increment - NOMINAL_CORNER, 0.0)
         + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
         + min(localization.jump, UNSEEN_JUMP)
         + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
@@ -181,7 +185,8 @@ def tolerating(
     if lidar is not None and lidar.noise > NOMINAL_NOISE:
         noise = lidar.noise - NOMINAL_NOISE
         slack = SMOOTHED_DEVIATIONS * noise
-        beams = math.ceil(math.radians(noise / NOISE_PER_DEGREE) / lidar.angle_increment - 1e-9)
+        width = math.radians(noise / NOISE_PER_DEGREE) / lidar.angle_increment
+        beams = math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0
         planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
         controller = dataclasses.replace(
             controller,

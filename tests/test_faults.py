@@ -63,8 +63,8 @@ def test_without_faults_nothing_changes():
         (0, {"noise": 0.03}, 0.015),
         (0, {"noise": 0.005}, 0.0),
         (0, {"quantisation": 0.1}, 0.05),
-        (0, {"beams": 36}, 0.25 * math.pi / 36 - 0.01),
-        (0, {"beams": 90}, 0.0),
+        (0, {"beams": 36}, 0.87 * 0.25 * math.pi / 18 - 0.01),
+        (0, {"beams": 150}, 0.0),
         (0, {"dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
         (1, {"drift": 0.02}, 0.02 * 0.8),
         (1, {"jump": 0.01}, 0.01),
@@ -125,23 +125,41 @@ def test_more_noise_than_the_nominal_is_smoothed_and_much_is_averaged():
     assert tolerating(chosen, ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.03))[0].smoothing_slack == 0.2
 
 
-@pytest.mark.parametrize("noise", [0.02, 0.03, 0.05])
-@pytest.mark.parametrize("angle", [60.0, 90.0])
-@pytest.mark.parametrize("beams", [180, 360, 720])
-def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
-    lidar = LidarParameters(noise=noise, beams=beams)
-    error = sensing_error(lidar, *NO_FAULT[1:])
-    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
-    smoothing = dataclasses.replace(planner, smoothing_beams=controller.smoothed_beams)
-    tip = np.array((RADIUS + controller.safety_margin, 0.0))
+def wedge_scans(angle, distance, lidar):
+    """Scans of a wedge of an angle (degrees) that points at the robot from a distance (m), turned in many ways."""
+    tip = np.array((distance, 0.0))
     for axis in np.linspace(-0.6, 0.6, 9):
         sides = axis + np.radians(0.5 * angle) * np.array((-1.0, 1.0))
         back = tip + 0.5 * np.column_stack((np.cos(sides), np.sin(sides)))
         wedge = World("wedge", (0, 0, 0), (0, 0), polygons=(np.vstack((tip, back)),), bounds=(-3.0, -3.0, 3.0, 3.0))
-        for yaw in np.radians(np.linspace(0.0, 1.0, 5)):
-            scan = cast(wedge, np.array((0.0, 0.0, yaw)), beams=beams)
-            lost = smoothed_distances(scan, smoothing).min() - scan.distances.min()
-            assert lost < controller.safety_margin
+        for yaw in np.linspace(0.0, max(np.radians(1.0), lidar.angle_increment), 5):
+            yield cast(wedge, np.array((0.0, 0.0, yaw)), beams=lidar.beams)
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.03, 0.05])
+@pytest.mark.parametrize("angle", [60.0, 90.0])
+@pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
+def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
+    lidar = LidarParameters(noise=noise, beams=beams)
+    error = sensing_error(lidar, *NO_FAULT[1:])
+    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
+    if not controller.smoothed_beams:
+        assert beams <= 180  # coarse
+        return
+    smoothing = dataclasses.replace(planner, smoothing_beams=controller.smoothed_beams)
+    for scan in wedge_scans(angle, RADIUS + controller.safety_margin, lidar):
+        lost = smoothed_distances(scan, smoothing).min() - scan.distances.min()
+        assert lost < controller.safety_margin
+
+
+@pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
+def test_the_margin_covers_what_sticks_out_between_two_beams(beams):
+    lidar = LidarParameters(beams=beams)
+    error = sensing_error(lidar, *NO_FAULT[1:])
+    _, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
+    distance = RADIUS + controller.safety_margin
+    for scan in wedge_scans(90.0, distance, lidar):
+        assert scan.distances.min() - distance < controller.safety_margin
 
 
 @given(st.floats(0.0, 0.05), st.floats(0.0, 0.05), st.floats(-1.0, 1.0))
