@@ -2,7 +2,6 @@
 
 import gc
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,8 @@ from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
-from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station import NavigationStation, RobotEquipment, add_robot, plant_config
 from drake_starnav.systems.world_geometry import add_ground
@@ -292,14 +289,6 @@ def test_the_scan_s_pose_waits_with_the_scan_where_scans_are_lost(delay: float) 
     assert 10 < len(set(times)) < 30
 
 
-@pytest.mark.parametrize("radius", [0.05, 0.04])
-def test_a_hull_without_room_for_its_wheels_is_refused(radius: float) -> None:
-    with pytest.raises(
-        StarnavError, match=rf"robot.radius is {radius}; allowed: more than the model's wheels have, 0.05 m"
-    ):
-        Drive(robot=RobotParameters(radius=radius))
-
-
 def test_drift_is_a_share_of_the_way_and_velocity_stays_true() -> None:
     drive = Drive(localization=LocalizationParameters(drift=0.05), seed=2)
     drive.command(0.8, 0.0)
@@ -333,51 +322,6 @@ def test_lives_as_long_as_its_simulator() -> None:
     gc.collect()
     simulator.AdvanceTo(0.5)
     assert np.hypot(*(pose.Eval(simulator.get_context())[:2] - START[:2])) == pytest.approx(0.25, abs=0.05)
-
-
-def test_unknown_robot_model_names_the_shipped_ones() -> None:
-    with pytest.raises(StarnavError, match=r"robot.model is 'tank'; allowed: .*starbot"):
-        Drive(robot=RobotParameters(model="tank"))
-
-
-def changed_starbot(folder: Path, old: str, new: str) -> str:
-    """Path of a URDF that differs from starbot's in one text, wherever that stands."""
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
-    assert old in text
-    path = folder / "changed.urdf"
-    path.write_text(text.replace(old, new), encoding="utf-8")
-    return str(path)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('"base_link"', '"chassis"', "has no link base_link"),
-        ('<frame name="lidar"', '<frame name="laser"', "has no frame lidar"),
-        ('joint name="left_wheel"', 'joint name="port_wheel"', "has no joint left_wheel"),
-        ('<actuator name="right_wheel"/>', '<actuator name="motor"/>', "has no actuator right_wheel"),
-        ('<sphere radius="0.05"/>', '<cylinder radius="0.05" length="0.03"/>', "link left_wheel collides as Cylinder"),
-        ("</robot>", "", "cannot be read"),
-        ('link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"', "frame lidar lies at x 0.15, y 0 m"),
-        ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0 1.57"', "frame lidar .* yaw 1.57 rad"),
-        ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0.1 0"', "frame lidar .* pitch 0.1, yaw 0 rad"),
-    ],
-)
-def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:
-    path = changed_starbot(tmp_path, old, new)
-    with pytest.raises(StarnavError, match=rf"robot model .*changed.urdf.*{message}.*; allowed: "):
-        Drive(robot=RobotParameters(model=path))
-
-
-@pytest.mark.parametrize("mass_error", [0.0, 0.2])
-def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: float) -> None:
-    (tmp_path / "shell.obj").write_text(
-        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
-    path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', '<mesh filename="shell.obj"/>')
-    robot = RobotParameters(model=path, mass_error=mass_error)
-    inspector = Drive(robot=robot).station.scene_graph.model_inspector()
-    assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}
 
 
 def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
