@@ -9,6 +9,7 @@ from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batc
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
 from drake_starnav.console import exit_code
+from drake_starnav.files import check_writable
 from drake_starnav.parameters import unknown_name
 
 Results = dict[str, list[Record]]
@@ -60,13 +61,14 @@ def check_rows(options: argparse.Namespace, known: Iterable[str]) -> None:
 
 
 def run_variants(
-    variants: Mapping[str, tuple[str, Sequence[str]]], options: argparse.Namespace
+    variants: Mapping[str, tuple[str, Sequence[str]]], options: argparse.Namespace, outputs: Sequence[Path]
 ) -> tuple[Results, list[str]]:
     """Run the trials of all variants, each in the file <out>/<name>.jsonl.
 
     Args:
         variants: by name, the method and the "section.key=value" texts that make it.
         options: scenario, out, and those of `add_batch_options`.
+        outputs: files that shall be written of the trials: whether they can be is seen before any runs.
 
     Returns:
         The trials, and the scenarios' names.
@@ -74,6 +76,8 @@ def run_variants(
     batches = []
     for name, (method, overrides) in variants.items():  # all are made before any runs: bad input is told at once
         batches.append((name, overrides, make_cases(options.scenario, [method], overrides)))
+    for path in outputs:
+        check_writable(path)
     results: Results = {}
     with chosen_pool(options) as pool:
         for name, overrides, cases in batches:

@@ -22,20 +22,18 @@ from drake_starnav.scan_matching import UNSEEN_JUMP
 
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
-CORNER = 0.87
-"""How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
-NOMINAL_CORNER = 0.01
-"""How far a corner may stick out between two beams that the margins allow for as they are, m."""
 SMOOTHED_DEVIATIONS = 3.0
 """More noise than that is smoothed, as far as so many times its standard deviation..."""
 NOISE_PER_DEGREE = 0.015
 """... for the certificate over one degree on each side for each so much, m: the margin covers what corners lose."""
 FINE_ENOUGH = 0.5
 """Over less of a beam than this nothing is smoothed: the next beam would take too much off corners."""
-LARGEST_ERROR = 0.5
-"""What margins may grow by, m."""
 AVERAGED_NOISE = 0.04
 """With this noise or more ranges are averaged, too: the nearest of several scans' hits would shut passable gaps, m."""
+CORNER = 0.87
+"""How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
+NOMINAL_CORNER = 0.01
+"""How far a corner may stick out between two beams that the margins allow for as they are, m."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -43,6 +41,8 @@ Twice the distance of two beams at 5 m: less is contradicted by what the older s
 """
 DRIFT_MEMORY = 1.0
 """Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
+LARGEST_ERROR = 0.5
+"""What margins may grow by, m."""
 
 
 @dataclass(frozen=True)

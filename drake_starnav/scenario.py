@@ -279,9 +279,8 @@ def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
     Absolute ones, package:// and the names of what is shipped stay.
     """
     world, robot = sections.get("world"), sections.get("robot")
-    kind = WORLD_KINDS.get(world.tag) if isinstance(world, _Tagged) else None
-    if isinstance(world, _Tagged) and kind is not None:
-        for field_ in dataclasses.fields(kind):
+    if isinstance(world, _Tagged) and world.tag in WORLD_KINDS:
+        for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):
             if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
                 _make_absolute(world, "world", field_.name, folder)
     if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot

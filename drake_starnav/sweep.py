@@ -18,7 +18,7 @@ def taken_at_once(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.nd
     lost: some where the sweep was stretched, and a gap at its seam if the robot turned against the sweep.
 
     Args:
-        scan: rolling, i.e. with a time increment and a scan time.
+        scan: rolling, i.e. with a time increment.
         earlier: (x, y, yaw) of the sensor frame S in W at an earlier time, m and rad; it moved evenly since.
         time: that time, s; earlier than the scan's.
         pose: (x, y, yaw) of S in W at the time of the scan, i.e. of its last beam.

@@ -33,7 +33,8 @@ def measure_curve(options: argparse.Namespace) -> None:
     """Run the trials, one file for each caution, then write the table and draw the curve."""
     table, figure = options.out / "movers.md", options.out / "movers.svg"
     keys = (BLIND, *(f"movers.caution={caution:g}" for caution in options.cautions))
-    results, scenarios = run_variants({key: ("star", (*options.overrides, key)) for key in keys}, options)
+    variants = {key: ("star", (*options.overrides, key)) for key in keys}
+    results, scenarios = run_variants(variants, options, [table, figure])
     text = curve_table(results, scenarios)
     write_text(table, text + "\n")
     write_text(figure, curve_figure(results, scenarios))

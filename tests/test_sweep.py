@@ -96,8 +96,7 @@ def test_what_moved_still_moves():
     motion = np.where(np.arange(180) < 90, MOVES, STAYS)
     seen = taken_at_once(dataclasses.replace(scan, motion=motion), BEFORE, 0.0, pose)
     assert (seen.motion[seen.lost] == UNKNOWN).all()
-    turned = np.roll(motion, 0)[~seen.lost] == seen.motion[~seen.lost]
-    assert turned.mean() > 0.9
+    assert (seen.motion == motion)[~seen.lost].mean() > 0.9  # the robot turned by a few beams
 
 
 def test_motion_since_an_older_scan_counts_by_its_share():
@@ -108,7 +107,7 @@ def test_motion_since_an_older_scan_counts_by_its_share():
 
 
 def test_with_a_slowly_rolling_lidar_the_robot_touches_nothing():
-    settings = ["lidar.rolling=true", "lidar.rate=5", "simulation.timeout=25"]
-    trial = run_trial(load_scenario("maze", overrides=settings), seed=1000)
+    slow = ["lidar.rolling=true", "lidar.rate=5", "simulation.timeout=25"]
+    trial = run_trial(load_scenario("maze", overrides=slow), seed=1000)
     assert trial.outcome in ("reached", "timeout")
     assert trial.min_clearance_m > 0.0

@@ -68,9 +68,13 @@ class Results:
 
     def trial_command(self, record: Record) -> str:
         """What runs one trial again and records it."""
-        header = next(h for h in self.headers if _has(h, record))
-        name, method = record["scenario"], record["method"]
-        case = next(case for case in header["cases"] if (case["scenario"], case["method"]) == (name, method))
+        name, method, _ = record_key(record)
+        header, case = next(
+            (header, case)
+            for header in self.headers
+            for case in header["cases"]
+            if (case["scenario"], case["method"]) == (name, method)
+        )
         parts = [_source(case), "--method", method, "--seed", str(record["seed"])]
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:

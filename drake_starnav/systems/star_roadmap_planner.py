@@ -87,11 +87,11 @@ class StarRoadmapPlanner(LeafSystem):
             return EventStatus.DidNothing()
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()
-        if not np.isfinite(goal).all():
-            raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
         before = context.get_abstract_state(self._plan).get_value()
         moved = not np.array_equal(goal, context.get_discrete_state(self._goal_before).value())
         if moved:
+            if not np.isfinite(goal).all():
+                raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             before = before.with_new_goal()
         with self._stopwatch.measure("update"):
             now = (before, seen, position, goal, context.get_time(), self._planner)

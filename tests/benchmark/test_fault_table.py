@@ -37,3 +37,5 @@ def test_script_leaves_table_and_trials(tmp_path: Path, capsys: pytest.CaptureFi
     together = read_trials(tmp_path / "out" / "all_moderate.jsonl")[1]
     assert [record["outcome"] for record in together] == ["reached", "reached"]
     assert "100.0 % (34.2 to 100.0)" in table.splitlines()[-1]
+    least = min(record["min_clearance_m"] for record in together)
+    assert table.splitlines()[-1].rstrip("| ").endswith(f"| {1e3 * least:.0f}")

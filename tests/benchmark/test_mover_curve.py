@@ -19,6 +19,14 @@ def test_script_leaves_table_picture_and_trials(tmp_path: Path, capsys: pytest.C
     arguments = [str(scenario), "--cautions", "1", "0.5", "--trials", "1", "--jobs", "1", "--out", str(out)]
     assert SCRIPT["main"]([*arguments, "--set", "movers.cautions=1"]) == 2
     assert "did you mean caution" in capsys.readouterr().err
+    assert SCRIPT["main"]([*arguments, "--cautions", "2"]) == 2
+    assert "movers.caution is 2" in capsys.readouterr().err
+    assert not out.exists()
+    (out / "movers.svg").mkdir(parents=True)
+    assert SCRIPT["main"](arguments) == 2
+    assert "movers.svg: it is a folder" in capsys.readouterr().err
+    assert [path.name for path in out.iterdir()] == ["movers.svg"]  # told before any trial
+    (out / "movers.svg").rmdir()
     assert SCRIPT["main"](arguments) == 0
     names = ["movers.max_speed=0", "movers.caution=1", "movers.caution=0.5"]
     assert {path.name for path in out.iterdir()} == {"movers.md", "movers.svg", *(f"{name}.jsonl" for name in names)}
