@@ -141,6 +141,14 @@ def add_navigation(
 def _check_controller(scenario: Scenario) -> None:
     """Raise a `StarnavError` where the controller would not keep what its parameters promise."""
     controller, lidar = scenario.controller, scenario.lidar
+    if scenario.planner.path == "fastest" and (controller.kind in CERTIFIED or controller.target == "short_term_goal"):
+        if controller.kind != "star":
+            raise UnsupportedError(f"planner.path is fastest with controller.kind {controller.kind}; allowed: shortest")
+        if controller.look_ahead == 0.0:
+            raise StarnavError(
+                "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
+                "planner.path shortest, or to look ahead, as by 1.5 m"
+            )
     if controller.kind not in CERTIFIED:
         return
     reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
@@ -163,7 +171,6 @@ def _check_controller(scenario: Scenario) -> None:
     if controller.kind == "mpc":
         for name, value, allowed in (
             ("controller.certified_by", controller.certified_by, "star"),
-            ("planner.path", scenario.planner.path, "shortest"),
             ("robot.speed_per_clearance", scenario.robot.speed_per_clearance, 0.0),
         ):
             if value != allowed:

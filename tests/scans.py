@@ -6,6 +6,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
+from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.scan import LaserScan
@@ -49,6 +50,28 @@ def cast(
         ranges = np.where(hit, np.minimum(ranges, np.where(hit, r, np.inf)), ranges)
     ranges = np.where(ranges < range_max, ranges, np.inf)
     return LaserScan(0.0, angle_min, increment, 0.0, range_max, ranges)
+
+
+def cast_rolling(
+    world: World, before: np.ndarray, pose: np.ndarray, period: float, *, time: float | None = None, beams: int, **view
+) -> LaserScan:
+    """What a lidar measures one beam after the other while it moves evenly from a pose to another.
+
+    Args:
+        world: to look at.
+        before, pose: (x, y, yaw) at the beginning and at the end, W, m and rad.
+        period: time that it takes, s.
+        time: at the end, s; the period if None.
+        beams, view: as of `cast`.
+    """
+    back = np.array(now_in(pose, before))
+    ranges = [
+        cast(world, composed(pose, back * (1.0 - (i + 1) / beams)), beams=beams, **view).ranges[i] for i in range(beams)
+    ]
+    return dataclasses.replace(
+        cast(world, pose, beams=beams, **view), time=period if time is None else time, ranges=np.array(ranges),
+        time_increment=period / beams, scan_time=period, lost_beams=True,
+    )  # fmt: skip
 
 
 def noisy(scan: LaserScan, noise: float, rng: np.random.Generator) -> LaserScan:

@@ -15,7 +15,7 @@ from drake_starnav.simulation import run_trial
 from drake_starnav.sweep import taken_at_once
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
-from tests.scans import cast
+from tests.scans import cast_rolling
 
 YARD = World(
     "yard", (0, 0, 0), (0, 0), cylinders=np.array([(1.5, 0.4, 0.3), (-0.8, 1.2, 0.4)]), bounds=(-3.0, -2.0, 4.0, 3.0)
@@ -26,18 +26,8 @@ steps = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.02, 0.02), st.floats(-0.4, 
 
 
 def rolling(step, beams: int = 180, **view) -> tuple[LaserScan, np.ndarray]:
-    """What a lidar measures one beam after the other while it moves by `step` (x, y, yaw), and where it ends."""
     pose = composed(BEFORE, step)
-    back = np.array(now_in(pose, BEFORE))
-    ranges = np.empty(beams)
-    for i in range(beams):
-        share = (beams - 1 - i) / beams
-        ranges[i] = cast(YARD, composed(pose, back * share), beams=beams, **view).ranges[i]
-    scan = cast(YARD, pose, beams=beams, **view)
-    scan = dataclasses.replace(
-        scan, time=PERIOD, ranges=ranges, time_increment=PERIOD / beams, scan_time=PERIOD, lost_beams=True
-    )
-    return scan, pose
+    return cast_rolling(YARD, BEFORE, pose, PERIOD, beams=beams, **view), pose
 
 
 @settings(max_examples=15)

@@ -30,7 +30,7 @@ def run_batch(
         seed: of the batch; see `trial_seed`.
         pool: where they run.
         file: where to keep the records, and which trials are done; None to keep none.
-        quiet: neither show progress nor name the trials that fail.
+        quiet: neither show progress nor name the trials that fail, and the first that cannot be tried of each case.
         title: of the progress bar and of what is said about failed trials.
 
     Raises:
@@ -40,6 +40,7 @@ def run_batch(
     done = {record_key(record) for record in records}
     jobs = make_jobs(cases, trials, seed, done)
     total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
+    untried: set[tuple[str, str]] = set()
     bar = tqdm(total=total, initial=total - len(jobs), desc=title, unit="trial", disable=quiet or None, leave=False)
     with bar, closing(run_jobs(jobs, pool)) as results:
         for record in results:
@@ -47,8 +48,12 @@ def run_batch(
                 file.append(record)
             records.append(record)
             bar.update()
-            if record["outcome"] not in ("reached", UNSUPPORTED) and not quiet:
+            case = record["scenario"], record["method"]
+            known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
+            if not known and not quiet:
                 bar.write(f"{title} {_failure(record)}".lstrip(), file=sys.stderr)
+            if record["outcome"] == UNSUPPORTED:
+                untried.add(case)
     return records
 
 

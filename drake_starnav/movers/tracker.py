@@ -9,6 +9,7 @@ from drake_starnav.movers.motion_grid import MotionGrid
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks, updated
 from drake_starnav.scan import MOVES, STAYS, LaserScan
+from drake_starnav.sweep import taken_at_once
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which says nothing at all."""
@@ -21,12 +22,14 @@ class Tracked:
     Attributes:
         grid: when the cells about the robot were hit and seen free; None before the first scan.
         tracks: the moving obstacles.
-        scan: the latest, with what is known about the motion of what its beams hit.
+        scan: the latest, taken at once, with what is known about the motion of what its beams hit.
+        pose: (x, y, yaw) of the sensor frame S in W when it was taken, m and rad.
     """
 
     grid: MotionGrid | None = None
     tracks: Tracks = field(default_factory=Tracks)
     scan: LaserScan = _BLIND
+    pose: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __deepcopy__(self, memo: dict) -> "Tracked":
         return self
@@ -37,10 +40,12 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverP
 
     Args:
         before: what was known; it is not changed.
-        scan: the latest, in the sensor frame S.
+        scan: the latest, in the sensor frame S; a rolling one is made into one taken at once.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: of the tracker.
     """
+    if scan.time_increment > 0.0 and before.grid is not None:
+        scan = taken_at_once(scan, before.pose, before.scan.time, pose)
     grid = before.grid or MotionGrid.about(pose[:2], parameters.cell)
     motion = grid.told(scan, pose, parameters)
     walls = np.vstack(
@@ -49,7 +54,7 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverP
     tracks = updated(before.tracks, scan, motion, pose, parameters, walls)
     told = motion.copy()
     told[np.flatnonzero(motion != STAYS)[(tracks.owner >= 0) & _counted(tracks)]] = MOVES
-    return Tracked(grid.updated(scan, pose), tracks, dataclasses.replace(scan, motion=told))
+    return Tracked(grid.updated(scan, pose), tracks, dataclasses.replace(scan, motion=told), pose)
 
 
 def _counted(tracks: Tracks) -> np.ndarray:

@@ -104,7 +104,7 @@ class PlannerParameters(StarParameters):
     path: str = parameter(
         "shortest",
         "the way to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
-        "time-to-go over the hit memory; for fast robots in narrow places)",
+        "time-to-go over the hit memory; for fast robots in narrow places; needs `controller.look_ahead`)",
         choices=("shortest", "fastest"),
     )
     string_pulling: bool = parameter(

@@ -135,6 +135,13 @@ def test_trials_that_cannot_run_are_recorded_and_told(tmp_path: Path, capsys) ->
     assert "broken star trial 1 seed" in capsys.readouterr().err
 
 
+def test_what_cannot_be_tried_is_told_once(tiny: Path, capsys) -> None:
+    assert benchmark([str(tiny), "--method", "mpc", "--trials", "3", "--set", "planner.path=fastest"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.count("unsupported: planner.path is fastest with controller.kind mpc") == 1
+    assert "| 3 " in captured.out.split("unsupported")[1].splitlines()[2]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_an_ended_benchmark_leaves_no_process_and_goes_on(number: int, tiny: Path, whole: Path, tmp_path: Path) -> None:
     path = tmp_path / "trials.jsonl"

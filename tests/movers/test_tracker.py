@@ -4,8 +4,10 @@ import numpy as np
 
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracker import Tracked, track
+from drake_starnav.planar import composed
 from drake_starnav.scan import MOVES
 from tests.movers.scenes import PERIOD, Scene, hall, straight
+from tests.scans import cast_rolling
 
 MOVERS = MoverParameters(max_speed=1.0)
 
@@ -29,3 +31,14 @@ def test_what_was_known_before_is_not_changed() -> None:
     track(first, scene.scan(PERIOD, np.zeros(3)), np.zeros(3), MOVERS)
     np.testing.assert_array_equal(first.tracks.position, position)
     assert Tracked().scan.lost.all()
+
+
+def test_nothing_moves_in_the_rolling_scans_of_a_lidar_that_turns() -> None:
+    world, known, pose, period = hall((1.5, 1.2, 0.2), (-1.0, 2.0, 0.15)), Tracked(), np.zeros(3), 0.2
+    for k in range(12):
+        step = (0.04, 0.0, 0.15 if k % 6 < 3 else -0.15) if k else (0.0, 0.0, 0.0)  # to and fro
+        before, pose = pose, np.array(composed(pose, step))
+        scan = cast_rolling(world, before, pose, period, time=k * period, beams=180)
+        known = track(known, scan, pose, MOVERS)
+        assert known.scan.time_increment == 0.0 or k == 0
+        assert not (known.scan.motion == MOVES).any() and not known.tracks.counted.any()
