@@ -6,6 +6,7 @@ margin to each hit of the last scans. What the disc sweeps must therefore have b
 the assumptions of `braking` comes
  (5) no obstacle lies in the way of the motion (at most one period of driving and one braking distance long) that none
      of the remembered scans has hit.
+How far the last scan's hits are known is no assumption: what lies beyond counts as an obstacle all around.
 The margin grows with the speed, which leaves room for what a fast robot's wheels do not follow. Between two samples,
 s apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 mm for the smallest robots of interest.
 """
@@ -75,7 +76,8 @@ def least_clearance(
         needed: shape (n,), as from `needed_distances`, m.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return float(least_clearance_of(*pose, *twist, *desired, hold, delay, limits, hits, needed, -np.inf))
+    everywhere = np.zeros(2), np.inf
+    return float(least_clearance_of(*pose, *twist, *desired, hold, delay, limits, hits, needed, *everywhere, -np.inf))
 
 
 def clear_twist(
@@ -117,6 +119,8 @@ def clear_twist(
         parameters.delay,
         limits,
         *_hits_within_reach(pose, twist, desired, hold + parameters.delay, limits, star, parameters, robot.radius),
+        star.center,
+        star.reach - robot.radius,
         parameters.safety_margin,
         parameters.margin_per_speed,
     )
@@ -167,9 +171,12 @@ def clearance_at(x, y, hits, needed):
 
 
 @njit(cache=True)
-def least_clearance_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough):
+def least_clearance_of(
+    x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, center, room, enough
+):  # fmt: skip
     """Least clearance of hold and braking; ends at the first sample with less than `enough`.
 
+    What lies beyond the hits that are known counts as an obstacle: the robot is off it within `room` of `center`.
     A sample is left out while the robot cannot have used up the clearance beyond `enough` that the last one had.
     """
     want_v = min(max(want_v, -limits[0]), limits[0])
@@ -179,7 +186,7 @@ def least_clearance_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, lim
     while True:
         stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < 1e-9
         if spare <= 0.0 or stopped:
-            clearance = clearance_at(x, y, hits, needed)
+            clearance = min(clearance_at(x, y, hits, needed), room - math.hypot(x - center[0], y - center[1]))
             least = min(least, clearance)
             if stopped or clearance < enough:
                 return least
@@ -201,14 +208,14 @@ def _end(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
 
 
 @njit(cache=True)
-def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, limits, hits, needed, margin, per_speed):
+def _clear_twist(
+    x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, limits, hits, needed, center, room, margin, per_speed
+):  # fmt: skip
+    known = hits, needed, center, room
     for share in SPEED_SHARES[:-1]:  # no speed at all is left to the lattice
         tried = want_v * share
         enough = margin + per_speed * abs(tried)
-        if (
-            least_clearance_of(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, hits, needed, enough)
-            >= enough
-        ):
+        if least_clearance_of(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, *known, enough) >= enough:
             return tried, want_omega, True
     going = ux * ux + uy * uy > 0.25
     heading = math.atan2(uy, ux)
@@ -222,7 +229,7 @@ def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, l
                 worth = (end_x - x) * ux + (end_y - y) * uy - TURN_WORTH * error
                 enough = margin + per_speed * tried
                 if worth > best and (
-                    least_clearance_of(x, y, yaw, v, omega, tried, turning, hold, delay, limits, hits, needed, enough)
+                    least_clearance_of(x, y, yaw, v, omega, tried, turning, hold, delay, limits, *known, enough)
                     >= enough
                 ):
                     best, best_v, best_omega = worth, tried, turning
@@ -237,7 +244,7 @@ def _clear_twist(x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, l
                 tried, turning = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
                 held = ESCAPE_TIME
                 if (
-                    least_clearance_of(x, y, yaw, v, omega, tried, turning, held, delay, limits, hits, needed, enough)
+                    least_clearance_of(x, y, yaw, v, omega, tried, turning, held, delay, limits, *known, enough)
                     < enough
                 ):
                     continue

@@ -37,6 +37,7 @@ def standards(
             controller.safety_margin,
             controller.margin_per_speed,
             robot.radius + movers.margin,
+            star.reach - robot.radius,
         )
     )
     needed = needed_distances(star.half_gaps, robot.radius)
@@ -59,7 +60,7 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
     A robot that is outside of the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
     kind, numbers, center, bearing_0, values, hits, needed = standard
-    hold, delay, margin, per_speed = numbers[0], numbers[1], numbers[2], numbers[3]
+    hold, delay, margin, per_speed, room = numbers[0], numbers[1], numbers[2], numbers[3], numbers[5]
     if kind in (NONE, UNSEEN):
         return kind == NONE
     if kind == BY_STAR and stops_inside(
@@ -70,5 +71,7 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
     if kind == BY_STAR:
         enough = min(enough, clearance_at(x, y, hits, needed))
     enough = max(enough, ESCAPE_CLEARANCE)
-    least = least_clearance_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, enough)
+    least = least_clearance_of(
+        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, center, room, enough
+    )
     return least >= enough

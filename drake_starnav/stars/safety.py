@@ -39,6 +39,7 @@ class SafetyStar:
         half_gaps: shape (n,), half the chord from each to its neighbour on the same surface, m.
         seen: whether `hits` are those of scans: without, they certify no motion.
         time: when the last scan was taken, s.
+        reach: `hits` are all that this scan had within this distance of `center`, m; what lies farther is not known.
     """
 
     center: np.ndarray
@@ -49,6 +50,7 @@ class SafetyStar:
     half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
     seen: bool = False
     time: float = -math.inf
+    reach: float = math.inf
 
     def __deepcopy__(self, memo: dict) -> "SafetyStar":
         return self
@@ -67,11 +69,13 @@ class ScanMemory:
         points: per scan, shape (n, 2), W, m.
         half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
         places: per scan, where it was taken, shape (2,), W, m.
+        reach: of the last scan all hits within this distance are kept, m.
     """
 
     points: tuple[np.ndarray, ...] = ()
     half_gaps: tuple[np.ndarray, ...] = ()
     places: tuple[np.ndarray, ...] = ()
+    reach: float = math.inf
 
     def __deepcopy__(self, memo: dict) -> "ScanMemory":
         return self
@@ -90,7 +94,8 @@ class ScanMemory:
         """
         distance = scan.distances
         gap = half_gaps(scan, distance)
-        near = (distance < min(reach, scan.range_max)) & scan.hits
+        reach = min(reach, scan.range_max)
+        near = (distance < reach) & scan.hits
         points = scan.points_at(np.maximum(distance, NEAREST), near, pose)
         last = len(self.points)
         if last > 1 and math.dist(self.places[-1], self.places[-2]) < spacing:
@@ -100,6 +105,7 @@ class ScanMemory:
             (*self.points[kept], points),
             (*self.half_gaps[kept], gap[near]),
             (*self.places[kept], np.array(pose[:2], dtype=float)),
+            reach,
         )
 
 
@@ -137,4 +143,4 @@ def safety_star(
     near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
     near_hits = scan.points_at(distance, near, pose)
     values = eroded_range(hits, radius, sight_limit(scan, limit, radius))
-    return SafetyStar(center, bearing_0, values, near_hits, points, gaps, seen=True, time=scan.time)
+    return SafetyStar(center, bearing_0, values, near_hits, points, gaps, seen=True, time=scan.time, reach=memory.reach)

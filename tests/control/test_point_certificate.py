@@ -26,10 +26,10 @@ REACH, STARS = 2.0, StarParameters()
 NOWHERE = np.zeros(2)
 
 
-def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
+def sensed(world: World, pose: np.ndarray, memory: ScanMemory, reach: float = REACH) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose, beams=720)
-    memory = memory.remembered(scan, pose, REACH, 7, 0.15)
-    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, RADIUS, REACH, STARS), memory
+    memory = memory.remembered(scan, pose, reach, 7, 0.15)
+    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, RADIUS, reach, STARS), memory
 
 
 def hits_only(points: list[tuple[float, float]]) -> SafetyStar:
@@ -84,22 +84,31 @@ def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
     assert found == pytest.approx(away.min(), abs=1e-12)
 
 
-def recklessly_driven(seed: int) -> tuple[float, float]:
-    """10 s of random commands through the certificate: least distance to an obstacle, and the way driven, m."""
+def recklessly_driven(
+    seed: int, robot: RobotParameters = ROBOT, every: int = 2, reach: float = REACH
+) -> tuple[float, float]:
+    """10 s of random commands through the certificate: least distance to an obstacle, and the way driven, m.
+
+    Args:
+        seed: of the world and the commands.
+        robot: its limits.
+        every: so many periods lie between two scans.
+        reach: hits within it are known, m.
+    """
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8)
     pose, memory, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory(), np.zeros(2)
     least, driven, heading = np.inf, 0.0, 0.0
     for k in range(500):
-        if k % 2 == 0:
-            star, memory = sensed(world, pose, memory)
+        if k % every == 0:
+            star, memory = sensed(world, pose, memory, reach)
         if rng.random() < 0.03:
             heading = rng.uniform(-4.0, 4.0)
         error = (heading - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
-        wanted = np.array((0.8 * max(math.cos(error), 0.0), np.clip(4.0 * error, -2.0, 2.0)))
+        wanted = np.array((robot.max_speed * max(math.cos(error), 0.0), np.clip(4.0 * error, -2.0, 2.0)))
         direction = np.array((math.cos(heading), math.sin(heading)))
-        v, omega, _ = clear_twist(pose, twist, wanted, direction, star, PARAMETERS, ROBOT)
-        commanded = limited_twist(twist, np.array((v, omega)), ROBOT, PERIOD)
+        v, omega, _ = clear_twist(pose, twist, wanted, direction, star, PARAMETERS, robot)
+        commanded = limited_twist(twist, np.array((v, omega)), robot, PERIOD)
         poses, twist = simulated(pose, twist, commanded, PERIOD)
         driven += float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
         pose = poses[-1]
@@ -112,6 +121,23 @@ def test_a_reckless_driver_never_touches_anything(seed):
     least, driven = recklessly_driven(seed)
     assert least >= RADIUS
     assert driven > 0.5
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_fast_reckless_driver_with_rare_and_short_scans_never_touches_anything(seed):
+    least, driven = recklessly_driven(seed, RobotParameters(max_speed=1.5), every=40, reach=1.2)
+    assert least >= RADIUS
+    assert driven > 0.5
+
+
+def test_what_lies_beyond_the_hits_that_are_known_certifies_no_motion():
+    post = World("post", (0, 0, 0), (3, 0), cylinders=[(2.5, 0.0, 0.1)])
+    star, _ = sensed(post, np.zeros(3), ScanMemory())
+    assert star.reach == REACH
+    ahead, pose = np.array((0.8, 0.0)), np.array((1.3, 0.0, 0.0))  # it brakes within 0.32 m
+    assert clear_twist(pose, ahead, ahead, np.array((1.0, 0.0)), star, PARAMETERS, ROBOT)[2]
+    pose = np.array((1.45, 0.0, 0.0))
+    assert not clear_twist(pose, ahead, ahead, np.array((1.0, 0.0)), star, PARAMETERS, ROBOT)[2]
 
 
 def test_a_winding_gap_that_the_star_refuses():
