@@ -63,7 +63,7 @@ TABLE = {
     "guidance": Room("planar stars", "numpy"),
     "roadmap": Room(f"{BASE} planar robot scan polyline stars guidance", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars guidance", ARRAYS),
-    "movers": Room(f"{BASE} robot scan stars guidance control", ARRAYS),
+    "movers": Room(f"{BASE} robot scan sweep stars guidance control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
     "metrics": Room(BASE, "numpy"),
