@@ -2,7 +2,8 @@
 
 What lets a hit count are others near it: of a neighbouring beam of the same scan, or of two of the last scans, since
 among the strays of several scans there is often one near. Anything that two neighbouring beams hit is thus never
-doubted, a thinner obstacle for two scans only. A beam whose hit is doubted counts as lost, not as free: its neighbours
+doubted, a thinner obstacle for two scans only; but what seems to lie inside the robot is a stray, since the robot is
+there. A beam whose hit is doubted counts as lost, not as free: its neighbours
 bound it, and so what the certificate allows behind it.
 """
 
@@ -29,6 +30,8 @@ CONFIRMING_SCANS = 4
 """Of so many earlier scans ..."""
 CONFIRMATIONS = 2
 """... so many must have hits that confirm a hit."""
+INSIDE_DEVIATIONS = 3.0
+"""A hit lies inside the robot if it does by more than so many standard deviations of the noise."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ class HitHistory:
 
 
 def without_strays(
-    scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0
+    scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0, body: float = 0.0
 ) -> tuple[LaserScan, LaserScan]:
     """The scan with doubted hits lost (NaN): as the certificate may trust it, and as the roadmap should.
 
@@ -59,12 +62,15 @@ def without_strays(
         pose: (x, y, yaw) of S in W when it was taken.
         history: hits of the scans before it.
         noise: standard deviation of the ranges, m.
+        body: radius of the robot about the sensor, m.
 
     Returns:
         without the hits that neither a neighbouring beam nor earlier scans confirm, for the certificate; and without
         those that not both of them confirm (a neighbour does while there are too few earlier scans), for the roadmap,
         which forgets nothing.
     """
+    farthest = np.maximum(scan.distances, scan.range_min)  # of what is too close only this is known
+    scan = _lost(scan, np.flatnonzero(scan.hits & (farthest < body - INSIDE_DEVIATIONS * noise)))
     index = np.flatnonzero(scan.hits)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
     number = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])

@@ -114,7 +114,7 @@ class StarPerception(LeafSystem):
             history, near = before.history, scan  # what the certificate sees
             if self._confirm is not None:
                 history = history.remembered(scan.points(pose))
-                near, scan = without_strays(scan, pose, before.history, self._confirm)
+                near, scan = without_strays(scan, pose, before.history, self._confirm, radius)
             distance = smoothed_distances(scan, self._planner)
             if controller.smoothed_beams > 0:
                 smooth = smoothed_distances(near, self._hit_smoothing)

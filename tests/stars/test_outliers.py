@@ -69,6 +69,18 @@ def test_old_scans_confirm_nothing():
     assert not without_strays(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
 
 
+def test_what_lies_inside_the_robot_is_a_stray_even_with_a_neighbour():
+    scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
+    kept, certain = without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)
+    assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
+    assert without_strays(scan, ORIGIN, NOTHING, 0.01)[0].complete
+
+
+def test_what_is_too_close_for_a_lidar_that_sees_nothing_beside_the_robot_is_none():
+    scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
+    assert without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].complete
+
+
 @given(seeds)
 def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
     scan = cast(scattered(np.random.default_rng(seed)))
