@@ -68,10 +68,13 @@ def _heading(results: Results) -> str:
 
 def _lead(results: Results) -> str:
     reached = sum(record["outcome"] == "reached" for record in results.records)
-    versions = results.headers[0]["versions"]
+    made = dict.fromkeys(
+        f"drake_starnav {v['drake_starnav']} (source {v['source']}), Drake {v['drake']}"
+        for v in (header["versions"] for header in results.headers)
+    )
+    different = ": files of different versions" if len(made) > 1 else ""
     return html.escape(
-        f"{len(results.records)} trials, {reached} of which reached the goal; drake_starnav "
-        f"{versions['drake_starnav']} (source {versions['source']}), Drake {versions['drake']}."
+        f"{len(results.records)} trials, {reached} of which reached the goal; {'; '.join(made)}{different}."
     )
 
 

@@ -97,3 +97,12 @@ def test_what_no_record_tells_is_left_out(report) -> None:
 
 def test_the_page_is_the_same_each_time(report, text) -> None:
     assert write_page(report) == text
+
+
+def test_files_of_different_versions_are_told_apart(report) -> None:
+    first = report.results.headers[0]
+    assert "different versions" not in write_page(report)
+    other = {**first, "versions": {**first["versions"], "source": "0123456789ab"}}
+    text = write_page(replace(report, results=replace(report.results, headers=(first, other))))
+    assert f"(source {first['versions']['source']})" in text and "(source 0123456789ab)" in text
+    assert "files of different versions" in text
