@@ -27,13 +27,13 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.stars import StarRegion as StarRegion
     from drake_starnav.station import NavigationStation as NavigationStation
     from drake_starnav.station import RobotEquipment as RobotEquipment
-    from drake_starnav.station import add_robot as add_robot
     from drake_starnav.station import plant_config as plant_config
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.collision_monitor import CollisionMonitor as CollisionMonitor
     from drake_starnav.systems.dsm_controller import DsmController as DsmController
     from drake_starnav.systems.lidar_sensor import LidarSensor as LidarSensor
     from drake_starnav.systems.mpc_controller import MpcController as MpcController
+    from drake_starnav.systems.robot_model import add_robot as add_robot
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
     from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
     from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
@@ -68,7 +68,7 @@ _PUBLIC = {
     "StarRoadmapVisualizer": "systems.star_roadmap_visualizer",
     "NavigationStation": "station",
     "RobotEquipment": "station",
-    "add_robot": "station",
+    "add_robot": "systems.robot_model",
     "plant_config": "station",
     "add_navigation": "diagram",
     "make_diagram": "diagram",

@@ -30,6 +30,8 @@ from drake_starnav.worlds.world import World
 
 CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
 """By `controller.kind`: those that follow the planner's guidance; the others are baselines."""
+FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
+"""Least views with the certificate, rad; the wide one where the robot may go backwards, with points or movers."""
 FEWEST_BEAMS = 36
 """Of a lidar, in a turn: between fewer of them walls are not seen as such."""
 
@@ -99,7 +101,8 @@ def add_navigation(
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
-    error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot)
+    rate = scenario.controller.rate
+    error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot, rate)
     planner_parameters, controller_parameters = tolerating(
         scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
     )
@@ -157,11 +160,24 @@ def _check_controller(scenario: Scenario) -> None:
             f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
             "that sees farther than the robot reaches"
         )
-    view = lidar.angle_max - lidar.angle_min
-    if controller.certificate and view < math.pi - 1e-6:
+    moving = scenario.movers.max_speed > 0.0
+    view = WIDE_VIEW if moving or controller.certified_by == "points" else FRONT_VIEW
+    turns = 2.0 * math.pi * round(0.5 * (lidar.angle_min + lidar.angle_max) / (2.0 * math.pi))
+    least = min(turns - lidar.angle_min, lidar.angle_max - turns)
+    full = lidar.beams * lidar.angle_increment > 2.0 * math.pi - 1e-6
+    if controller.certificate and not full and least < 0.5 * view - 1e-6:
         raise StarnavError(
-            f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} leave a view of {view:g} rad "
-            "with controller.certificate; allowed: at least pi, as the robot's sides pass what it does not see"
+            f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} with controller.certificate; "
+            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
+            "what no beam has looked at is not certified"
+        )
+    robot, stopping = scenario.robot, scenario.robot.max_speed / scenario.robot.max_acceleration
+    needed = reach + 0.5 * robot.max_speed * stopping
+    needed += scenario.movers.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
+    if controller.certificate and moving and lidar.range_max < needed:
+        raise StarnavError(
+            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {scenario.movers.max_speed:g} "
+            f"m/s; allowed: at least {needed:.3g} m, as they come that far while the robot brakes"
         )
     if controller.certificate and lidar.angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
         raise StarnavError(

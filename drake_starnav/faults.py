@@ -34,6 +34,8 @@ CORNER = 0.87
 """How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
 NOMINAL_CORNER = 0.01
 """How far a corner may stick out between two beams that the margins allow for as they are, m."""
+NOMINAL_STEP = 0.005
+"""How far the robot may get off its ramps by commands that are reached at once, that the margins allow for, m."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -137,7 +139,11 @@ def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
 
 
 def sensing_error(
-    lidar: LidarParameters, localization: LocalizationParameters, drive: DriveParameters, robot: RobotParameters
+    lidar: LidarParameters,
+    localization: LocalizationParameters,
+    drive: DriveParameters,
+    robot: RobotParameters,
+    rate: float,
 ) -> float:
     """What the declared faults add to the error that the margins already allow for, m.
 
@@ -147,11 +153,13 @@ def sensing_error(
           + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
+          + max(0, (a + A v^2 / (2 a)) t^2 / 2 - 0.005)      a command is reached at once, not within its period t
 
-    with the robot's radius r, largest speed v and acceleration a. Lost and stray beams, delays and lost scans need no
-    margin: they are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass.
-    Noise counts by less than its standard deviation: it is smoothed, and the nearest of the hits that several scans
-    leave on a surface bounds the robot, or, with much noise, their mean.
+    with the robot's radius r, largest speed v and accelerations a and A (turning), and t = 1 / controller.rate. Lost
+    and stray beams, delays and lost scans need no margin: they are unknown space, predicted motion and a shorter
+    certificate. The servo of the wheels hides the mass. Noise counts by less than its standard deviation: it is
+    smoothed, and the nearest of the hits that several scans leave on a surface bounds the robot, or, with much noise,
+    their mean.
     """
     v, a = robot.max_speed, robot.max_acceleration
     return (
@@ -161,6 +169,7 @@ def sensing_error(
         + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
         + min(localization.jump, UNSEEN_JUMP)
         + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
+        + max(0.5 * (a + robot.max_yaw_acceleration * 0.5 * v * v / a) / rate**2 - NOMINAL_STEP, 0.0)
     )
 
 

@@ -13,8 +13,9 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_starnav.console import exit_code
 from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.station import add_plant, drive_geometry
+from drake_starnav.station import add_plant
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.robot_model import drive_geometry
 from drake_starnav.worlds.world import World
 
 

@@ -37,6 +37,8 @@ STATION_OUTPUTS = [
 ]
 EXPORTS = [*LOOP_OUTPUTS, *STATION_OUTPUTS]
 
+HALF = ["lidar.angle_min=-1.5707963", "lidar.angle_max=1.5707963"]
+
 
 def test_exports_what_its_docstring_says() -> None:
     diagram = make_diagram(posts())
@@ -79,7 +81,12 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
 @pytest.mark.parametrize(
     ("method", "changes", "words"),
     [
-        ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "leave a view of 3 rad with controller.certificate"),
+        ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "a view that reaches 90 degrees to each side"),
+        ("star", ["lidar.angle_min=-0.3", "lidar.angle_max=4.4"], "a view that reaches 90 degrees to each side"),
+        ("star", ["lidar.angle_min=1.6", "lidar.angle_max=4.7"], "a view that reaches 90 degrees to each side"),
+        ("star", [*HALF, "controller.certified_by=points"], "a view that reaches 130 degrees to each side"),
+        ("star", [*HALF, "movers.max_speed=0.5"], "a view that reaches 130 degrees to each side"),
+        ("star", ["lidar.range_max=1.2", "movers.max_speed=0.8"], "obstacles that move at up to 0.8 m/s; allowed: at "),
         ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with controller.certificate"),
         ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28 m"),
         ("mpc", ["controller.certified_by=points"], "controller.certified_by is points with controller.kind mpc"),
@@ -101,8 +108,7 @@ def test_the_fastest_path_needs_a_look_ahead_and_nothing_where_there_is_no_plann
 
 
 def test_a_narrow_view_is_enough_without_the_certificate_and_half_a_turn_with_it() -> None:
-    half = ["lidar.angle_min=-1.5707963", "lidar.angle_max=1.5707963"]
-    assert make_diagram(posts(overrides=half)).get_name() == "posts"
+    assert make_diagram(posts(overrides=HALF)).get_name() == "posts"
     narrow = ["lidar.angle_min=-1", "lidar.angle_max=1", "controller.certificate=false"]
     assert make_diagram(posts(overrides=narrow)).get_name() == "posts"
 

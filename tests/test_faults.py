@@ -27,6 +27,7 @@ from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, seeds
 
+RATE = 50.0
 NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
 poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1)).map(np.array)
 
@@ -53,7 +54,7 @@ def test_wheels_keep_at_least_what_is_not_declared_lost(seed, slip, index):
 
 def test_without_faults_nothing_changes():
     planner, controller = PlannerParameters(), ControllerParameters()
-    assert sensing_error(*NO_FAULT) == 0.0
+    assert sensing_error(*NO_FAULT, RATE) == 0.0
     assert tolerating(planner, controller, 0.0) == (planner, controller)
 
 
@@ -77,14 +78,29 @@ def test_without_faults_nothing_changes():
 def test_each_fault_s_part_of_the_margin(index, changes, error):
     declared = list(NO_FAULT)
     declared[index] = dataclasses.replace(declared[index], **changes)
-    assert sensing_error(*declared) == pytest.approx(error)
+    assert sensing_error(*declared, RATE) == pytest.approx(error)
     planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error)
     assert planner.margin == pytest.approx(PlannerParameters().margin + error)
     assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
 
 
+@pytest.mark.parametrize(
+    ("rate", "changes", "error"),
+    [
+        (50.0, {}, 0.0),
+        (20.0, {}, 0.0),
+        (10.0, {}, 0.005 + 0.02 * 0.32 - 0.005),
+        (5.0, {}, 0.02 + 0.08 * 0.32 - 0.005),
+        (40.0, {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_acceleration": 10.0}, 0.0),
+    ],
+)
+def test_rare_commands_need_a_margin(rate, changes, error):
+    robot = dataclasses.replace(RobotParameters(), **changes)
+    assert sensing_error(*NO_FAULT[:3], robot, rate) == pytest.approx(error, abs=1e-12)
+
+
 def test_what_no_margin_can_cover_is_refused():
-    error = sensing_error(LidarParameters(noise=2.0), *NO_FAULT[1:])
+    error = sensing_error(LidarParameters(noise=2.0), *NO_FAULT[1:], RATE)
     with pytest.raises(StarnavError, match="what is declared of lidar, localization and drive adds 1.49 m"):
         tolerating(PlannerParameters(), ControllerParameters(), error)
 
@@ -141,7 +157,7 @@ def wedge_scans(angle, distance, lidar):
 @pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
 def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
     lidar = LidarParameters(noise=noise, beams=beams)
-    error = sensing_error(lidar, *NO_FAULT[1:])
+    error = sensing_error(lidar, *NO_FAULT[1:], RATE)
     planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     if not controller.smoothed_beams:
         assert math.radians((noise - 0.01) / 0.015) < 0.5 * lidar.angle_increment  # nothing is taken off
@@ -155,7 +171,7 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
 @pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
 def test_the_margin_covers_what_sticks_out_between_two_beams(beams):
     lidar = LidarParameters(beams=beams)
-    error = sensing_error(lidar, *NO_FAULT[1:])
+    error = sensing_error(lidar, *NO_FAULT[1:], RATE)
     _, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     distance = RADIUS + controller.safety_margin
     for scan in wedge_scans(90.0, distance, lidar):
@@ -172,5 +188,7 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, s
         left, right = v * (1.0 - slip), v * (1.0 - other)
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
         v -= robot.max_acceleration * step
-    bound = sensing_error(LidarParameters(), LocalizationParameters(), DriveParameters(slip=max(slip, other)), robot)
+    bound = sensing_error(
+        LidarParameters(), LocalizationParameters(), DriveParameters(slip=max(slip, other)), robot, RATE
+    )
     assert abs(pose[1]) <= bound * 1.01 + 1e-6

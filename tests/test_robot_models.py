@@ -1,8 +1,10 @@
 """Robot models: what one must have, where its meshes are found, and what is refused."""
 
+import re
 from pathlib import Path
 
 import pytest
+from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar import LidarParameters
@@ -51,12 +53,85 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
         ('link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"', "frame lidar lies at x 0.15, y 0 m"),
         ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0 1.57"', "frame lidar .* yaw 1.57 rad"),
         ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0.1 0"', "frame lidar .* pitch 0.1, yaw 0 rad"),
+        ('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>', "joints .* lie at x -0.02, 0, y 0.16, -0.16 m"),
+        ('<origin xyz="0 -0.16 0"/>', '<origin xyz="0 -0.1 0"/>', "joints .* lie at x 0, 0, y 0.16, -0.1 m"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joint left_wheel turns about 0 -1 0"),
     ],
 )
 def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = changed_starbot(tmp_path, old, new)
     with pytest.raises(StarnavError, match=rf"robot model .*changed.urdf.*{message}.*; allowed: "):
         standing(RobotParameters(model=path))
+
+
+def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, '<link name="right_wheel">', '<link name="right_wheel"><!-- -->')
+    head, tail = Path(path).read_text(encoding="utf-8").split('<link name="right_wheel">')
+    tail = tail.replace('<sphere radius="0.05"/>', '<sphere radius="0.06"/>')
+    Path(path).write_text(f'{head}<link name="right_wheel">{tail}', encoding="utf-8")
+    with pytest.raises(StarnavError, match="wheels have radii 0.05, 0.06 m; allowed: the same"):
+        standing(RobotParameters(model=path))
+
+
+def test_a_third_actuator_is_refused(tmp_path: Path) -> None:
+    mast = (
+        '<link name="mast"/><joint name="mast" type="revolute"><parent link="base_link"/><child link="mast"/>'
+        '<axis xyz="0 0 1"/><limit effort="1" lower="-1" upper="1" velocity="1"/></joint><transmission>'
+        '<type>SimpleTransmission</type><joint name="mast"/><actuator name="mast"/></transmission></robot>'
+    )
+    path = changed_starbot(tmp_path, "</robot>", mast)
+    with pytest.raises(StarnavError, match="has the actuators left_wheel, right_wheel, mast; allowed: left_wheel, "):
+        standing(RobotParameters(model=path))
+
+
+@pytest.mark.parametrize(
+    ("shape", "reach"),
+    [
+        ('<box size="0.5 0.4 0.1"/>', "0.320"),
+        ('<cylinder radius="0.28" length="0.1"/>', "0.280"),
+        ('<sphere radius="0.27"/>', "0.270"),
+        ('<drake:capsule radius="0.26" length="0.1"/>', "0.260"),
+        ('<mesh filename="shell.obj"/>', "0.500"),
+    ],
+)
+def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, reach: str) -> None:
+    (tmp_path / "shell.obj").write_text(
+        "v 0 0 0\nv 0.5 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shape)
+    with pytest.raises(StarnavError, match=f"robot.radius is 0.25 m, and link base_link .* reaches {reach} m"):
+        standing(RobotParameters(model=path))
+
+
+def test_the_order_of_the_wheels_does_not_matter(tmp_path: Path) -> None:
+    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    left, right = re.findall("<transmission .*?</transmission>", text, re.DOTALL)
+    assert "left_wheel" in left and "right_wheel" in right
+    swapped = text.replace(right, "").replace(left, right + left)
+    path = tmp_path / "swapped.urdf"
+    path.write_text(swapped, encoding="utf-8")
+    station = standing(RobotParameters(model=str(path)))
+    simulator = Simulator(station)
+    station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.3, 0.5])
+    simulator.AdvanceTo(1.0)
+    v, omega = station.GetOutputPort("localization.state").Eval(simulator.get_context())[3:]
+    assert (v, omega) == pytest.approx((0.3, 0.5), abs=0.02)
+
+
+@pytest.mark.parametrize("package", ["mine", "other"])
+def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str, monkeypatch) -> None:
+    (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
+    (tmp_path / "shell.obj").write_text(
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    shell = f'<mesh filename="package://{package}/shell.obj"/>'
+    path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', shell)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    if package == "mine":
+        assert standing(RobotParameters(model=path)).robot_geometries
+    else:
+        with pytest.raises(StarnavError, match="unknown package 'other'"):
+            standing(RobotParameters(model=path))
 
 
 @pytest.mark.parametrize("mass_error", [0.0, 0.2])

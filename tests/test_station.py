@@ -15,7 +15,8 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station import NavigationStation, RobotEquipment, add_robot, plant_config
+from drake_starnav.station import NavigationStation, RobotEquipment, plant_config
+from drake_starnav.systems.robot_model import add_robot
 from drake_starnav.systems.world_geometry import add_ground
 from drake_starnav.worlds.world import World
 from tests.scans import cast

@@ -30,7 +30,8 @@ LATTICE_TIME = 0.15
 TURN_WORTH = 0.3
 """A radian of heading error counts as much as this way, m."""
 STANDING_SPEED = 0.05
-"""Below this the robot stands, m/s: it stops within less than a millimetre."""
+STANDING_WAY = 0.00125
+"""Below this speed, m/s, and if it stops within this way, m, the robot stands."""
 ESCAPE_SPEED = 0.1
 """Speed of the moves out of a place where only standing is certified, as a share of the largest."""
 ESCAPE_TURNS = np.array([0.0, 0.25, -0.25, 0.125, -0.125])
@@ -233,7 +234,7 @@ def _clear_twist(
                     >= enough
                 ):
                     best, best_v, best_omega = worth, tried, turning
-    standing = abs(v) < STANDING_SPEED
+    standing = abs(v) < min(STANDING_SPEED, math.sqrt(2.0 * limits[2] * STANDING_WAY))
     hemmed_in = standing and (best == -np.inf or (best_v == 0.0 and best_omega == 0.0))
     if going and hemmed_in:
         now = clearance_at(x, y, hits, needed)
@@ -242,7 +243,7 @@ def _clear_twist(
         for sign in (1.0, -1.0):
             for turn in ESCAPE_TURNS:
                 tried, turning = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
-                held = ESCAPE_TIME
+                held = max(hold, ESCAPE_TIME)
                 if (
                     least_clearance_of(x, y, yaw, v, omega, tried, turning, held, delay, limits, *known, enough)
                     < enough

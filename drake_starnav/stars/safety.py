@@ -19,6 +19,9 @@ from drake_starnav.stars.parameters import StarParameters
 
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this take part in the near-wall term, m."""
+BLIND_SIDE = math.radians(60.0)
+"""Nothing is certified towards bearings nearer than this to an edge of the view: the disc would sweep what no beam saw,
+from where it stood by more than 0.155 of its radius."""
 NEAREST = 0.001
 """A hit that is too close to be measured is taken to lie this far along its beam, so that it has a direction, m."""
 
@@ -40,6 +43,7 @@ class SafetyStar:
         seen: whether `hits` are those of scans: without, they certify no motion.
         time: when the last scan was taken, s.
         reach: `hits` are all that this scan had within this distance of `center`, m; what lies farther is not known.
+        since: time of the oldest pose from which its last scan was placed, s; later than `time`: that of the scan.
     """
 
     center: np.ndarray
@@ -51,6 +55,7 @@ class SafetyStar:
     seen: bool = False
     time: float = -math.inf
     reach: float = math.inf
+    since: float = math.inf
 
     def __deepcopy__(self, memo: dict) -> "SafetyStar":
         return self
@@ -140,6 +145,10 @@ def safety_star(
         points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     hits = point_hits(points, gaps, center, bearing_0, within, samples)
     limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
+    if not scan.full_circle:
+        bearing = 2.0 * math.pi / samples * np.arange(samples)
+        view = scan.angle_max - scan.angle_min
+        limit = np.where((bearing >= BLIND_SIDE) & (bearing <= view - BLIND_SIDE), limit, 0.0)
     near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
     near_hits = scan.points_at(distance, near, pose)
     values = eroded_range(hits, radius, sight_limit(scan, limit, radius))

@@ -22,6 +22,8 @@ class JumpGuard(LeafSystem):
         safety_star: abstract, `SafetyStar`; as output, one that certifies nothing where it lies in the frame of before.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
+    A rolling scan is placed by the pose of the scan before, too, which must also be later.
+
     The last position and the time of the last jump are discrete state, brought up to date before each command.
     """
 
@@ -45,6 +47,8 @@ class JumpGuard(LeafSystem):
 
     def _watched(self, context: Context) -> tuple[float, float, float]:
         last_x, last_y, jump_time = context.get_discrete_state(0).value()
+        if jump_time > context.get_time():  # time was set back: another run begins
+            jump_time = -math.inf
         x, y, yaw, v, _ = self._now.Eval(context)
         way = v * self._period
         step = math.hypot(x - last_x - way * math.cos(yaw), y - last_y - way * math.sin(yaw))
@@ -53,4 +57,5 @@ class JumpGuard(LeafSystem):
 
     def _calc_star(self, context: Context, output: AbstractValue) -> None:
         star = self._star.Eval(context)
-        output.set_value(star if star.time >= self._watched(context)[2] else SafetyStar.none())
+        whole = min(star.time, star.since) >= self._watched(context)[2]
+        output.set_value(star if whole else SafetyStar.none())

@@ -101,6 +101,7 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     """
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
+    parser.package_map().PopulateFromRosPackagePath()
     parser.package_map().AddPackageXml(str(model_path("package.xml")))
     try:
         instances = parser.AddModels(model.path)

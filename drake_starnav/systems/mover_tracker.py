@@ -52,8 +52,10 @@ class MoverTracker(LeafSystem):
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)
         before = context.get_abstract_state(self._state).get_value()
-        if scan.time <= before.tracks.time or scan.lost.all():
+        if scan.time == before.tracks.time or scan.lost.all():
             return EventStatus.DidNothing()
+        if scan.time < before.tracks.time:  # time was set back: another run begins
+            before = Tracked()
         pose = self._pose.Eval(context).copy()
         with self._stopwatch.measure("track"):
             after = track(before, scan, pose, self._movers)

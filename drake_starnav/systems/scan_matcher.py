@@ -74,8 +74,10 @@ class ScanMatcher(LeafSystem):
 
     def _update(self, context: Context, state: State) -> EventStatus:
         seen, before = self._star.Eval(context), self._known(context)
-        if seen.region is None or seen.scan.time <= before.time:
+        if seen.region is None or seen.scan.time == before.time:
             return EventStatus.DidNothing()
+        if seen.scan.time < before.time:  # time was set back: another run begins
+            before = ScanMap()
         after = matched(before, seen.scan, seen.pose, self._error)
         if after is before:
             return EventStatus.DidNothing()

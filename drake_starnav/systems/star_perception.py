@@ -23,6 +23,9 @@ from drake_starnav.sweep import taken_at_once
 AVERAGED = 0.5
 """With `average_scans`, hits nearer to the robot than this are averaged, m: they hem it in."""
 
+EARLY = 1e-6
+"""A scan may come from so far in the future by rounding, s."""
+
 
 @dataclass(frozen=True)
 class _Perceived:
@@ -30,6 +33,10 @@ class _Perceived:
     safety: SafetyStar
     memory: ScanMemory
     history: HitHistory
+
+    @staticmethod
+    def nothing() -> "_Perceived":
+        return _Perceived(Observation.none(), SafetyStar.none(), ScanMemory(), HitHistory())
 
     def __deepcopy__(self, memo: dict) -> "_Perceived":
         return self  # immutable: Drake's copies of abstract state cost nothing
@@ -89,7 +96,7 @@ class StarPerception(LeafSystem):
         self._expiry = delay + controller.scan_patience / rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
-        nothing = _Perceived(Observation.none(), SafetyStar.none(), ScanMemory(), HitHistory())
+        nothing = _Perceived.nothing()
         self._state = self.DeclareAbstractState(Value(nothing))
         depends = {self.abstract_state_ticket(self._state)}
         self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), self._calc_star, depends)
@@ -104,13 +111,16 @@ class StarPerception(LeafSystem):
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)
         before = context.get_abstract_state(self._state).get_value()
-        if scan.time <= before.safety.time or scan.lost.all():
+        if scan.time == before.safety.time or scan.lost.all():
             return EventStatus.DidNothing()
+        if scan.time < before.safety.time:
+            before = _Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
-        controller, radius = self._controller, self._robot.radius
+        controller, radius, since = self._controller, self._robot.radius, scan.time
         with self._stopwatch.measure("scan"):
             if scan.time_increment > 0.0 and before.observation.region is not None:
-                scan = taken_at_once(scan, before.observation.pose, before.observation.scan.time, pose)
+                since = before.observation.scan.time
+                scan = taken_at_once(scan, before.observation.pose, since, pose)
             history, near = before.history, scan  # what the certificate sees
             if self._confirm is not None:
                 history = history.remembered(scan.points(pose))
@@ -129,6 +139,7 @@ class StarPerception(LeafSystem):
                 earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
                 known = earlier.remembered(near, pose, *kept)
             safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, self._planner)
+            safety = dataclasses.replace(safety, since=since)
         seen = _Perceived(Observation(region, scan, pose), safety, memory, history)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()
@@ -138,5 +149,5 @@ class StarPerception(LeafSystem):
 
     def _calc_safety_star(self, context: Context, output: AbstractValue) -> None:
         safety = context.get_abstract_state(self._state).get_value().safety
-        fresh = context.get_time() <= safety.time + self._expiry
+        fresh = safety.time - EARLY <= context.get_time() <= safety.time + self._expiry
         output.set_value(safety if fresh else SafetyStar.none())

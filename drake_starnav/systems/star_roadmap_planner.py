@@ -88,6 +88,8 @@ class StarRoadmapPlanner(LeafSystem):
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()
         before = context.get_abstract_state(self._plan).get_value()
+        if context.get_time() < before.progress_time:  # time was set back: another run begins
+            before = PlannerState.initial(self._planner, self._robot.radius)
         moved = not np.array_equal(goal, context.get_discrete_state(self._goal_before).value())
         if moved:
             if not np.isfinite(goal).all():

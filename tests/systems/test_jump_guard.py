@@ -1,6 +1,7 @@
 """After a jump only scans from after it certify motion."""
 
 import dataclasses
+import math
 
 import numpy as np
 from pydrake.common.value import Value
@@ -22,8 +23,8 @@ class Guarded:
         self.context = self.simulator.get_mutable_context()
         self.scanned(0.0)
 
-    def scanned(self, time: float) -> None:
-        star = dataclasses.replace(OPEN, time=time)
+    def scanned(self, time: float, since: float = math.inf) -> None:
+        star = dataclasses.replace(OPEN, time=time, since=since)
         self.system.GetInputPort("safety_star").FixValue(self.context, Value(star))
 
     def certifies(self, x: float, y: float = 0.0, v: float = 0.0) -> bool:
@@ -52,4 +53,14 @@ def test_a_jump_withholds_the_star_until_a_later_scan() -> None:
     guard.scanned(0.02)  # taken before the jump
     assert not guard.certifies(0.03)
     guard.scanned(0.1)
+    assert guard.certifies(0.03)
+
+
+def test_a_rolling_scan_placed_by_a_pose_from_before_the_jump_is_withheld() -> None:
+    guard = guarded()
+    assert guard.certifies(0.0)
+    assert not guard.certifies(0.03)
+    guard.scanned(0.1, since=0.02)
+    assert not guard.certifies(0.03)
+    guard.scanned(0.15, since=0.1)
     assert guard.certifies(0.03)

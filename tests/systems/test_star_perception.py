@@ -217,3 +217,32 @@ def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
     assert len(error[True]) < 1.1 * len(error[False]) / CONTROLLER.scan_memory, "one scan speaks for all"
     assert error[True].std() < 0.6 * error[False].std()
     assert -error[True].min() < 0.6 * -error[False].min()
+
+
+def test_when_time_is_set_back_another_run_begins() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    for _ in range(10):
+        perceived.update()
+    late = perceived.out("safety_star")
+    assert late.seen
+    perceived.context.SetTime(0.0)
+    perceived.simulator.Initialize()
+    assert not perceived.out("safety_star").seen  # a star from the future certifies nothing
+    perceived.see(EMPTY)
+    perceived.update()
+    star = perceived.out("safety_star")
+    assert star.seen and star.time < late.time and len(star.hits) < len(late.hits)
+
+
+def test_a_rolling_scan_says_from_when_its_poses_are() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.update()
+    assert perceived.out("safety_star").since == perceived.out("safety_star").time
+    before = perceived.out("safety_star").time
+    scan = dataclasses.replace(cast(POST, POSE), time=0.05, time_increment=1e-4, lost_beams=True)
+    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
+    perceived.update(silent=True)
+    star = perceived.out("safety_star")
+    assert star.time == 0.05 and star.since == before
