@@ -98,6 +98,14 @@ def add_navigation(
         StarnavError: the lidar sees too little.
     """
     _check_controller(scenario)
+    for name in ("goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor"):
+        if builder.HasSubsystemNamed(name):
+            raise StarnavError(
+                f"the builder has a system named {name} already; allowed: one navigation a builder, without systems of "
+                "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
+            )
+    if station is not None:
+        _check_equipment(scenario, station)
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     step = scenario.simulation.time_step
@@ -139,6 +147,19 @@ def add_navigation(
     if matcher is not None:
         builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
     return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
+
+
+def _check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
+    """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
+    for section in ("lidar", "localization", "drive"):
+        has, declared = getattr(station, section), getattr(scenario, section)
+        for field in dataclasses.fields(declared):
+            value, wanted = getattr(has, field.name), getattr(declared, field.name)
+            if value != wanted:
+                raise StarnavError(
+                    f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
+                    "margins and predictions follow from it"
+                )
 
 
 def _check_controller(scenario: Scenario) -> None:
@@ -201,7 +222,7 @@ def _add_planning(
     stopwatch: Stopwatch | None,
 ) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None, ScanMatcher | None]:
     step, lidar, movers = scenario.simulation.time_step, scenario.lidar, scenario.movers
-    offset = step + math.fmod(lidar.delay, 1.0 / lidar.rate)
+    offset = step + lidar.release_offset
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if movers.max_speed > 0.0:
         tracker = builder.AddNamedSystem(

@@ -36,6 +36,10 @@ NOMINAL_CORNER = 0.01
 """How far a corner may stick out between two beams that the margins allow for as they are, m."""
 NOMINAL_STEP = 0.005
 """How far the robot may get off its ramps by commands that are reached at once, that the margins allow for, m."""
+TURN_SHARE = 0.04
+"""A robot has turned by up to this share of its largest yaw rate less or more than it was told in a second."""
+NOMINAL_LATE = 0.003
+"""Error of the place where a late command finds the robot that the margins allow for as they are, m."""
 CONTRADICTION = 0.2
 """Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
 
@@ -145,7 +149,7 @@ def sensing_error(
     robot: RobotParameters,
     rate: float,
 ) -> float:
-    """What the declared faults add to the error that the margins already allow for, m.
+    """What the declared faults, and rare commands, add to the error that the margins already allow for, m.
 
         e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
           + quantisation / 2                                 ranges rounded up
@@ -154,12 +158,13 @@ def sensing_error(
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
           + max(0, (a + A v^2 / (2 a)) t^2 / 2 - 0.005)      a command is reached at once, not within its period t
+          + max(0, 0.04 w d (v d / 2 + v^2 / (2 a)) - 0.003) turning otherwise than told while a command is on its way
 
-    with the robot's radius r, largest speed v and accelerations a and A (turning), and t = 1 / controller.rate. Lost
-    and stray beams, delays and lost scans need no margin: they are unknown space, predicted motion and a shorter
-    certificate. The servo of the wheels hides the mass. Noise counts by less than its standard deviation: it is
-    smoothed, and the nearest of the hits that several scans leave on a surface bounds the robot, or, with much noise,
-    their mean.
+    with the robot's radius r, largest speeds v and w (turning) and accelerations a and A (turning), t = 1 /
+    controller.rate and d = drive.delay. Lost and stray beams, delays of scans and lost scans need no margin: they
+    are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass. Noise
+    counts by less than its standard deviation: it is smoothed, and the nearest of the hits that several scans leave
+    on a surface bounds the robot, or, with much noise, their mean.
     """
     v, a = robot.max_speed, robot.max_acceleration
     return (
@@ -170,6 +175,7 @@ def sensing_error(
         + min(localization.jump, UNSEEN_JUMP)
         + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
         + max(0.5 * (a + robot.max_yaw_acceleration * 0.5 * v * v / a) / rate**2 - NOMINAL_STEP, 0.0)
+        + max(TURN_SHARE * robot.max_yaw_rate * drive.delay * 0.5 * v * (drive.delay + v / a) - NOMINAL_LATE, 0.0)
     )
 
 

@@ -79,6 +79,12 @@ class LidarParameters:
         return self.angle_max - self.angle_min > 2.0 * math.pi - 1e-9
 
     @property
+    def release_offset(self) -> float:
+        """How long after the last multiple of the period scans appear that arrive late, s."""
+        rest = math.fmod(self.delay, 1.0 / self.rate)
+        return rest if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
+
+    @property
     def time_increment(self) -> float:
         """Time from beam to beam, s; 0 unless the scan is rolling."""
         return 1.0 / (self.rate * self.beams) if self.rolling else 0.0

@@ -88,7 +88,7 @@ def check_parameters(parameters: Any, place: str) -> None:
         if meta.get("choices"):
             good = value in meta["choices"]
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            good = is_finite(value)
+            good = is_finite(value) and (field.type not in (int, "int") or isinstance(value, int))
             good = good and not (meta.get("low") is not None and value < meta["low"])
             good = good and not (meta.get("high") is not None and value > meta["high"])
             good = good and not (meta.get("above") is not None and value <= meta["above"])

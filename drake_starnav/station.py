@@ -8,6 +8,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import DiscreteTimeDelay
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.faults import DriveParameters, LocalizationParameters
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.robot import RobotParameters
@@ -70,6 +71,7 @@ class RobotEquipment(Diagram):
         """
         super().__init__()
         drive = drive or DriveParameters()
+        self.lidar, self.localization, self.drive = lidar, localization or LocalizationParameters(), drive
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
@@ -162,6 +164,8 @@ class NavigationStation(Diagram):
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
+        if not time_step > 0.0:
+            raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
         builder = DiagramBuilder()
         plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, time_step)
         self.plant: MultibodyPlant = plant
@@ -180,6 +184,7 @@ class NavigationStation(Diagram):
                 seed=seed,
             ),
         )
+        self.lidar, self.localization, self.drive = equipment.lidar, equipment.localization, equipment.drive
         self.robot_geometries = equipment.robot_geometries
         self.mover_geometries = add_mover_drive(builder, plant, world.movers)
         robot_state = plant.get_state_output_port(self.robot_model)

@@ -1,5 +1,6 @@
 """The whole loop as one diagram: what it exports, what it is wired of, and what lives as long as it."""
 
+import dataclasses
 import gc
 
 import numpy as np
@@ -20,6 +21,7 @@ from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 from tests.posts import GOALS, LOOP_OUTPUTS, posts, simulated
 
@@ -125,6 +127,49 @@ def test_a_world_and_a_seed_may_be_given() -> None:
         simulator.Initialize()
         ranges.append(diagram.GetOutputPort("lidar.ranges").Eval(simulator.get_context()).copy())
     assert not np.array_equal(*ranges)
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "value", "words"),
+    [
+        ("drive", "delay", 0.3, "the station has drive.delay 0.3, the scenario 0.0; allowed: the same"),
+        ("lidar", "beams", 40, "the station has lidar.beams 40, the scenario 360; allowed: the same"),
+        ("localization", "drift", 0.1, "the station has localization.drift 0.1, the scenario 0.0; allowed: the same"),
+    ],
+)
+def test_a_station_made_with_other_parameters_is_refused(section: str, name: str, value: float, words: str) -> None:
+    scenario, builder = posts(), DiagramBuilder()
+    parts = {part: getattr(scenario, part) for part in ("lidar", "localization", "drive")}
+    parts[section] = dataclasses.replace(parts[section], **{name: value})
+    world = make_world(scenario.world, 0, scenario.robot.radius)
+    station = builder.AddNamedSystem("station", NavigationStation(world, scenario.robot, **parts))
+    with pytest.raises(StarnavError, match=words):
+        add_navigation(builder, scenario, world=world, station=station)
+
+
+def test_two_navigations_in_one_builder_are_refused() -> None:
+    builder = DiagramBuilder()
+    add_navigation(builder, posts())
+    with pytest.raises(StarnavError, match="the builder has a system named goal already; allowed: one navigation"):
+        add_navigation(builder, posts())
+
+
+def test_a_run_begins_anew_when_time_is_set_back() -> None:
+    simulator = Simulator(make_diagram(posts()))
+    context = simulator.get_mutable_context()
+    start = context.Clone()
+    simulator.AdvanceTo(20.0)
+    pose = simulator.get_system().GetOutputPort("localization.pose")
+    first = pose.Eval(context).copy()
+    station = simulator.get_system().GetSubsystemByName("station")
+    plant = station.plant
+    state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(start))
+    plant.SetPositionsAndVelocities(plant.GetMyMutableContextFromRoot(context), state)
+    context.SetTime(0.0)
+    simulator.Initialize()
+    assert np.hypot(*(pose.Eval(context) - first)[:2]) > 1.0
+    simulator.AdvanceTo(20.0)
+    assert np.hypot(*(pose.Eval(context) - first)[:2]) < 0.1
 
 
 class Odometer(LeafSystem):

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.control.pending import predicted_pose
+from drake_starnav.control.tracking import limited_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.faults import (
     DriveParameters,
@@ -24,6 +27,7 @@ from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
+from drake_starnav.station import NavigationStation
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, seeds
 
@@ -71,6 +75,7 @@ def test_without_faults_nothing_changes():
         (1, {"jump": 0.01}, 0.01),
         (1, {"jump": 1.0}, 0.02),
         (2, {"delay": 0.1}, 0.0),
+        (2, {"delay": 0.5}, 0.04 * 2.0 * 0.5 * (0.5 * 0.8 * 0.5 + 0.32) - 0.003),
         (2, {"slip": 0.05}, 0.05 * 0.8 / 0.25 * 0.8 * 0.64 / 6.0),
         (3, {"mass_error": 0.2}, 0.0),
     ],
@@ -97,6 +102,41 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
 def test_rare_commands_need_a_margin(rate, changes, error):
     robot = dataclasses.replace(RobotParameters(), **changes)
     assert sensing_error(*NO_FAULT[:3], robot, rate) == pytest.approx(error, abs=1e-12)
+
+
+def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """By how much a driven robot is elsewhere, m, and turned otherwise, rad, than its late commands let expect."""
+    world, drive, period = World("open", (0, 0, 0), (5, 0)), DriveParameters(delay=delay), 1.0 / RATE
+    station = NavigationStation(world, robot, LidarParameters(beams=36, rate=1.0), drive=drive)
+    simulator, rng = Simulator(station), np.random.default_rng(seed)
+    context, command = simulator.get_mutable_context(), station.GetInputPort("drive.twist_command")
+    twist, wanted, sent = np.zeros(2), np.zeros(2), [np.zeros(2)] * round(delay / period)
+    poses, expected = [], []
+    command.FixValue(context, twist)
+    for k in range(600):
+        if rng.random() < 0.03:
+            wanted = rng.uniform((0.0, -robot.max_yaw_rate), (robot.max_speed, robot.max_yaw_rate))
+        simulator.AdvanceTo(k * period)
+        poses.append(station.GetOutputPort("localization.pose").Eval(context).copy())
+        expected.append(predicted_pose(poses[-1], np.array(sent), delay, period))
+        twist = limited_twist(twist, wanted, robot, period)
+        command.FixValue(context, twist)
+        sent = [*sent[1:], twist]
+    late = len(sent)
+    off = np.array(poses)[late:] - np.array(expected)[:-late]
+    return np.hypot(*off[:, :2].T), np.abs((off[:, 2] + math.pi) % (2.0 * math.pi) - math.pi)
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("model", ["starbot", "jackal"])
+def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
+    quick = {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_rate": 4.0, "max_yaw_acceleration": 10.0}
+    robot = RobotParameters(model=model, radius=0.334, **(quick if model == "jackal" else {}))
+    away, turned = late_errors(robot, delay, seed=0)
+    margin = (
+        sensing_error(*NO_FAULT[:2], DriveParameters(delay=delay), robot, RATE) + ControllerParameters().safety_margin
+    )
+    assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin
 
 
 def test_what_no_margin_can_cover_is_refused():

@@ -25,11 +25,12 @@ class CollisionMonitor(LeafSystem):
     ```
 
     Ports:
-        contact_results: abstract, `ContactResults` of the plant.
+        contact_results: abstract, `ContactResults` of the plant; point contacts and hydroelastic ones count.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
 
     The simulator stops with status "reached termination" and a message that begins with how the contact is called and
-    names both geometries. It is called struck if the robot stood and touches nothing but moving obstacles.
+    gives the identifiers of both geometries. It is called struck if the robot stood and touches nothing but moving
+    obstacles.
     """
 
     def __init__(
@@ -58,10 +59,14 @@ class CollisionMonitor(LeafSystem):
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""
         results = self._contact_results.Eval(context)
+        points = (results.point_pair_contact_info(i).point_pair() for i in range(results.num_point_pair_contacts()))
+        surfaces = (
+            results.hydroelastic_contact_info(i).contact_surface() for i in range(results.num_hydroelastic_contacts())
+        )
         found = []
-        for i in range(results.num_point_pair_contacts()):
-            pair = results.point_pair_contact_info(i).point_pair()
-            a, b = (pair.id_A, pair.id_B) if pair.id_A in self._robot else (pair.id_B, pair.id_A)
+        for a, b in [(pair.id_A, pair.id_B) for pair in points] + [(s.id_M(), s.id_N()) for s in surfaces]:
+            if b in self._robot:
+                a, b = b, a
             if a in self._robot and b not in self._robot and b not in self._ground:
                 found.append((a, b))
         return found

@@ -149,7 +149,8 @@ class LidarSensor(LeafSystem):
             self.DeclareInitializationDiscreteUpdateEvent(self._update)
             self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
             if parameters.delay > 0.0:
-                self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, parameters.delay, self._release)
+                # offset 0 where it can be: Drake may skip an event at another when rounding brings it next to one
+                self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, parameters.release_offset, self._release)
             calc, needs = self._recall, {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
         else:
             calc, needs = self._measure, {self._query_port.ticket(), self.time_ticket()}
@@ -216,7 +217,7 @@ class LidarSensor(LeafSystem):
         """Let the scan that was taken `delay` ago appear, if it arrives."""
         p = self._parameters
         index = scan_index(context.get_time() - p.delay, p.rate)
-        if not arrives(p, self._seed, index):
+        if index < 0 or not arrives(p, self._seed, index):
             return EventStatus.DidNothing()
         scan = context.get_discrete_state(self._waiting[index % len(self._waiting)]).value().copy()
         values.set_value(self._taken, scan[:TAKEN])

@@ -72,7 +72,7 @@ class PlanarLocalization(LeafSystem):
         self.DeclareInitializationDiscreteUpdateEvent(self._start)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
         if lidar.delay > 0.0:
-            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, lidar.delay, self._release)
+            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, lidar.release_offset, self._release)
         if not self._error.exact:
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
@@ -94,7 +94,7 @@ class PlanarLocalization(LeafSystem):
 
     def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
         index = scan_index(context.get_time() - self._lidar.delay, self._lidar.rate)
-        if not arrives(self._lidar, self._seed, index):
+        if index < 0 or not arrives(self._lidar, self._seed, index):
             return EventStatus.DidNothing()
         group = self._waiting[index % len(self._waiting)]
         values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())

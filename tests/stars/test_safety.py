@@ -9,6 +9,7 @@ from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import covers
 from drake_starnav.stars.safety import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
+from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, scattered, seeds, segment_distance
 
 PARAMETERS = StarParameters()
@@ -115,3 +116,17 @@ def test_no_scan_certifies_no_motion():
     star = SafetyStar.none()
     assert not star.seen
     assert not covers(star.center, star.bearing_0, star.values, 0.001, 0.0)
+
+
+def test_the_star_ends_before_the_edges_of_a_view() -> None:
+    """Or the disc would sweep what no beam has looked into: here a post beside the view, 0.45 m ahead."""
+    world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.45, -0.2, 0.05)])
+    view = {"beams": 270, "angle_min": -0.3, "angle_increment": math.radians(1.0)}
+    scan, pose = cast(world, **view), np.zeros(3)
+    assert not scan.hits.any()
+    memory = ScanMemory().remembered(scan, pose, REACH + 2.0 * SAFE, 5)
+    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH, PARAMETERS)
+    bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
+    edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
+    inside = (bearing >= edge[0]) & (bearing <= edge[1])
+    assert (star.values[~inside] == 0.0).all() and (star.values[inside] > 0.5).all()

@@ -5,6 +5,16 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddRigidHydroelasticProperties,
+    Box,
+    ProximityProperties,
+    Sphere,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
@@ -159,3 +169,25 @@ def test_ports_and_life() -> None:
     del run
     gc.collect()
     assert simulator.AdvanceTo(5.0).reason() == TOUCHED
+
+
+def test_hydroelastic_contact_is_contact() -> None:
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.001)
+    soft, rigid = ProximityProperties(), ProximityProperties()
+    AddCompliantHydroelasticProperties(0.05, 1e6, soft)
+    AddRigidHydroelasticProperties(0.05, rigid)
+    body = plant.AddRigidBody("robot", SpatialInertia.SolidSphereWithMass(1.0, 0.2))
+    robot = plant.RegisterCollisionGeometry(body, RigidTransform(), Sphere(0.2), "hull", soft)
+    wall = plant.RegisterCollisionGeometry(
+        plant.world_body(), RigidTransform([0.5, 0.0, 0.0]), Box(0.65, 1.0, 1.0), "wall", rigid
+    )
+    plant.Finalize()
+    monitor = builder.AddSystem(CollisionMonitor(robot=[robot], ground=[], period=0.01))
+    builder.Connect(plant.get_contact_results_output_port(), monitor.GetInputPort("contact_results"))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.002)
+    context = simulator.get_context()
+    results = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
+    assert (results.num_point_pair_contacts(), results.num_hydroelastic_contacts()) == (0, 1)
+    assert monitor.contacts(monitor.GetMyContextFromRoot(context)) == [(robot, wall)]
