@@ -10,6 +10,9 @@ from numba import njit
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
+RELEASE_LAG = 1e-7
+"""So much later, s: Drake may leave out a periodic event that falls together with another but for rounding."""
+
 
 @dataclass(frozen=True)
 class LidarParameters:
@@ -80,7 +83,7 @@ class LidarParameters:
 
     @property
     def release_offset(self) -> float:
-        """How long after the last multiple of the period scans appear that arrive late, s."""
+        """How long after the last multiple of the period late scans appear, s; RELEASE_LAG more in truth."""
         rest = math.fmod(self.delay, 1.0 / self.rate)
         return rest if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
 

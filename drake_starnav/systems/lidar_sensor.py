@@ -12,7 +12,7 @@ from pydrake.perception import PointCloud
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, ValueProducer
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar import LidarParameters, arrives, measure, scan_index
+from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, measure, scan_index
 from drake_starnav.raycast import Fan
 from drake_starnav.scan import LaserScan
 from drake_starnav.systems.geometry_slices import SceneSlices
@@ -149,8 +149,8 @@ class LidarSensor(LeafSystem):
             self.DeclareInitializationDiscreteUpdateEvent(self._update)
             self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
             if parameters.delay > 0.0:
-                # offset 0 where it can be: Drake may skip an event at another when rounding brings it next to one
-                self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, parameters.release_offset, self._release)
+                release = parameters.release_offset + RELEASE_LAG
+                self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, release, self._release)
             calc, needs = self._recall, {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
         else:
             calc, needs = self._measure, {self._query_port.ticket(), self.time_ticket()}

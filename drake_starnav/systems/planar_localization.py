@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.faults import LocalizationParameters, drifted, jumped
-from drake_starnav.lidar import LidarParameters, arrives, scan_index
+from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, scan_index
 from drake_starnav.planar import composed, now_in
 
 DRIFT_PERIOD = 0.02
@@ -72,7 +72,8 @@ class PlanarLocalization(LeafSystem):
         self.DeclareInitializationDiscreteUpdateEvent(self._start)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
         if lidar.delay > 0.0:
-            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, lidar.release_offset, self._release)
+            release = lidar.release_offset + RELEASE_LAG
+            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, release, self._release)
         if not self._error.exact:
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
