@@ -16,7 +16,7 @@ OBSTACLE_HEIGHT = 0.5
 WALL_THICKNESS = 0.1
 """The walls along the bounds stand outside them, m."""
 GROUND_THICKNESS = 1.0
-GROUND_BORDER = 50.0
+GROUND_BORDER = 2000.0
 """The ground reaches this far beyond the world, m."""
 MOST_LOOKS = 200
 """More convex prisms than these are shown by one mesh: each object of a recording costs about a kilobyte."""
