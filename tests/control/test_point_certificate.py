@@ -1,5 +1,6 @@
 """The theorem of the certificate against points, and what it lets through that the safety star does not."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -189,3 +190,28 @@ def test_hemmed_in_on_all_sides_it_stands():
         np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((1.0, 0.0)), hits_only(ring), PARAMETERS, ROBOT
     )
     assert (v, accepted) == (0.0, False)
+
+
+@pytest.mark.parametrize(("rate", "max_speed"), [(50.0, 0.8), (2.0, 0.8), (4.0, 2.0)])
+def test_a_move_out_of_a_pocket_is_certified_for_as_long_as_it_is_held(rate, max_speed):
+    """4 mm from a wall behind and 34 mm from one ahead."""
+    parameters, robot = dataclasses.replace(PARAMETERS, rate=rate), RobotParameters(max_speed=max_speed)
+    walls = [(x, y) for x in (-RADIUS - 0.004, RADIUS + 0.034) for y in np.linspace(-1.0, 1.0, 101)]
+    star = hits_only(walls)
+    *tried, accepted = clear_twist(
+        np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((1.0, 0.0)), star, parameters, robot
+    )
+    assert accepted == (tried[0] > 0.0)
+    needed = needed_distances(star.half_gaps, RADIUS)
+    assert least_clearance(np.zeros(3), NOWHERE, tried, 1.0 / rate, limits_array(robot), star.hits, needed) > 0.0
+    assert accepted or rate < 10.0
+
+
+@pytest.mark.parametrize(("acceleration", "turns"), [(1.0, True), (0.05, False)])
+def test_a_robot_turns_where_nothing_is_certified_only_if_it_stops_at_once(acceleration, turns):
+    robot = RobotParameters(max_acceleration=acceleration)
+    star = hits_only([(RADIUS + 0.003, 0.0), (-RADIUS - 0.003, 0.0)])
+    v, omega, accepted = clear_twist(
+        np.zeros(3), np.array((0.049, 0.0)), np.array((0.8, 2.0)), np.array((0.0, 1.0)), star, PARAMETERS, robot
+    )
+    assert (v, accepted, omega != 0.0) == (0.0, False, turns)
