@@ -306,7 +306,8 @@ def _add_certified_controller(
         builder.Connect(tracker.GetOutputPort("tracks"), controller.GetInputPort("tracks"))
     star, state = perception.GetOutputPort("safety_star"), station.GetOutputPort("localization.state")
     if scenario.localization.jump > 0.0:
-        guard = builder.AddNamedSystem("jump_guard", JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset))
+        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset, rolling=scenario.lidar.rolling)
+        guard = builder.AddNamedSystem("jump_guard", guard)
         builder.Connect(star, guard.GetInputPort("safety_star"))
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()

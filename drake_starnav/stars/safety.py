@@ -43,7 +43,7 @@ class SafetyStar:
         seen: whether `hits` are those of scans: without, they certify no motion.
         time: when the last scan was taken, s.
         reach: `hits` are all that this scan had within this distance of `center`, m; what lies farther is not known.
-        since: time of the oldest pose from which its last scan was placed, s; later than `time`: that of the scan.
+        previous: when the scan before the last was taken, s; from its pose a rolling one is placed, too.
     """
 
     center: np.ndarray
@@ -55,7 +55,7 @@ class SafetyStar:
     seen: bool = False
     time: float = -math.inf
     reach: float = math.inf
-    since: float = math.inf
+    previous: float = -math.inf
 
     def __deepcopy__(self, memo: dict) -> "SafetyStar":
         return self

@@ -22,19 +22,18 @@ class JumpGuard(LeafSystem):
         safety_star: abstract, `SafetyStar`; as output, one that certifies nothing where it lies in the frame of before.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
-    A rolling scan is placed by the pose of the scan before, too, which must also be later.
-
     The last position and the time of the last jump are discrete state, brought up to date before each command.
     """
 
-    def __init__(self, *, tolerance: float, rate: float, offset: float) -> None:
+    def __init__(self, *, tolerance: float, rate: float, offset: float, rolling: bool = False) -> None:
         """
         Args:
             tolerance: a step that differs by more than this from what the speed makes of it is a jump, m.
             rate, offset: of the watch, Hz and s: those of the controller's updates.
+            rolling: whether scans are placed by the pose of the scan before, too, which must then be later as well.
         """
         super().__init__()
-        self._period, self._tolerance = 1.0 / rate, tolerance
+        self._period, self._tolerance, self._rolling = 1.0 / rate, tolerance, rolling
         self._star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
@@ -57,5 +56,5 @@ class JumpGuard(LeafSystem):
 
     def _calc_star(self, context: Context, output: AbstractValue) -> None:
         star = self._star.Eval(context)
-        whole = min(star.time, star.since) >= self._watched(context)[2]
-        output.set_value(star if whole else SafetyStar.none())
+        placed = star.previous if self._rolling else star.time
+        output.set_value(star if placed >= self._watched(context)[2] else SafetyStar.none())

@@ -116,11 +116,10 @@ class StarPerception(LeafSystem):
         if scan.time < before.safety.time:
             before = _Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
-        controller, radius, since = self._controller, self._robot.radius, scan.time
+        controller, radius = self._controller, self._robot.radius
         with self._stopwatch.measure("scan"):
             if scan.time_increment > 0.0 and before.observation.region is not None:
-                since = before.observation.scan.time
-                scan = taken_at_once(scan, before.observation.pose, since, pose)
+                scan = taken_at_once(scan, before.observation.pose, before.observation.scan.time, pose)
             history, near = before.history, scan  # what the certificate sees
             if self._confirm is not None:
                 history = history.remembered(scan.points(pose))
@@ -139,7 +138,7 @@ class StarPerception(LeafSystem):
                 earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
                 known = earlier.remembered(near, pose, *kept)
             safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, self._planner)
-            safety = dataclasses.replace(safety, since=since)
+            safety = dataclasses.replace(safety, previous=before.safety.time)
         seen = _Perceived(Observation(region, scan, pose), safety, memory, history)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()

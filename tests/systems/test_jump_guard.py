@@ -1,7 +1,6 @@
 """After a jump only scans from after it certify motion."""
 
 import dataclasses
-import math
 
 import numpy as np
 from pydrake.common.value import Value
@@ -17,14 +16,14 @@ OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1.0), np.zeros((0, 2)), seen=Tr
 class Guarded:
     """A guard whose inputs are fixed by hand."""
 
-    def __init__(self) -> None:
-        self.system = JumpGuard(tolerance=0.02, rate=RATE, offset=0.0)
+    def __init__(self, rolling: bool = False) -> None:
+        self.system = JumpGuard(tolerance=0.02, rate=RATE, offset=0.0, rolling=rolling)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.scanned(0.0)
 
-    def scanned(self, time: float, since: float = math.inf) -> None:
-        star = dataclasses.replace(OPEN, time=time, since=since)
+    def scanned(self, time: float, previous: float = 0.0) -> None:
+        star = dataclasses.replace(OPEN, time=time, previous=previous)
         self.system.GetInputPort("safety_star").FixValue(self.context, Value(star))
 
     def certifies(self, x: float, y: float = 0.0, v: float = 0.0) -> bool:
@@ -34,8 +33,8 @@ class Guarded:
         return self.system.get_output_port().Eval(self.context).seen
 
 
-def guarded() -> Guarded:
-    guard = Guarded()
+def guarded(rolling: bool = False) -> Guarded:
+    guard = Guarded(rolling)
     guard.system.GetInputPort("state").FixValue(guard.context, np.zeros(5))
     return guard
 
@@ -57,10 +56,10 @@ def test_a_jump_withholds_the_star_until_a_later_scan() -> None:
 
 
 def test_a_rolling_scan_placed_by_a_pose_from_before_the_jump_is_withheld() -> None:
-    guard = guarded()
+    guard = guarded(rolling=True)
     assert guard.certifies(0.0)
     assert not guard.certifies(0.03)
-    guard.scanned(0.1, since=0.02)
+    guard.scanned(0.1, previous=0.02)
     assert not guard.certifies(0.03)
-    guard.scanned(0.15, since=0.1)
+    guard.scanned(0.15, previous=0.1)
     assert guard.certifies(0.03)

@@ -235,14 +235,11 @@ def test_when_time_is_set_back_another_run_begins() -> None:
     assert star.seen and star.time < late.time and len(star.hits) < len(late.hits)
 
 
-def test_a_rolling_scan_says_from_when_its_poses_are() -> None:
+def test_the_star_says_when_the_scan_before_was_taken() -> None:
     perceived = Perceived()
     perceived.see(POST)
     perceived.update()
-    assert perceived.out("safety_star").since == perceived.out("safety_star").time
-    before = perceived.out("safety_star").time
-    scan = dataclasses.replace(cast(POST, POSE), time=0.05, time_increment=1e-4, lost_beams=True)
-    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
-    perceived.update(silent=True)
-    star = perceived.out("safety_star")
-    assert star.time == 0.05 and star.since == before
+    first = perceived.out("safety_star")
+    assert first.previous == -np.inf
+    perceived.update()
+    assert perceived.out("safety_star").previous == first.time < perceived.out("safety_star").time
