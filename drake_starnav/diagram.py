@@ -26,6 +26,7 @@ from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.worlds.ends import check_free_ends
 from drake_starnav.worlds.world import World
 
 CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
@@ -95,7 +96,8 @@ def add_navigation(
     Raises:
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
             do what the scenario asks of it.
-        StarnavError: the lidar sees too little.
+        StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
+            parameters; or the builder has systems of the same names.
     """
     _check_controller(scenario)
     for name in ("goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor"):
@@ -108,6 +110,8 @@ def add_navigation(
         _check_equipment(scenario, station)
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    elif station is None:
+        check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
     rate = scenario.controller.rate
     error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot, rate)

@@ -6,15 +6,18 @@ from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 
-def check_free_ends(world: World, robot_radius: float, place: str) -> None:
+def check_free_ends(world: World, robot_radius: float, place: str, ends: tuple[str, ...] = ("start", "goal")) -> None:
     """Raise `StarnavError` if the robot touches an obstacle at the start or the goal.
 
     Args:
         world: with its obstacles.
         robot_radius: m.
         place: that the start and the goal are parameters of, for the message.
+        ends: which of the two is checked.
     """
     for name, point in (("start", world.start[:2]), ("goal", world.goal)):
+        if name not in ends:
+            continue
         obstacle, distance = nearest_obstacle(world, point)
         if distance <= robot_radius:
             raise StarnavError(
