@@ -1,7 +1,6 @@
 """The whole navigation loop as one Drake diagram."""
 
 import dataclasses
-import math
 from dataclasses import dataclass
 
 from pydrake.common.value import Value
@@ -11,6 +10,7 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from drake_starnav.baselines import known_obstacles
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.faults import sensing_error, tolerating
+from drake_starnav.promises import CERTIFIED, check_equipment, check_promises
 from drake_starnav.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment, delay_steps
@@ -29,12 +29,8 @@ from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.worlds.ends import check_free_ends
 from drake_starnav.worlds.world import World
 
-CERTIFIED: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
-"""By `controller.kind`: those that follow the planner's guidance; the others are baselines."""
-FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Least views with the certificate, rad; the wide one where the robot may go backwards, with points or movers."""
-FEWEST_BEAMS = 36
-"""Of a lidar, in a turn: between fewer of them walls are not seen as such."""
+CONTROLLERS: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
+"""By `controller.kind`, of CERTIFIED."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +95,7 @@ def add_navigation(
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
             parameters; or the builder has systems of the same names.
     """
-    _check_controller(scenario)
+    check_promises(scenario)
     for name in ("goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor"):
         if builder.HasSubsystemNamed(name):
             raise StarnavError(
@@ -107,7 +103,7 @@ def add_navigation(
                 "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
             )
     if station is not None:
-        _check_equipment(scenario, station)
+        check_equipment(scenario, station)
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     elif station is None:
@@ -151,71 +147,6 @@ def add_navigation(
     if matcher is not None:
         builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
     return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
-
-
-def _check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
-    """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
-    for section in ("lidar", "localization", "drive"):
-        has, declared = getattr(station, section), getattr(scenario, section)
-        for field in dataclasses.fields(declared):
-            value, wanted = getattr(has, field.name), getattr(declared, field.name)
-            if value != wanted:
-                raise StarnavError(
-                    f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
-                    "margins and predictions follow from it"
-                )
-
-
-def _check_controller(scenario: Scenario) -> None:
-    """Raise a `StarnavError` where the controller would not keep what its parameters promise."""
-    controller, lidar = scenario.controller, scenario.lidar
-    if scenario.planner.path == "fastest" and (controller.kind in CERTIFIED or controller.target == "short_term_goal"):
-        if controller.kind != "star":
-            raise UnsupportedError(f"planner.path is fastest with controller.kind {controller.kind}; allowed: shortest")
-        if controller.look_ahead == 0.0:
-            raise StarnavError(
-                "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
-                "planner.path shortest, or to look ahead, as by 1.5 m"
-            )
-    if controller.kind not in CERTIFIED:
-        return
-    reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
-    if lidar.range_max <= reach:
-        raise StarnavError(
-            f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
-            "that sees farther than the robot reaches"
-        )
-    moving = scenario.movers.max_speed > 0.0
-    view = WIDE_VIEW if moving or controller.certified_by == "points" else FRONT_VIEW
-    turns = 2.0 * math.pi * round(0.5 * (lidar.angle_min + lidar.angle_max) / (2.0 * math.pi))
-    least = min(turns - lidar.angle_min, lidar.angle_max - turns)
-    full = lidar.beams * lidar.angle_increment > 2.0 * math.pi - 1e-6
-    if controller.certificate and not full and least < 0.5 * view - 1e-6:
-        raise StarnavError(
-            f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} with controller.certificate; "
-            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
-            "what no beam has looked at is not certified"
-        )
-    robot, stopping = scenario.robot, scenario.robot.max_speed / scenario.robot.max_acceleration
-    needed = reach + 0.5 * robot.max_speed * stopping
-    needed += scenario.movers.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
-    if controller.certificate and moving and lidar.range_max < needed:
-        raise StarnavError(
-            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {scenario.movers.max_speed:g} "
-            f"m/s; allowed: at least {needed:.3g} m, as they come that far while the robot brakes"
-        )
-    if controller.certificate and lidar.angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
-        raise StarnavError(
-            f"lidar.beams is {lidar.beams}, one every {math.degrees(lidar.angle_increment):.3g} degrees, with "
-            f"controller.certificate; allowed: at least {FEWEST_BEAMS} a turn"
-        )
-    if controller.kind == "mpc":
-        for name, value, allowed in (
-            ("controller.certified_by", controller.certified_by, "star"),
-            ("robot.speed_per_clearance", scenario.robot.speed_per_clearance, 0.0),
-        ):
-            if value != allowed:
-                raise UnsupportedError(f"{name} is {value} with controller.kind mpc; allowed: {allowed}")
 
 
 def _add_planning(
@@ -297,7 +228,7 @@ def _add_certified_controller(
     delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
     controller = builder.AddNamedSystem(
         "controller",
-        CERTIFIED[scenario.controller.kind](
+        CONTROLLERS[scenario.controller.kind](
             scenario.robot,
             scenario.controller,
             offset=offset,

@@ -32,7 +32,7 @@ BASE = "errors parameters files console"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 METHOD = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
-LOOP = f"{SETUP} systems station diagram recording"
+LOOP = f"{SETUP} systems station promises diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
 EVERYTHING = f"{TOP} benchmark report"
 ARRAYS = "numpy scipy numba"
@@ -72,7 +72,8 @@ TABLE = {
     "scenario": Room(f"{METHOD} drawing faults", "numpy yaml"),
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),
-    "diagram": Room(f"{SETUP} systems station", DRAKE),
+    "promises": Room(f"{SETUP} systems station"),
+    "diagram": Room(f"{SETUP} systems station promises", DRAKE),
     "recording": Room(f"{SETUP} systems station diagram", f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "world_figure": Room(LOOP, "numpy matplotlib pydrake"),
     "simulation": Room(LOOP, DRAKE),

@@ -13,6 +13,8 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.station import NavigationStation
 from drake_starnav.worlds.world import World
 
+SHELL = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
 
 def standing(robot: RobotParameters) -> NavigationStation:
     """A station in which the robot stands in the open."""
@@ -95,9 +97,7 @@ def test_a_third_actuator_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, reach: str) -> None:
-    (tmp_path / "shell.obj").write_text(
-        "v 0 0 0\nv 0.5 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
+    (tmp_path / "shell.obj").write_text(SHELL.replace("v 0.1 0 0", "v 0.5 0 0"))
     path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shape)
     with pytest.raises(StarnavError, match=f"robot.radius is 0.25 m, and link base_link .* reaches {reach} m"):
         standing(RobotParameters(model=path))
@@ -121,9 +121,7 @@ def test_the_order_of_the_wheels_does_not_matter(tmp_path: Path) -> None:
 @pytest.mark.parametrize("package", ["mine", "other"])
 def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str, monkeypatch) -> None:
     (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
-    (tmp_path / "shell.obj").write_text(
-        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
+    (tmp_path / "shell.obj").write_text(SHELL)
     shell = f'<mesh filename="package://{package}/shell.obj"/>'
     path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', shell)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
@@ -136,9 +134,7 @@ def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str,
 
 @pytest.mark.parametrize("mass_error", [0.0, 0.2])
 def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: float) -> None:
-    (tmp_path / "shell.obj").write_text(
-        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
+    (tmp_path / "shell.obj").write_text(SHELL)
     path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', '<mesh filename="shell.obj"/>')
     robot = RobotParameters(model=path, mass_error=mass_error)
     inspector = standing(robot).scene_graph.model_inspector()

@@ -1,0 +1,100 @@
+"""What is refused before anything is wired: parameters with which promises would not be kept."""
+
+import dataclasses
+import math
+
+from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.scenario import Scenario
+from drake_starnav.station import NavigationStation, RobotEquipment
+
+CERTIFIED = ("star", "mpc")
+"""Kinds of controllers that follow the planner's guidance and can certify; the others are baselines."""
+FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
+"""Least views with the certificate, rad; the wide one where the robot may go backwards, with points or movers."""
+FEWEST_BEAMS = 36
+"""Of a lidar, in a turn: between fewer of them walls are not seen as such."""
+
+
+def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
+    """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
+    for section in ("lidar", "localization", "drive"):
+        has, declared = getattr(station, section), getattr(scenario, section)
+        for field in dataclasses.fields(declared):
+            value, wanted = getattr(has, field.name), getattr(declared, field.name)
+            if value != wanted:
+                raise StarnavError(
+                    f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
+                    "margins and predictions follow from it"
+                )
+
+
+def check_promises(scenario: Scenario) -> None:
+    """Raise a `StarnavError` where the controller would not keep what its parameters promise."""
+    controller, lidar = scenario.controller, scenario.lidar
+    _check_path(scenario)
+    if controller.kind not in CERTIFIED:
+        return
+    reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
+    if lidar.range_max <= reach:
+        raise StarnavError(
+            f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
+            "that sees farther than the robot reaches"
+        )
+    if controller.certificate:
+        _check_view(scenario)
+        _check_range(scenario, reach)
+    if controller.kind == "mpc":
+        for name, value, allowed in (
+            ("controller.certified_by", controller.certified_by, "star"),
+            ("robot.speed_per_clearance", scenario.robot.speed_per_clearance, 0.0),
+        ):
+            if value != allowed:
+                raise UnsupportedError(f"{name} is {value} with controller.kind mpc; allowed: {allowed}")
+
+
+def _check_path(scenario: Scenario) -> None:
+    controller = scenario.controller
+    planned = controller.kind in CERTIFIED or controller.target == "short_term_goal"
+    if scenario.planner.path != "fastest" or not planned:
+        return
+    if controller.kind != "star":
+        raise UnsupportedError(f"planner.path is fastest with controller.kind {controller.kind}; allowed: shortest")
+    if controller.look_ahead == 0.0:
+        raise StarnavError(
+            "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
+            "planner.path shortest, or to look ahead, as by 1.5 m"
+        )
+
+
+def _check_view(scenario: Scenario) -> None:
+    """What the certificate asks of where the beams look."""
+    lidar = scenario.lidar
+    backwards = scenario.movers.max_speed > 0.0 or scenario.controller.certified_by == "points"
+    view = WIDE_VIEW if backwards else FRONT_VIEW
+    turns = 2.0 * math.pi * round(0.5 * (lidar.angle_min + lidar.angle_max) / (2.0 * math.pi))
+    least = min(turns - lidar.angle_min, lidar.angle_max - turns)
+    all_around = lidar.beams * lidar.angle_increment > 2.0 * math.pi - 1e-6
+    if not all_around and least < 0.5 * view - 1e-6:
+        raise StarnavError(
+            f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} with controller.certificate; "
+            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
+            "what no beam has looked at is not certified"
+        )
+    if lidar.angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
+        raise StarnavError(
+            f"lidar.beams is {lidar.beams}, one every {math.degrees(lidar.angle_increment):.3g} degrees, with "
+            f"controller.certificate; allowed: at least {FEWEST_BEAMS} a turn"
+        )
+
+
+def _check_range(scenario: Scenario, reach: float) -> None:
+    """The certificate in time must see what comes while the robot brakes; `reach` with its margin, m."""
+    robot, lidar, movers = scenario.robot, scenario.lidar, scenario.movers
+    stopping = robot.max_speed / robot.max_acceleration
+    needed = reach + 0.5 * robot.max_speed * stopping
+    needed += movers.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
+    if movers.max_speed > 0.0 and lidar.range_max < needed:
+        raise StarnavError(
+            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {movers.max_speed:g} m/s; "
+            f"allowed: at least {needed:.3g} m, as they come that far while the robot brakes"
+        )
