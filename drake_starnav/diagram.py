@@ -31,6 +31,10 @@ from drake_starnav.worlds.world import World
 
 CONTROLLERS: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
 """By `controller.kind`, of CERTIFIED."""
+SYSTEMS = (
+    "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
+)  # fmt: skip
+"""Names that `add_navigation` gives, beside the station's."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,7 @@ def add_navigation(
             parameters; or the builder has systems of the same names.
     """
     check_promises(scenario)
-    for name in ("goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor"):
+    for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name):
             raise StarnavError(
                 f"the builder has a system named {name} already; allowed: one navigation a builder, without systems of "

@@ -58,6 +58,7 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
         ('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>', "joints .* lie at x -0.02, 0, y 0.16, -0.16 m"),
         ('<origin xyz="0 -0.16 0"/>', '<origin xyz="0 -0.1 0"/>', "joints .* lie at x 0, 0, y 0.16, -0.1 m"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joint left_wheel turns about 0 -1 0"),
+        ('type="continuous"', 'type="prismatic"', "joint left_wheel is a PrismaticJoint"),
     ],
 )
 def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -30,7 +30,7 @@ def run_batch(
         seed: of the batch; see `trial_seed`.
         pool: where they run.
         file: where to keep the records, and which trials are done; None to keep none.
-        quiet: neither show progress nor name the trials that fail, and the first that cannot be tried of each case.
+        quiet: neither show progress nor name the trials that fail or, of each case, the first that cannot be tried.
         title: of the progress bar and of what is said about failed trials.
 
     Raises:

@@ -79,7 +79,7 @@ def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, sampl
     return BearingHits(*_scan_to_bearings(distance, half_gap, scan.range_max, scan.angle_increment, samples))
 
 
-def free_limit(scan: LaserScan, samples: int, looked: float, radius: float) -> np.ndarray:
+def free_limit(scan: LaserScan, samples: int, looked: float, radius: float, side: float = 0.0) -> np.ndarray:
     """How far the centre of a disc could move at most at each bearing and still end in what was seen, shape (M,), m.
 
     Args:
@@ -87,9 +87,13 @@ def free_limit(scan: LaserScan, samples: int, looked: float, radius: float) -> n
         samples: M.
         looked: how far the scan looked, m.
         radius: of the disc with its margin, m.
+        side: bearings nearer than this to an edge of the field of view count as outside, rad.
     """
-    view = 2.0 * math.pi if scan.full_circle else scan.angle_increment * (len(scan.ranges) - 1) + 1e-9
-    return _limit(samples, view, max(looked - radius, 0.0))
+    if scan.full_circle:
+        first, last = 0.0, 2.0 * math.pi
+    else:
+        first, last = side, scan.angle_increment * (len(scan.ranges) - 1) + 1e-9 - side
+    return _limit(samples, first, last, max(looked - radius, 0.0))
 
 
 def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray:
@@ -144,9 +148,10 @@ def _tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=16)
-def _limit(samples: int, view: float, most: float) -> np.ndarray:
-    """`most` at the bearings up to `view`, else 0."""
-    limit = np.where(2.0 * math.pi / samples * np.arange(samples) <= view, most, 0.0)
+def _limit(samples: int, first: float, last: float, most: float) -> np.ndarray:
+    """`most` at the bearings from `first` to `last`, else 0."""
+    bearing = 2.0 * math.pi / samples * np.arange(samples)
+    limit = np.where((bearing >= first) & (bearing <= last), most, 0.0)
     limit.flags.writeable = False
     return limit
 

@@ -144,11 +144,7 @@ def safety_star(
         edge = scan.points_at(np.maximum(scan.distances, NEAREST), bounded, pose)
         points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     hits = point_hits(points, gaps, center, bearing_0, within, samples)
-    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius)
-    if not scan.full_circle:
-        bearing = 2.0 * math.pi / samples * np.arange(samples)
-        view = scan.angle_max - scan.angle_min
-        limit = np.where((bearing >= BLIND_SIDE) & (bearing <= view - BLIND_SIDE), limit, 0.0)
+    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius, BLIND_SIDE)
     near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
     near_hits = scan.points_at(distance, near, pose)
     values = eroded_range(hits, radius, sight_limit(scan, limit, radius))

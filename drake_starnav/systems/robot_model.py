@@ -11,7 +11,7 @@ from pydrake.geometry import Box, Capsule, Cylinder, GeometryId, SceneGraph, Sce
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
+from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains, RevoluteJoint
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.models import model_path
@@ -24,12 +24,8 @@ HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
-LIDAR_TOLERANCE = 1e-3
-"""Of where a model's lidar is, m and rad: poses of the robot are taken for those of its sensor."""
-AXLE_TOLERANCE = 1e-3
-"""Of where the wheels are and of their radii, m, and of their axes."""
-REACH_TOLERANCE = 1e-3
-"""Of `robot.radius`, m."""
+TOLERANCE = 1e-3
+"""Of where a model's lidar and wheels are, how they are turned, its wheels' radii and `robot.radius`, m and rad."""
 
 
 def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
@@ -142,7 +138,7 @@ def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
                 raise StarnavError(f"robot model {path} has no {kind} {name}; allowed: {kind} {', '.join(names)}")
     X_BL = plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame()
     x, y, _ = X_BL.translation()
-    if math.hypot(x, y) > LIDAR_TOLERANCE or not X_BL.rotation().IsNearlyIdentity(LIDAR_TOLERANCE):
+    if math.hypot(x, y) > TOLERANCE or not X_BL.rotation().IsNearlyIdentity(TOLERANCE):
         roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector()
         raise StarnavError(
             f"robot model {path}: frame lidar lies at x {x:g}, y {y:g} m of base_link, turned by roll {roll:g}, pitch "
@@ -170,18 +166,21 @@ def _check_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
     """Raise a `StarnavError` if the wheels do not turn the robot about base_link's z axis as they are told to."""
     places, radii = _axles(plant, model), _wheel_radii(plant, scene_graph, model)
     (left_x, left_y), (right_x, right_y) = (place[:2] for place in places)
-    if max(abs(left_x), abs(right_x), abs(left_y + right_y)) > AXLE_TOLERANCE or left_y <= right_y:
+    if max(abs(left_x), abs(right_x), abs(left_y + right_y)) > TOLERANCE or left_y <= right_y:
         raise StarnavError(
             f"robot model {path}: joints {', '.join(WHEELS)} lie at x {left_x:g}, {right_x:g}, y {left_y:g}, "
             f"{right_y:g} m of base_link; allowed: at x 0 and as far to the left (y > 0) as to the right, since the "
             "robot turns about its axis"
         )
-    if abs(radii[0] - radii[1]) > AXLE_TOLERANCE:
+    if abs(radii[0] - radii[1]) > TOLERANCE:
         raise StarnavError(f"robot model {path}: wheels have radii {radii[0]:g}, {radii[1]:g} m; allowed: the same")
     for name in WHEELS:
         joint = plant.GetJointByName(name, model)
+        if not isinstance(joint, RevoluteJoint):
+            kind = type(joint).__name__.split("_")[0]
+            raise StarnavError(f"robot model {path}: joint {name} is a {kind}; allowed: continuous or revolute")
         axis = joint.frame_on_parent().GetFixedPoseInBodyFrame().rotation() @ joint.revolute_axis()
-        if axis[1] < 1.0 - AXLE_TOLERANCE:
+        if axis[1] < 1.0 - TOLERANCE:
             x, y, z = (round(float(value), 3) for value in axis)
             raise StarnavError(
                 f"robot model {path}: joint {name} turns about {x:g} {y:g} {z:g} of base_link; allowed: 0 1 0, about "
@@ -207,7 +206,7 @@ def _check_reach(
         for geometry in plant.GetCollisionGeometriesForBody(body):
             points, grown = _outline(inspector, geometry)
             reach = float(np.hypot(*((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[:2]).max()) + grown
-            if reach > radius + REACH_TOLERANCE:
+            if reach > radius + TOLERANCE:
                 raise StarnavError(
                     f"robot.radius is {radius:g} m, and link {body.name()} of robot model {path} reaches {reach:.3f} m "
                     "from the robot's axis; allowed: a radius that holds all of the robot"
