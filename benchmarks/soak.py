@@ -26,7 +26,8 @@ from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.simulation import add_collision_monitor, omniscient_path
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.worlds import clearance, make_world
+from drake_starnav.systems.model_world import make_world_with_footprints
+from drake_starnav.worlds import clearance
 from drake_starnav.worlds.world import World
 
 STEP = 0.5
@@ -73,7 +74,7 @@ class Soak:
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         self.scenario = scenario
-        self.world = make_world(scenario.world, seed, scenario.robot.radius)
+        self.world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
         self.stopwatch = Stopwatch()
         builder = DiagramBuilder()
         self.navigation: Navigation = add_navigation(

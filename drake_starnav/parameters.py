@@ -9,7 +9,10 @@ import difflib
 import math
 import typing
 from collections.abc import Iterable
+from functools import cache
 from typing import Any
+
+import numpy as np
 
 from drake_starnav.errors import StarnavError
 
@@ -73,27 +76,39 @@ def is_finite(value: float) -> bool:
 
 
 def check_parameters(parameters: Any, place: str) -> None:
-    """Raise `StarnavError` for the first value out of its declared limits.
+    """Raise `StarnavError` for the first value of a wrong type or out of its declared limits.
+
+    NumPy's scalars become Python's, and whole numbers floats where these are asked for.
 
     Args:
         parameters: an instance of a dataclass whose fields were made by `parameter`.
         place: dotted name of the instance for the message, e.g. "lidar".
     """
+    kinds = _kinds(type(parameters))
     for field in dataclasses.fields(parameters):
-        value = getattr(parameters, field.name)
         meta = field.metadata
         if not meta:
             continue
-        good = True
-        if meta.get("choices"):
-            good = value in meta["choices"]
-        elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            good = is_finite(value) and (field.type not in (int, "int") or isinstance(value, int))
+        given = getattr(parameters, field.name)
+        try:
+            value = convert(given.item() if isinstance(given, np.generic) else given, kinds[field.name], place)
+            good = not meta.get("choices") or value in meta["choices"]
+        except StarnavError:
+            value, good = given, False
+        if good and isinstance(value, (int, float)) and not isinstance(value, bool):
+            good = is_finite(value)
             good = good and not (meta.get("low") is not None and value < meta["low"])
             good = good and not (meta.get("high") is not None and value > meta["high"])
             good = good and not (meta.get("above") is not None and value <= meta["above"])
         if not good:
-            raise StarnavError(f"{place}.{field.name} is {value!r}; allowed: {allowed_text(field)}")
+            raise StarnavError(f"{place}.{field.name} is {given!r}; allowed: {allowed_text(field)}")
+        object.__setattr__(parameters, field.name, value)
+
+
+@cache
+def _kinds(cls: type) -> dict[str, Any]:
+    """The type of each field of a dataclass."""
+    return typing.get_type_hints(cls)
 
 
 def convert(value: Any, kind: Any, place: str) -> Any:
@@ -128,7 +143,7 @@ def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
         mapping = {}
     if not isinstance(mapping, dict):
         raise StarnavError(f"{place} is {mapping!r}; allowed: a mapping of {', '.join(_names(cls))}")
-    kinds = typing.get_type_hints(cls)
+    kinds = _kinds(cls)
     values = {}
     for key, value in mapping.items():
         if key not in _names(cls):

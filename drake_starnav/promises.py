@@ -6,6 +6,7 @@ import math
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment
+from drake_starnav.systems.robot_model import TOLERANCE
 
 CERTIFIED = ("star", "mpc")
 """Kinds of controllers that follow the planner's guidance and can certify; the others are baselines."""
@@ -26,6 +27,17 @@ def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipm
                     f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
                     "margins and predictions follow from it"
                 )
+    step, radius = scenario.simulation.time_step, scenario.robot.radius
+    if station.time_step != step:
+        raise StarnavError(
+            f"the station has time_step {station.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
+            "allowed: the same"
+        )
+    if station.reach > radius + TOLERANCE:
+        raise StarnavError(
+            f"robot.radius is {radius:g} m, and the station's robot reaches {station.reach:.3f} m from its axis; "
+            "allowed: a radius that holds all of the robot"
+        )
 
 
 def check_promises(scenario: Scenario) -> None:

@@ -14,14 +14,14 @@ from drake_starnav.benchmark.trial_file import read_trials
 from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_writable
-from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scenario, scenario_names
+from drake_starnav.scenario import METHODS, Scenario, in_world, load_scenario, parse_scenario, scenario_names
 
 if TYPE_CHECKING:
     from drake_starnav.recording.browser import BrowserCamera
     from drake_starnav.recording.film import Film
     from drake_starnav.recording.plot import PlotCamera
 
-TRIAL_SUFFIXES = (".json", ".jsonl")
+TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
 """Of files that hold trials; everything else is a scenario."""
 SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
 """What a file with a single trial must have; `text`, the scenario, may be there too."""
@@ -135,7 +135,7 @@ def chosen_run(options: argparse.Namespace) -> Run:
     if options.compare and len(set(options.compare)) < len(options.compare):
         raise StarnavError(f"--compare is {' '.join(options.compare)}; allowed: each method once")
     path = Path(options.run)
-    if path.suffix not in TRIAL_SUFFIXES:
+    if not path.name.endswith(TRIAL_SUFFIXES):
         if options.line is not None:
             raise StarnavError(f"--line {options.line} with scenario {options.run}; allowed: with a file of trials")
         methods = options.compare or [options.method or "star"]
@@ -148,7 +148,7 @@ def chosen_run(options: argparse.Namespace) -> Run:
     trial = read_trial(path, options.line)
     method, name, text = trial["method"], trial["scenario"], trial.get("text")
     scenario = parse_scenario(text, name=name, method=method) if text else load_scenario(name, method=method)
-    return Run({method: scenario}, trial["seed"], trial.get("state_hash"))
+    return Run({method: in_world(scenario, trial.get("world"))}, trial["seed"], trial.get("state_hash"))
 
 
 def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = 
 
     The lidar is taken to be mounted on the robot's axis and turned as its base, and odometry's frame is W. Between two
     odometry messages the pose is interpolated; scans before the first or after the last one are left out. A range that
-    is NaN (REP-117: invalid) counts as no return, as do the zeros that some drivers write instead.
+    is NaN or 0, as some drivers write it, is a lost beam, which says nothing.
 
     Args:
         path: the bag's folder or file.

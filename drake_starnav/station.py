@@ -16,7 +16,7 @@ from drake_starnav.systems.lidar_sensor import LidarSensor
 from drake_starnav.systems.model_world import add_model, drop_half_spaces, floor_geometries
 from drake_starnav.systems.mover_bodies import add_mover_drive, add_movers
 from drake_starnav.systems.planar_localization import PlanarLocalization
-from drake_starnav.systems.robot_model import add_robot, drive_geometry
+from drake_starnav.systems.robot_model import add_robot, drive_geometry, robot_reach
 from drake_starnav.systems.wheel_slip import WheelSlip
 from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.world_geometry import add_ground, add_world
@@ -72,6 +72,7 @@ class RobotEquipment(Diagram):
         super().__init__()
         drive = drive or DriveParameters()
         self.lidar, self.localization, self.drive = lidar, localization or LocalizationParameters(), drive
+        self.time_step, self.reach = time_step, robot_reach(plant, scene_graph, model)[0]
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
@@ -185,6 +186,7 @@ class NavigationStation(Diagram):
             ),
         )
         self.lidar, self.localization, self.drive = equipment.lidar, equipment.localization, equipment.drive
+        self.time_step, self.reach = equipment.time_step, equipment.reach
         self.robot_geometries = equipment.robot_geometries
         self.mover_geometries = add_mover_drive(builder, plant, world.movers)
         robot_state = plant.get_state_output_port(self.robot_model)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import gc
+import re
 
 import numpy as np
 import pytest
@@ -145,6 +146,20 @@ def test_a_station_made_with_other_parameters_is_refused(section: str, name: str
     station = builder.AddNamedSystem("station", NavigationStation(world, scenario.robot, **parts))
     with pytest.raises(StarnavError, match=words):
         add_navigation(builder, scenario, world=world, station=station)
+
+
+def test_a_station_of_a_larger_robot_or_with_another_step_is_refused() -> None:
+    scenario = posts()
+    large = dataclasses.replace(scenario.robot, radius=scenario.robot.radius + 0.1)
+    for robot, step, words in (
+        (large, 0.005, "robot.radius is 0.25 m, and the station's robot reaches 0.350 m from its axis; allowed: "),
+        (scenario.robot, 0.004, "the station has time_step 0.004 s, the scenario's simulation.time_step is 0.005 s"),
+    ):
+        builder = DiagramBuilder()
+        world = make_world(scenario.world, 0, robot.radius)
+        station = NavigationStation(world, robot, scenario.lidar, time_step=step)
+        with pytest.raises(StarnavError, match=re.escape(words)):
+            add_navigation(builder, scenario, world=world, station=builder.AddNamedSystem("station", station))
 
 
 def test_two_navigations_in_one_builder_are_refused() -> None:

@@ -1,6 +1,7 @@
 import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -103,6 +104,25 @@ def test_missing_keys_come_from_the_base_or_the_defaults():
     assert build(Example, None, "example") == Example()
     with pytest.raises(StarnavError, match=r"example\.speed is 3"):
         build(Example, {}, "example", Example(speed=3.0))
+
+
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("count", np.int64(0)), ("speed", np.float32(3.0)), ("speed", None), ("share", "0.25"), ("active", "no"),
+        ("count", np.float64(2.0)), ("name", 3),
+    ],
+)  # fmt: skip
+def test_values_given_in_python_are_checked_like_those_of_files(name, value):
+    with pytest.raises(StarnavError, match=rf"example\.{name} is .*; allowed: "):
+        check_parameters(Example(**{name: value}), "example")
+
+
+def test_scalars_of_numpy_become_those_of_python():
+    example = Example(speed=np.float64(1.5), share=1, count=np.int64(2), active=np.bool_(False))
+    check_parameters(example, "example")
+    assert example == Example(speed=1.5, share=1.0, count=2, active=False)
+    assert [type(getattr(example, name)) for name in ("speed", "share", "count", "active")] == [float, float, int, bool]
 
 
 def test_fields_that_are_no_parameters_are_not_checked():

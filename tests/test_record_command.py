@@ -1,6 +1,8 @@
 """The command `record` as a person meets it: what it repeats, what it writes, what it says."""
 
+import argparse
 import json
+import lzma
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from drake_starnav import record_command
 from drake_starnav.benchmark import make_cases, make_header
 from drake_starnav.command_line import benchmark, simulate
 from drake_starnav.errors import StarnavError
-from drake_starnav.record_command import read_trial, record
+from drake_starnav.record_command import chosen_run, read_trial, record
 from drake_starnav.recording.browser import browser_missing
 from tests.report.trials import record as trial_record
 
@@ -48,6 +50,18 @@ def test_a_trial_is_repeated_with_its_own_settings(scenario, capsys) -> None:
     text = Path("again.html").read_text(encoding="utf-8")
     assert "method star_paper, seed 5" in text and "trail, 0 to 0.4 m/s" in text
     assert capsys.readouterr().err == ""
+
+
+def test_a_trial_in_a_numbered_world_is_repeated_in_that_world(tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl"
+    few = ["--set", "simulation.timeout=0.1", "--jobs", "1", "--quiet"]
+    assert benchmark(["barn", "--worlds", "2,5", *few, "--json", str(path)]) == 0
+    with lzma.open(packed := tmp_path / "trials.jsonl.xz", "wb") as file:
+        file.write(path.read_bytes())
+    for kept in (path, packed):
+        for line, world in ((2, 2), (3, 5)):
+            arguments = argparse.Namespace(run=str(kept), line=line, method=None, seed=None, overrides=[], compare=None)
+            assert chosen_run(arguments).scenarios["star"].world.id == world
 
 
 def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:

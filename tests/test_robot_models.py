@@ -94,6 +94,7 @@ def test_a_third_actuator_is_refused(tmp_path: Path) -> None:
         ('<cylinder radius="0.28" length="0.1"/>', "0.280"),
         ('<sphere radius="0.27"/>', "0.270"),
         ('<drake:capsule radius="0.26" length="0.1"/>', "0.260"),
+        ('<drake:ellipsoid a="0.3" b="0.1" c="0.1"/>', "0.30."),
         ('<mesh filename="shell.obj"/>', "0.500"),
     ],
 )
@@ -101,6 +102,12 @@ def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, r
     (tmp_path / "shell.obj").write_text(SHELL.replace("v 0.1 0 0", "v 0.5 0 0"))
     path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shape)
     with pytest.raises(StarnavError, match=f"robot.radius is 0.25 m, and link base_link .* reaches {reach} m"):
+        standing(RobotParameters(model=path))
+
+
+def test_a_robot_without_an_end_is_refused(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', "<plane/>")
+    with pytest.raises(StarnavError, match="is a HalfSpace; allowed: a solid shape|cannot be read"):
         standing(RobotParameters(model=path))
 
 

@@ -1,13 +1,13 @@
 """One trial as text and numbers, which any process on any machine can run."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError, UnsupportedError
-from drake_starnav.scenario import load_scenario, parse_scenario, scenario_text
+from drake_starnav.scenario import in_world, load_scenario, parse_scenario, scenario_text
 
 Record = dict[str, Any]
 """A finished trial as it stands in a file: the fields of a `Trial` and its number."""
@@ -124,8 +124,7 @@ def run_job(job: Job) -> Record:
 
     try:
         scenario = parse_scenario(job.case.text, name=job.case.scenario, method=job.case.method)
-        if job.in_world:
-            scenario = replace(scenario, world=replace(scenario.world, id=job.trial))
+        scenario = in_world(scenario, job.trial if job.in_world else None)
         trial = run_trial(scenario, method=job.case.method, seed=job.seed)
     except UnsupportedError as error:
         return {**error_record(job, str(error)), "outcome": "unsupported"}

@@ -48,7 +48,7 @@ class Summary:
         path_mean, path_median, path_p95: path over the omniscient shortest one, where the goal was reached.
         time_s: mean time where the goal was reached.
         speed_mps: total path over total time where the goal was reached.
-        score: mean where a benchmark scores the trials; one that could not be run counts as 0.
+        score: mean where a benchmark scored any of the trials, in which those that could not be run count as 0.
         clearance_m: the least of all trials.
         command_p50_s, command_p99_s, scan_p50_s, plan_p50_s: medians over the trials of each one's percentile.
         wall_ratio: wall-clock time over simulated time.

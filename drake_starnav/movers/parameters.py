@@ -46,7 +46,7 @@ class MoverParameters:
     static_after: float = parameter(
         2.0, "time after which what has stayed in its place counts as standing", unit="s", above=0.0, high=60.0
     )
-    cell: float = parameter(0.05, "cell of the grid that tells what moves", unit="m", above=0.0, high=0.5)
+    cell: float = parameter(0.05, "cell of the grid that tells what moves", unit="m", low=0.01, high=0.5)
     agility: float = parameter(
         0.7, "random change of velocity that the tracker expects, per root of time", unit="m/s/sqrt(s)", above=0.0
     )

@@ -14,7 +14,7 @@ from drake_starnav.drawing import MOVERS
 from drake_starnav.errors import StarnavError
 from drake_starnav.report.intervals import ratio_interval
 from drake_starnav.report.results import Results
-from drake_starnav.worlds import World, make_world
+from drake_starnav.worlds import World
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -263,8 +263,10 @@ def _legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> 
 
 
 def _world(results: Results, record: Record) -> World:
+    from drake_starnav.systems.model_world import make_world_with_footprints  # late: it loads Drake
+
     scenario = results.scenario(record)
-    return make_world(scenario.world, record["seed"], scenario.robot.radius)
+    return make_world_with_footprints(scenario.world, record["seed"], scenario.robot.radius)
 
 
 def draw_world(axes: "Axes", world: World) -> None:

@@ -2,14 +2,14 @@
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.trial_file import Header, read_trials, record_key
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import Scenario, parse_scenario, scenario_names
+from drake_starnav.scenario import Scenario, in_world, parse_scenario, scenario_names
 
 RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
 
@@ -53,10 +53,7 @@ class Results:
     def scenario(self, record: Record) -> Scenario:
         """The scenario that a record is of."""
         name, method = record["scenario"], record["method"]
-        scenario = parse_scenario(self.texts[name, method], name=name, method=method)
-        if "world" in record:  # the trial's own of a numbered kind
-            scenario = replace(scenario, world=replace(scenario.world, id=record["world"]))
-        return scenario
+        return in_world(parse_scenario(self.texts[name, method], name=name, method=method), record.get("world"))
 
     def commands(self) -> list[str]:
         """What runs the same trials, one line for each file."""

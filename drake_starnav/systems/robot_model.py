@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Cylinder, GeometryId, SceneGraph, SceneGraphInspector, Sphere
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, GeometryId, SceneGraph, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -16,6 +16,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains, Revolu
 from drake_starnav.errors import StarnavError
 from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
+from drake_starnav.worlds.footprints import ball_vertices
 
 WHEELS = ("left_wheel", "right_wheel")
 """Names of the joints, links and actuators that a robot model must have besides `base_link` and frame `lidar`."""
@@ -115,7 +116,12 @@ def add_robot(
             f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"
         ) from None
     _check_robot(plant, scene_graph, model, path)
-    _check_reach(plant, scene_graph, model, path, robot.radius)
+    reach, link = robot_reach(plant, scene_graph, model)
+    if reach > robot.radius + TOLERANCE:
+        raise StarnavError(
+            f"robot.radius is {robot.radius:g} m, and link {link} of robot model {path} reaches {reach:.3f} m "
+            "from the robot's axis; allowed: a radius that holds all of the robot"
+        )
     for wheel in WHEELS:
         plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
     base = plant.GetBodyByName("base_link", model)
@@ -188,10 +194,8 @@ def _check_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
             )
 
 
-def _check_reach(
-    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, path: str, radius: float
-) -> None:
-    """Raise a `StarnavError` if a link collides farther from base_link's z axis than `radius`, m."""
+def robot_reach(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> tuple[float, str]:
+    """How far from base_link's z axis a robot collides, m, and its link that reaches there."""
     base = plant.GetBodyByName("base_link", model).index()
     poses, joints = {base: RigidTransform()}, [plant.get_joint(index) for index in plant.GetJointIndices(model)]
     for _ in joints:  # each round knows the links one joint farther from the base
@@ -200,17 +204,14 @@ def _check_reach(
             if parent in poses and child not in poses:
                 X_PF, X_CM = (f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child()))
                 poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
-    inspector = scene_graph.model_inspector()
+    inspector, reaches = scene_graph.model_inspector(), [(0.0, "base_link")]
     for index, X_BL in poses.items():
         body = plant.get_body(index)
         for geometry in plant.GetCollisionGeometriesForBody(body):
             points, grown = _outline(inspector, geometry)
             reach = float(np.hypot(*((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[:2]).max()) + grown
-            if reach > radius + TOLERANCE:
-                raise StarnavError(
-                    f"robot.radius is {radius:g} m, and link {body.name()} of robot model {path} reaches {reach:.3f} m "
-                    "from the robot's axis; allowed: a radius that holds all of the robot"
-                )
+            reaches.append((reach, body.name()))
+    return max(reaches)
 
 
 def _outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, float]:
@@ -227,9 +228,13 @@ def _outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.n
         return np.hstack((np.vstack((rim, half)), np.vstack((rim, -half)))), 0.0
     if isinstance(shape, Box):
         return 0.5 * shape.size()[:, None] * np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T, 0.0
+    if isinstance(shape, Ellipsoid):
+        return ball_vertices(np.array((shape.a(), shape.b(), shape.c()))).T, 0.0
     hull = inspector.GetConvexHull(geometry)
-    if hull is None:  # an ellipsoid, say: its middle is all that is looked at
-        return np.zeros((3, 1)), 0.0
+    if hull is None:
+        raise StarnavError(
+            f"geometry {inspector.GetName(geometry)} is a {type(shape).__name__}; allowed: a solid shape"
+        )
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
 
 

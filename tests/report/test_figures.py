@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_starnav.benchmark import wilson_interval
+from drake_starnav.benchmark import make_cases, make_header, wilson_interval
 from drake_starnav.report import figures
 from drake_starnav.report.results import make_results
 from tests.report.trials import made_up, record
@@ -89,6 +89,14 @@ def test_trajectories_lie_over_their_worlds_and_failures_are_marked() -> None:
         assert crosses == sum(r["outcome"] != "reached" for r in records)
         assert len(axes.collections[0].get_paths()) > 10  # trees
     assert figures.trajectory_figure(results, "nowhere", 3) is None
+
+
+def test_obstacles_of_a_model_file_are_drawn_too() -> None:
+    case = make_cases(["kitchen"], ["star"])[0]
+    header = make_header([case], 0)
+    figure = figures.trajectory_figure(make_results([header], [record(scenario="kitchen")]), "kitchen", 1)
+    axes = next(axes for axes in figure.axes if axes.get_title())
+    assert len(axes.collections[0].get_paths()) > 10
 
 
 def test_a_picture_is_the_same_each_time() -> None:
