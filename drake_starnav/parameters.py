@@ -9,7 +9,6 @@ import difflib
 import math
 import typing
 from collections.abc import Iterable
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -84,7 +83,7 @@ def check_parameters(parameters: Any, place: str) -> None:
         parameters: an instance of a dataclass whose fields were made by `parameter`.
         place: dotted name of the instance for the message, e.g. "lidar".
     """
-    kinds = _kinds(type(parameters))
+    kinds = typing.get_type_hints(type(parameters))
     for field in dataclasses.fields(parameters):
         meta = field.metadata
         if not meta:
@@ -103,12 +102,6 @@ def check_parameters(parameters: Any, place: str) -> None:
         if not good:
             raise StarnavError(f"{place}.{field.name} is {given!r}; allowed: {allowed_text(field)}")
         object.__setattr__(parameters, field.name, value)
-
-
-@cache
-def _kinds(cls: type) -> dict[str, Any]:
-    """The type of each field of a dataclass."""
-    return typing.get_type_hints(cls)
 
 
 def convert(value: Any, kind: Any, place: str) -> Any:
@@ -143,7 +136,7 @@ def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
         mapping = {}
     if not isinstance(mapping, dict):
         raise StarnavError(f"{place} is {mapping!r}; allowed: a mapping of {', '.join(_names(cls))}")
-    kinds = _kinds(cls)
+    kinds = typing.get_type_hints(cls)
     values = {}
     for key, value in mapping.items():
         if key not in _names(cls):

@@ -193,11 +193,9 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
 
 def in_world(scenario: Scenario, number: int | None) -> Scenario:
     """The scenario in the world of that number, for kinds of numbered worlds; as it is where the number is None."""
-    return (
-        scenario
-        if number is None
-        else dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, id=number))
-    )
+    if number is None:
+        return scenario
+    return dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, id=number))
 
 
 def parse_scenario(

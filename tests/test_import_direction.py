@@ -40,7 +40,7 @@ DRAKE = "numpy numba pydrake"
 
 TABLE = {
     "errors": Room(),
-    "parameters": Room("errors"),
+    "parameters": Room("errors", "numpy"),
     "files": Room("errors"),
     "console": Room("errors"),
     "planar": Room("", ARRAYS),
