@@ -10,12 +10,10 @@ import numpy as np
 from drake_starnav.control import Command, ControllerParameters, control_step
 from drake_starnav.guidance import Guidance
 from drake_starnav.lidar import LidarParameters
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
+from drake_starnav.perception import Perceived, perceive
+from drake_starnav.roadmap import PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
-from drake_starnav.stars import StarRegion
-from drake_starnav.stars.free_range import free_range, smoothed_distances
-from drake_starnav.stars.region import fit_region
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.worlds import World
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -30,11 +28,11 @@ SAMPLED = 10
 
 @dataclass(frozen=True)
 class ScanMoment:
-    """What a scan's processing is given: `memory` holds the scans before."""
+    """What a scan's processing is given: `before` holds the scans before."""
 
     scan: LaserScan
     pose: np.ndarray
-    memory: ScanMemory
+    before: Perceived
 
 
 @dataclass(frozen=True)
@@ -73,18 +71,15 @@ class Drive:
     node_count: int = 0
 
 
-def scan_processing(moment: ScanMoment) -> tuple[StarRegion, SafetyStar, ScanMemory]:
+def scan_processing(moment: ScanMoment) -> Perceived:
     """All that happens to a scan before anybody uses it."""
-    scan, pose = moment.scan, moment.pose
-    distance = smoothed_distances(scan, PLANNER)
-    region = fit_region(free_range(scan, distance, ROBOT.radius, PLANNER), pose[:2], pose[2] + scan.angle_min, PLANNER)
-    return region, *safety(moment, distance)
+    return perceive(moment.before, moment.scan, moment.pose, PLANNER, CONTROLLER, ROBOT.radius)
 
 
 def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:
     """The safety star with the scan added to the memory."""
     scan, pose, reach = moment.scan, moment.pose, CONTROLLER.safety_range
-    memory = moment.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, CONTROLLER.scan_memory)
+    memory = moment.before.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, CONTROLLER.scan_memory)
     return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
 
 
@@ -105,7 +100,7 @@ def drive(
     kept = Drive()
     shapes, goal = visible_shapes(world), np.array(world.goal)
     pose, twist, period = np.array(world.start), np.zeros(2), 1.0 / CONTROLLER.rate
-    state, memory = PlannerState.initial(PLANNER, ROBOT.radius), ScanMemory()
+    state, known = PlannerState.initial(PLANNER, ROBOT.radius), Perceived.nothing()
     scan_count = 0
     for k in range(int(seconds * CONTROLLER.rate)):
         kept.arrived = math.hypot(*(pose[:2] - goal)) < ARRIVED
@@ -113,12 +108,12 @@ def drive(
             break
         if k * period >= scan_count / LIDAR.rate:
             scan, scan_pose = scan_from(shapes, pose, LIDAR, seed, scan_count), pose
-            moment = ScanMoment(scan, pose, memory)
-            region, star, memory = scan_processing(moment)
+            moment = ScanMoment(scan, pose, known)
+            known = scan_processing(moment)
             if scan_count % SAMPLED == SAMPLED // 2:
                 kept.scans.append(moment)
             begin, before = time.perf_counter(), state.plans
-            state = plan_step(state, Observation(region, scan, pose), pose[:2], goal, k * period, PLANNER, ROBOT.radius)
+            state = plan_step(state, known.observation, pose[:2], goal, k * period, PLANNER, ROBOT.radius)
             spent = time.perf_counter() - begin
             if state.plans > before:
                 kept.plans.append((len(state.roadmap), spent))
@@ -127,7 +122,7 @@ def drive(
             kept.node_count = len(state.roadmap)
             guidance = state.guidance
             scan_count += 1
-        now = CommandMoment(pose, twist, guidance, star, scan, scan_pose)
+        now = CommandMoment(pose, twist, guidance, known.safety, scan, scan_pose)
         if k % SAMPLED == SAMPLED // 2 and len(guidance.path):
             kept.commands.append(now)
         begin = time.perf_counter()

@@ -68,15 +68,16 @@ def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`safety` in NumPy: the values of the safety star, and the near hits."""
     values = numpy_pipeline.safety_values(
-        moment.memory, moment.scan, moment.pose, SAFE_RADIUS, CONTROLLER.safety_range, PLANNER
+        moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, CONTROLLER.safety_range, PLANNER
     )
     return values, moment.scan.points_at(distance, distance < NEAR_HIT_RANGE, moment.pose)
 
 
 def package_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
     """`scan_processing` with the results that `numpy_scan` has."""
-    region, star, _ = scan_processing(moment)
-    return region.boundary.values, star.values, star.near_hits
+    known = scan_processing(moment)
+    assert known.observation.region is not None
+    return known.observation.region.boundary.values, known.safety.values, known.safety.near_hits
 
 
 def package_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -30,7 +30,8 @@ class Room:
 
 BASE = "errors parameters files console"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
-METHOD = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control movers baselines worlds metrics"
+PLANNING = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control perception"
+METHOD = f"{PLANNING} movers baselines worlds metrics"
 SETUP = f"{METHOD} drawing faults scenario"
 LOOP = f"{SETUP} systems station promises diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
@@ -63,6 +64,7 @@ TABLE = {
     "guidance": Room("planar stars", "numpy"),
     "roadmap": Room(f"{BASE} planar robot scan polyline stars guidance", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars guidance", ARRAYS),
+    "perception": Room(f"{BASE} scan sweep stopwatch stars roadmap control", "numpy"),
     "movers": Room(f"{BASE} robot scan sweep stars guidance control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
