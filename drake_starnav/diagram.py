@@ -9,7 +9,6 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
 from drake_starnav.errors import StarnavError, UnsupportedError
-from drake_starnav.faults import sensing_error, tolerating
 from drake_starnav.promises import CERTIFIED, check_equipment, check_promises
 from drake_starnav.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
@@ -26,6 +25,7 @@ from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.tolerance import sensing_error, tolerating
 from drake_starnav.worlds.ends import check_free_ends
 from drake_starnav.worlds.world import World
 
@@ -82,7 +82,7 @@ def add_navigation(
     the controller's updates lie between, so that each reads what the one before it has finished. If obstacles move,
     the tracker takes the first of these steps and the others follow one later.
 
-    Margins, the certificate and the perception allow for the faults that the scenario declares; see `faults`.
+    Margins, the certificate and the perception allow for the faults that the scenario declares; see `tolerance`.
 
     Args:
         builder: to which the systems are added.
@@ -153,6 +153,29 @@ def add_navigation(
     return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
 
 
+@dataclass(frozen=True)
+class _Schedule:
+    """When the systems are updated first, s: each a step of the plant after what it reads, None if it is not there."""
+
+    tracker: float | None
+    perception: float
+    matcher: float | None
+    last: float
+
+    @staticmethod
+    def of(scenario: Scenario) -> "_Schedule":
+        step, lidar = scenario.simulation.time_step, scenario.lidar
+        moving, matching = scenario.movers.max_speed > 0.0, _matches(scenario)
+        first = step + lidar.release_offset
+        perception = first + step if moving else first
+        return _Schedule(
+            tracker=first if moving else None,
+            perception=perception,
+            matcher=perception + step if matching else None,
+            last=(2 + moving + matching) * step,
+        )
+
+
 def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
@@ -160,16 +183,15 @@ def _add_planning(
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
 ) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None, ScanMatcher | None]:
-    step, lidar, movers = scenario.simulation.time_step, scenario.lidar, scenario.movers
-    offset = step + lidar.release_offset
+    lidar, schedule = scenario.lidar, _Schedule.of(scenario)
     scan, tracker = station.GetOutputPort("lidar.scan"), None
-    if movers.max_speed > 0.0:
+    if schedule.tracker is not None:
         tracker = builder.AddNamedSystem(
-            "tracker", MoverTracker(movers, rate=lidar.rate, offset=offset, stopwatch=stopwatch)
+            "tracker", MoverTracker(scenario.movers, rate=lidar.rate, offset=schedule.tracker, stopwatch=stopwatch)
         )
         builder.Connect(scan, tracker.GetInputPort("scan"))
         builder.Connect(station.GetOutputPort("localization.scan_pose"), tracker.GetInputPort("pose"))
-        scan, offset = tracker.GetOutputPort("scan"), offset + step
+        scan = tracker.GetOutputPort("scan")
     perception = builder.AddNamedSystem(
         "perception",
         StarPerception(
@@ -177,7 +199,7 @@ def _add_planning(
             scenario.planner,
             scenario.controller,
             rate=lidar.rate,
-            offset=offset,
+            offset=schedule.perception,
             delay=lidar.delay,
             confirm=lidar.noise if lidar.outliers > 0.0 else None,
             stopwatch=stopwatch,
@@ -185,16 +207,16 @@ def _add_planning(
     )
     planner = builder.AddNamedSystem(
         "planner",
-        StarRoadmapPlanner(scenario.robot, scenario.planner, offset=_last_offset(scenario), stopwatch=stopwatch),
+        StarRoadmapPlanner(scenario.robot, scenario.planner, offset=schedule.last, stopwatch=stopwatch),
     )
     builder.Connect(scan, perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
     builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
     star, pose, matcher = perception.GetOutputPort("star"), station.GetOutputPort("localization.pose"), None
-    if _matches(scenario):
+    if schedule.matcher is not None:
         localization = scenario.localization
         error = OdometryError(localization.drift, localization.jump, lidar.noise)
-        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=offset + step))
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=schedule.matcher))
         for port, name in (
             (star, "star"),
             (station.GetOutputPort("localization.state"), "state"),
@@ -214,11 +236,6 @@ def _matches(scenario: Scenario) -> bool:
     return localization.matching and not localization.exact and scenario.controller.kind in CERTIFIED
 
 
-def _last_offset(scenario: Scenario) -> float:
-    """When planner and controller are updated first, s: after all that make something of a scan."""
-    return (2 + (scenario.movers.max_speed > 0.0) + _matches(scenario)) * scenario.simulation.time_step
-
-
 def _add_certified_controller(
     builder: DiagramBuilder,
     scenario: Scenario,
@@ -228,7 +245,7 @@ def _add_certified_controller(
     tracker: MoverTracker | None,
     stopwatch: Stopwatch | None,
 ) -> CertifiedController:
-    offset, rate = _last_offset(scenario), scenario.controller.rate
+    offset, rate = _Schedule.of(scenario).last, scenario.controller.rate
     delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
     controller = builder.AddNamedSystem(
         "controller",

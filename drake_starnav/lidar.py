@@ -10,6 +10,8 @@ from numba import njit
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
+NOISE, ARRIVAL = 0, 1
+"""Streams of chance; `faults` has others."""
 RELEASE_LAG = 1e-7
 """So much later, s: Drake may leave out a periodic event that falls together with another but for rounding."""
 
@@ -88,6 +90,11 @@ class LidarParameters:
         return rest if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
 
     @property
+    def waiting_scans(self) -> int:
+        """How many scans may be on their way at once."""
+        return math.ceil(self.delay * self.rate) + 1 if self.delay > 0.0 else 0
+
+    @property
     def time_increment(self) -> float:
         """Time from beam to beam, s; 0 unless the scan is rolling."""
         return 1.0 / (self.rate * self.beams) if self.rolling else 0.0
@@ -130,7 +137,7 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
     count = len(distances)
     errors = luck = strays = np.zeros(0)
     if p.noise > 0.0 or p.dropout > 0.0 or p.outliers > 0.0:
-        generator = _generator(seed, index)
+        generator = _generator(seed, index, NOISE)
         errors = generator.standard_normal(count)
         if p.dropout > 0.0 or p.outliers > 0.0:
             luck = generator.random(count)
@@ -150,7 +157,19 @@ def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
     """
     p = parameters
     silent = p.silence_start - 1e-9 <= index / p.rate < p.silence_start + p.silence_duration - 1e-9
-    return not silent and (p.scan_loss == 0.0 or _generator(seed, index, stream=1).random() >= p.scan_loss)
+    return not silent and (p.scan_loss == 0.0 or _generator(seed, index, ARRIVAL).random() >= p.scan_loss)
+
+
+def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
+    """The number of the scan that was taken `delay` before a time, if there is one and it arrives.
+
+    Args:
+        parameters: of the sensor.
+        seed: as for `measure`.
+        time: s.
+    """
+    index = scan_index(time - parameters.delay, parameters.rate)
+    return index if index >= 0 and arrives(parameters, seed, index) else None
 
 
 class _Workbench(threading.local):
@@ -163,7 +182,7 @@ class _Workbench(threading.local):
 _workbench = _Workbench()
 
 
-def _generator(seed: int, index: int, stream: int = 0) -> np.random.Generator:
+def _generator(seed: int, index: int, stream: int) -> np.random.Generator:
     """`Generator(Philox(key=(seed, stream), counter=...))` for one scan.
 
     Its whole state is set, nothing is left of the last.

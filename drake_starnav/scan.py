@@ -35,6 +35,16 @@ class LaserScan:
         lost_beams: whether ranges may be NaN.
         motion: shape (n,), what somebody has told about what each beam hit: STAYS, UNKNOWN or MOVES. Beams of the last
             kind saw free space as far as that, but no obstacle that stays. None: nothing moves.
+
+    What the properties count a beam as, by where it ended:
+
+    | | hits | moving | lost | silent | lasting |
+    |---|---|---|---|---|---|
+    | on what stays | x | | | | x |
+    | on what may move (UNKNOWN) | x | | | | |
+    | on what moves (MOVES) | | x | | x | |
+    | nowhere (+inf) | | | | | x |
+    | who knows (NaN) | | | x | x | |
     """
 
     time: float

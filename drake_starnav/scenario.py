@@ -63,21 +63,7 @@ class Scenario:
     recording: RecordingParameters = field(default_factory=RecordingParameters)
 
 
-SECTIONS: dict[str, type] = {
-    "robot": RobotParameters,
-    "lidar": LidarParameters,
-    "localization": LocalizationParameters,
-    "drive": DriveParameters,
-    "planner": PlannerParameters,
-    "controller": ControllerParameters,
-    "movers": MoverParameters,
-    "dsm": DsmParameters,
-    "foa": FoaParameters,
-    "dwa": DwaParameters,
-    "apf": PotentialFieldParameters,
-    "simulation": SimulationParameters,
-    "recording": RecordingParameters,
-}
+SECTIONS: dict[str, Any] = {part.name: part.default_factory for part in dataclasses.fields(Scenario)[2:]}
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "star": {},

@@ -153,51 +153,66 @@ def run_trial(
     message = _advance(simulator, timeout, progress)
     wall = time.perf_counter() - start
     context = simulator.get_context()
-    states = log.FindLog(context).data()
+    record = log.FindLog(context)
+    states, times = record.data(), record.sample_times()
     driven = planar_states(states.T, navigation.station.plant.num_positions(navigation.station.robot_model))
-    standing = clearance(world, driven[:, :2])
-    outcome = COLLISION if standing.min() < scenario.robot.radius else message
-    moving = mover_clearance(world.movers, driven[:, :2], log.FindLog(context).sample_times())
-    clearances = np.minimum(standing, moving) - scenario.robot.radius
     elapsed = context.get_time()
-    length = float(np.hypot(*np.diff(states[4:6], axis=1)).sum())
-    motion = motion_metrics(
-        driven[:, :2],
-        driven[:, 3:],
-        clearances,
-        time_step=scenario.simulation.time_step,
-        robot_radius=scenario.robot.radius,
-    )
-    shortest = omniscient_path(world, scenario.robot.radius)
     nodes = 0
     if navigation.planner is not None:
         roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
         nodes = len(roadmap.roadmap)
-    times: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
+    steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
     trial = Trial(
         scenario=scenario.name,
         method=method,
         seed=seed,
-        outcome=outcome,
         time_s=round(elapsed, 6),
-        path_length_m=length,
-        shortest_path_m=None if shortest is None else float(shortest[0]),
-        straight_line_m=math.dist(world.start[:2], world.goal),
-        tightest_gap_m=None if shortest is None else _finite(tightest_gap(world, shortest[1])),
-        score=benchmark_score(outcome, elapsed, world.optimal_time),
-        min_clearance_m=float(clearances.min()),
-        mean_speed_mps=length / elapsed if elapsed > 0.0 else 0.0,
-        **vars(motion),
         nodes=nodes,
         wall_s=wall,
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-        **times,
-        path=simplified(states[4:6].T, PATH_TOLERANCE).round(3).tolist(),
+        **_figures(scenario, world, message, elapsed, times, driven),
+        **steps,
     )
     for each in observers:
-        each.finish(caption_lines(trial), Motion(log.FindLog(context).sample_times(), driven[:, :3]))
+        each.finish(caption_lines(trial), Motion(times, driven[:, :3]))
     navigation.station.release_geometries()
     return trial
+
+
+def _figures(
+    scenario: Scenario, world: World, message: str, elapsed: float, times: np.ndarray, driven: np.ndarray
+) -> dict[str, Any]:
+    """How a run is judged: its outcome, and what follows from where the robot drove.
+
+    Args:
+        scenario: of the run.
+        world: of the run, with its footprints.
+        message: why the simulation ended.
+        elapsed: when it ended, s.
+        times: shape (n,), s.
+        driven: shape (n, 5): x, y, yaw, v, omega at these times.
+    """
+    path, radius = driven[:, :2], scenario.robot.radius
+    standing = clearance(world, path)
+    outcome = COLLISION if standing.min() < radius else message
+    clearances = np.minimum(standing, mover_clearance(world.movers, path, times)) - radius
+    length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
+    motion = motion_metrics(
+        path, driven[:, 3:], clearances, time_step=scenario.simulation.time_step, robot_radius=radius
+    )
+    shortest = omniscient_path(world, radius)
+    return {
+        "outcome": outcome,
+        "path_length_m": length,
+        "shortest_path_m": None if shortest is None else float(shortest[0]),
+        "straight_line_m": math.dist(world.start[:2], world.goal),
+        "tightest_gap_m": None if shortest is None else _finite(tightest_gap(world, shortest[1])),
+        "score": benchmark_score(outcome, elapsed, world.optimal_time),
+        "min_clearance_m": float(clearances.min()),
+        "mean_speed_mps": length / elapsed if elapsed > 0.0 else 0.0,
+        **vars(motion),
+        "path": simplified(path, PATH_TOLERANCE).round(3).tolist(),
+    }
 
 
 def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:

@@ -13,21 +13,14 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.pending import predicted_pose
 from drake_starnav.control.tracking import limited_twist
 from drake_starnav.errors import StarnavError
-from drake_starnav.faults import (
-    DriveParameters,
-    LocalizationParameters,
-    drifted,
-    jumped,
-    sensing_error,
-    tolerating,
-    wheel_shares,
-)
+from drake_starnav.faults import DriveParameters, LocalizationParameters, drifted, jumped, wheel_shares
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.station import NavigationStation
+from drake_starnav.tolerance import sensing_error, tolerating
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, seeds
 

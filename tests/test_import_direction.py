@@ -32,7 +32,7 @@ BASE = "errors parameters files console"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 PLANNING = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control perception"
 METHOD = f"{PLANNING} movers baselines worlds metrics"
-SETUP = f"{METHOD} drawing faults scenario"
+SETUP = f"{METHOD} drawing faults scenario tolerance"
 LOOP = f"{SETUP} systems station promises diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
 EVERYTHING = f"{TOP} benchmark report"
@@ -70,8 +70,9 @@ TABLE = {
     "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
     "metrics": Room(BASE, "numpy"),
     "drawing": Room(METHOD, ARRAYS),
-    "faults": Room(METHOD, ARRAYS),
+    "faults": Room(f"{BASE} planar", ARRAYS),
     "scenario": Room(f"{METHOD} drawing faults", "numpy yaml"),
+    "tolerance": Room(f"{METHOD} faults"),
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),
     "promises": Room(f"{SETUP} systems station"),
@@ -92,7 +93,7 @@ TABLE = {
 }
 """From the ground up: a room may only import rooms that stand above it here."""
 
-WITHOUT_DRAKE = set(f"{METHOD} drawing faults scenario".split())
+WITHOUT_DRAKE = set(SETUP.split())
 
 
 def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:

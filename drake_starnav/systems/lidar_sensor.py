@@ -12,7 +12,7 @@ from pydrake.perception import PointCloud
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, ValueProducer
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, measure, scan_index
+from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, measure, released, scan_index
 from drake_starnav.raycast import Fan
 from drake_starnav.scan import LaserScan
 from drake_starnav.systems.geometry_slices import SceneSlices
@@ -144,7 +144,7 @@ class LidarSensor(LeafSystem):
             self._swept = self.DeclareDiscreteState(unseen)  # the end of the last sweep, whether it arrives or not
             self._waiting = [
                 self.DeclareDiscreteState(np.concatenate((unseen, nothing.scan.ranges)))
-                for _ in range(math.ceil(parameters.delay * parameters.rate) + 1 if parameters.delay > 0.0 else 0)
+                for _ in range(parameters.waiting_scans)
             ]
             self.DeclareInitializationDiscreteUpdateEvent(self._update)
             self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
@@ -215,9 +215,8 @@ class LidarSensor(LeafSystem):
 
     def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
         """Let the scan that was taken `delay` ago appear, if it arrives."""
-        p = self._parameters
-        index = scan_index(context.get_time() - p.delay, p.rate)
-        if index < 0 or not arrives(p, self._seed, index):
+        index = released(self._parameters, self._seed, context.get_time())
+        if index is None:
             return EventStatus.DidNothing()
         scan = context.get_discrete_state(self._waiting[index % len(self._waiting)]).value().copy()
         values.set_value(self._taken, scan[:TAKEN])

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.faults import LocalizationParameters, drifted, jumped
-from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, scan_index
+from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, released, scan_index
 from drake_starnav.planar import composed, now_in
 
 DRIFT_PERIOD = 0.02
@@ -64,10 +64,7 @@ class PlanarLocalization(LeafSystem):
         self.DeclareVectorOutputPort("pose", 3, self._calc_pose, depends)
         self.DeclareVectorOutputPort("state", 5, self._calc_state, depends)
         self._scan_pose = self.DeclareDiscreteState(3)
-        self._waiting = [
-            self.DeclareDiscreteState(3)
-            for _ in range(math.ceil(lidar.delay * lidar.rate) + 1 if lidar.delay > 0.0 else 0)
-        ]
+        self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
         self.DeclareInitializationDiscreteUpdateEvent(self._start)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
@@ -94,8 +91,8 @@ class PlanarLocalization(LeafSystem):
         return EventStatus.Succeeded()
 
     def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
-        index = scan_index(context.get_time() - self._lidar.delay, self._lidar.rate)
-        if index < 0 or not arrives(self._lidar, self._seed, index):
+        index = released(self._lidar, self._seed, context.get_time())
+        if index is None:
             return EventStatus.DidNothing()
         group = self._waiting[index % len(self._waiting)]
         values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())

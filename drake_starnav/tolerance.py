@@ -1,0 +1,124 @@
+"""Which margins, smoothing and memory the declared faults call for, so that navigation allows for them.
+
+With the defaults nothing changes.
+"""
+
+import dataclasses
+import math
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
+from drake_starnav.faults import DriveParameters, LocalizationParameters
+from drake_starnav.lidar import LidarParameters
+from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scan_matching import UNSEEN_JUMP
+
+NOMINAL_NOISE = 0.01
+"""Range noise that the margins allow for as they are, m."""
+SMOOTHED_DEVIATIONS = 3.0
+"""Noise beyond the nominal is smoothed as far as so many times its standard deviation."""
+NOISE_PER_DEGREE = 0.015
+"""The certificate smooths it over one degree on each side for each so much, m: the margin covers what corners lose."""
+FINE_ENOUGH = 0.5
+"""The certificate smooths nothing over less of a beam than this: the next beam would take too much off corners."""
+AVERAGED_NOISE = 0.04
+"""With this noise or more ranges are averaged, too: the nearest of several scans' hits would shut passable gaps, m."""
+CORNER = 0.87
+"""How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
+NOMINAL_CORNER = 0.01
+"""How far a corner may stick out between two beams that the margins allow for as they are, m."""
+NOMINAL_STEP = 0.005
+"""How far the robot may get off its ramps by commands that are reached at once, that the margins allow for, m."""
+TURN_SHARE = 0.04
+"""A robot has turned by up to this share of its largest yaw rate less or more than it was told in a second."""
+NOMINAL_LATE = 0.003
+"""Error of the place where a late command finds the robot that the margins allow for as they are, m."""
+CONTRADICTION = 0.2
+"""Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
+
+Twice the distance of two beams at 5 m: less is contradicted by what the older scan saw too coarsely.
+"""
+DRIFT_MEMORY = 1.0
+"""Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
+LARGEST_ERROR = 0.5
+"""What margins may grow by, m."""
+
+
+def sensing_error(
+    lidar: LidarParameters,
+    localization: LocalizationParameters,
+    drive: DriveParameters,
+    robot: RobotParameters,
+    rate: float,
+) -> float:
+    """What the declared faults, and rare commands, add to the error that the margins already allow for, m.
+
+        e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
+          + quantisation / 2                                 ranges rounded up
+          + max(0, 0.87 r increment - 0.01)                  a corner of 60 degrees between two beams
+          + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
+          + min(jump, 0.02)                                  a jump too small to be noticed
+          + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
+          + max(0, (a + A v^2 / (2 a)) t^2 / 2 - 0.005)      a command is reached at once, not within its period t
+          + max(0, 0.04 w d (v d / 2 + v^2 / (2 a)) - 0.003) turning otherwise than told while a command is on its way
+
+    with the robot's radius r, largest speeds v and w (turning) and accelerations a and A (turning), t = 1 /
+    controller.rate and d = drive.delay. Lost and stray beams, delays of scans and lost scans need no margin: they
+    are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass. Noise
+    counts by less than its standard deviation: it is smoothed, and the nearest of the hits that several scans leave
+    on a surface bounds the robot, or, with much noise, their mean.
+    """
+    v, a = robot.max_speed, robot.max_acceleration
+    return (
+        0.75 * max(lidar.noise - NOMINAL_NOISE, 0.0)
+        + 0.5 * lidar.quantisation
+        + max(CORNER * robot.radius * lidar.angle_increment - NOMINAL_CORNER, 0.0)
+        + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
+        + min(localization.jump, UNSEEN_JUMP)
+        + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
+        + max(0.5 * (a + robot.max_yaw_acceleration * 0.5 * v * v / a) / rate**2 - NOMINAL_STEP, 0.0)
+        + max(TURN_SHARE * robot.max_yaw_rate * drive.delay * 0.5 * v * (drive.delay + v / a) - NOMINAL_LATE, 0.0)
+    )
+
+
+def tolerating(
+    planner: PlannerParameters,
+    controller: ControllerParameters,
+    error: float,
+    localization: LocalizationParameters | None = None,
+    lidar: LidarParameters | None = None,
+) -> tuple[PlannerParameters, ControllerParameters]:
+    """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
+
+    Where the localisation is not exact, old regions are held against new scans; where the lidar has more
+    than the nominal noise, its ranges are smoothed all the more, for the certificate too, and with much noise they are
+    averaged over the remembered scans.
+
+    Raises:
+        StarnavError: the error is too large for any margin.
+    """
+    if localization is not None and not localization.exact:
+        planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
+    if lidar is not None and lidar.noise > NOMINAL_NOISE:
+        noise = lidar.noise - NOMINAL_NOISE
+        slack = SMOOTHED_DEVIATIONS * noise
+        width = math.radians(noise / NOISE_PER_DEGREE) / lidar.angle_increment
+        beams = math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0
+        planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
+        controller = dataclasses.replace(
+            controller,
+            smoothed_beams=max(controller.smoothed_beams, beams),
+            average_scans=controller.average_scans or lidar.noise >= AVERAGED_NOISE,
+        )
+    if error == 0.0:
+        return planner, controller
+    if error > LARGEST_ERROR:
+        raise StarnavError(
+            f"what is declared of lidar, localization and drive adds {error:.3g} m to the margins; allowed: at most "
+            f"{LARGEST_ERROR:g} m"
+        )
+    return (
+        dataclasses.replace(planner, margin=planner.margin + error),
+        dataclasses.replace(controller, safety_margin=controller.safety_margin + error),
+    )
