@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_writable, unwritable, write_text
+from drake_starnav.files import check_outputs, unwritable, write_text
 from drake_starnav.scenario import METHODS, scenario_names
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def _benchmark(options: argparse.Namespace) -> int:
         raise StarnavError(
             f"{'both scenarios and' if options.suite else 'neither a scenario nor'} --suite; allowed: one of the two"
         )
-    _check_report_options(options)
+    _check_report_options(options, options.scenario, options.json)
     worlds = None if options.worlds is None else world_numbers(options.worlds)
     from drake_starnav.benchmark import TrialFile, check_worlds, find_suite, make_cases, make_header, run_batch
 
@@ -141,7 +141,7 @@ def report(arguments: Sequence[str] | None = None) -> int:
 def _report_files(options: argparse.Namespace) -> int:
     if options.jobs < 1:
         raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number >= 1")
-    _check_report_options(options)
+    _check_report_options(options, options.file)
     from drake_starnav.report.results import read_results
 
     _report(read_results(options.file), options)
@@ -164,12 +164,18 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _check_report_options(options: argparse.Namespace) -> None:
+def _check_report_options(options: argparse.Namespace, inputs: Sequence[Path | str], *outputs: Path | None) -> None:
+    """Raise a `StarnavError` for a bad option of `_add_report_options`, or if an output is an input or another output.
+
+    Args:
+        options: parsed.
+        inputs: what is read.
+        outputs: what is written besides the report.
+    """
     for name, low in (("recordings", -1), ("panels", 1)):
         if getattr(options, name) < low:
             raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
-    for path in (options.markdown, options.csv, options.html):
-        check_writable(path)
+    check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
     if options.html is not None:
         if _recordings_folder(options.html).is_file():
             raise unwritable(_recordings_folder(options.html), FileExistsError("it is no folder"))

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from drake_starnav.benchmark_command import benchmark, report
 from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_writable, write_text
+from drake_starnav.files import check_outputs, write_text
 from drake_starnav.parameters import unknown_name
 from drake_starnav.record_command import record
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names, scenario_text
@@ -45,8 +45,7 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     if options.seed < 0:
         raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
-    for path in (options.html, options.json):
-        check_writable(path)
+    check_outputs((options.html, options.json), [options.scenario])
     _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
     if options.meshcat:
@@ -70,7 +69,7 @@ def _simulate(options: argparse.Namespace) -> int:
             if path is not None:
                 print(f"wrote {path}")
         if options.html is not None:
-            print(f"open file://{options.html.resolve()} in a browser, no network needed")
+            print(f"open {options.html.resolve().as_uri()} in a browser, no network needed")
     return REACHED if trial.outcome == "reached" else NOT_REACHED
 
 
@@ -118,7 +117,7 @@ def _show_world(options: argparse.Namespace) -> int:
     file = Path("out", f"{scenario.name}.png") if options.out is None else options.out
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
-    check_writable(file)
+    check_outputs([file], [options.scenario])
     from drake_starnav.simulation import omniscient_path
     from drake_starnav.systems.model_world import make_world_with_footprints
     from drake_starnav.world_figure import write_html, write_png

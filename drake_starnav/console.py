@@ -1,12 +1,13 @@
 """What the command lines share."""
 
 import argparse
+import os
 import sys
 from collections.abc import Callable
 
 from drake_starnav.errors import StarnavError
 
-REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
 
 
@@ -23,6 +24,9 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
     except StarnavError as error:
         print(f"{prog}: {error}", file=sys.stderr)
         return BAD_INPUT
+    except BrokenPipeError:  # who read the output has gone, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
     except KeyboardInterrupt:
         print(f"{prog}: {interrupted}", file=sys.stderr)
         return INTERRUPTED

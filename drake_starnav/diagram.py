@@ -91,7 +91,7 @@ def add_navigation(
         world: in which to drive, instead of the scenario's.
         station: already in the builder, instead of a new one: e.g. the equipment of one of several robots in a plant.
         stopwatch: where wall-clock times are noted, if anywhere.
-        goal: whose only output is the goal, (x, y) in W, m, instead of the world's.
+        goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
 
     Raises:
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
@@ -132,7 +132,8 @@ def add_navigation(
                 seed=seed,
             ),
         )
-    goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
+    if goal is None or goal not in builder.GetSystems():
+        goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception: StarPerception | None = None
     planner: StarRoadmapPlanner | None = None
     tracker: MoverTracker | None = None

@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,15 +19,17 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         StarnavError: the file cannot be written.
     """
-    temporary = None
+    temporary, target = None, path.resolve()  # a link stays, and leads to the new file
     try:
         try:
-            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
+            if target.exists() and not target.is_file():
+                raise OSError("it is not a regular file")
+            handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}.", suffix=path.suffix)
             os.close(handle)
             temporary = Path(name)
             yield temporary
-            temporary.chmod(0o644)
-            temporary.replace(path)
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(target)
         except OSError as error:
             raise unwritable(path, error) from None
     finally:
@@ -41,6 +43,33 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def _umask() -> int:
+    """The permissions that new files do not get."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | str] = ()) -> None:
+    """Raise `StarnavError` unless all files can be written, each once and over none that is read; makes their folders.
+
+    Args:
+        outputs: what is to be written; None is nothing.
+        inputs: what is read; names that are no files count as nothing.
+    """
+    read, written = {Path(path).resolve() for path in inputs if os.path.isfile(path)}, set()
+    for path in outputs:
+        if path is None:
+            continue
+        target = path.resolve()
+        if target in written:
+            raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
+        if target in read:
+            raise StarnavError(f"{path} is to be read and written; allowed: another file to write")
+        written.add(target)
+        check_writable(path)
+
+
 def check_writable(path: Path | None) -> None:
     """Raise `StarnavError` unless a file can be written at `path`; makes its folder."""
     if path is None:
@@ -48,6 +77,8 @@ def check_writable(path: Path | None) -> None:
     try:
         if path.is_dir():
             raise IsADirectoryError("it is a folder")
+        if path.exists() and not path.is_file():
+            raise OSError("it is not a regular file")
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass

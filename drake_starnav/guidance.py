@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.planar import placed
 from drake_starnav.stars.region import RegionStack, StarRegion
 
@@ -42,8 +43,16 @@ class Guidance:
         Args:
             path: shape (k, 2), way points ahead, W, m.
             regions: around the robot, for the modulation; without them it drives straight to the next way point.
+
+        Raises:
+            StarnavError: the path has another shape, or a number that is not finite.
         """
-        return Guidance(np.array(path, dtype=float).reshape(-1, 2), True, RegionStack.of(tuple(regions)))
+        way = np.array(path, dtype=float)
+        if way.size == 0:
+            way = np.zeros((0, 2))
+        if way.ndim != 2 or way.shape[1] != 2 or not np.isfinite(way).all():
+            raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
+        return Guidance(way, True, RegionStack.of(tuple(regions)))
 
     def left(self, position: np.ndarray) -> float:
         """How far the goal to stop at is from a position (2,), m; infinite without one."""

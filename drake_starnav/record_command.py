@@ -13,7 +13,7 @@ from tqdm import tqdm
 from drake_starnav.benchmark.trial_file import read_trials
 from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_writable
+from drake_starnav.files import check_outputs
 from drake_starnav.scenario import METHODS, Scenario, in_world, load_scenario, parse_scenario, scenario_names
 
 if TYPE_CHECKING:
@@ -93,11 +93,7 @@ def _record(options: argparse.Namespace) -> int:
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
     stills = {time: html.with_name(f"{html.stem}-{time:g}s.png") for time in options.png}
     _check_numbers(options)
-    paths = [html, *clips.values(), *stills.values()]
-    for path in paths:
-        if paths.count(path) > 1:
-            raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
-        check_writable(path)
+    check_outputs([html, *clips.values(), *stills.values()], [options.run])
 
     from drake_starnav.recording.camera import check_view  # late: bad input is told before Drake is loaded
 

@@ -177,6 +177,18 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
     )
 
 
+def check_method(scenario: Scenario, method: str) -> None:
+    """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
+    if method not in METHODS:
+        raise unknown_name(f"method {method!r}", method, METHODS)
+    kind = METHODS[method].get("controller", {}).get("kind", "star")
+    if scenario.controller.kind != kind and method != "star":
+        raise StarnavError(
+            f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "
+            f"of load_scenario(..., method={method!r})"
+        )
+
+
 def in_world(scenario: Scenario, number: int | None) -> Scenario:
     """The scenario in the world of that number, for kinds of numbered worlds; as it is where the number is None."""
     if number is None:

@@ -15,10 +15,11 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import check_writable
 from drake_starnav.metrics import motion_metrics
 from drake_starnav.motion import Motion
 from drake_starnav.polyline import simplified
-from drake_starnav.scenario import Scenario
+from drake_starnav.scenario import Scenario, check_method
 from drake_starnav.stopwatch import STEPS, Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import COLLISION, CollisionMonitor
@@ -112,6 +113,7 @@ def run_trial(
     *,
     method: str = "star",
     seed: int = 0,
+    world: World | None = None,
     html: Path | None = None,
     observer: Observer | None = None,
     progress: Callable[[float, float], None] | None = None,
@@ -120,17 +122,23 @@ def run_trial(
 
     Args:
         scenario: the parameters; those of the method are already in them.
-        method: its name, for the record.
+        method: its name, for the record: the one that the scenario was loaded with.
         seed: of the world and of the sensor's noise.
+        world: in which to drive, instead of the scenario's.
         html: where to leave a recording, if anywhere.
         observer: what else follows the run, if anything; it must not change it.
         progress: called now and then with the simulated time and the time limit, s.
 
     Raises:
         UnsupportedError: the method cannot be tried in this world.
-        StarnavError: the world cannot be made (e.g. the start is inside an obstacle), or the recording not written.
+        StarnavError: the scenario is not one of the method; the world cannot be made (e.g. the start is inside an
+            obstacle), or the recording not written.
     """
-    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    check_method(scenario, method)
+    if html is not None:
+        check_writable(html)
+    if world is None:
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     timeout = scenario.simulation.timeout or world.timeout
     stopwatch = Stopwatch()
     builder = DiagramBuilder()

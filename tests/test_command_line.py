@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.command_line import COMMANDS, main, show_world, simulate
+from drake_starnav.command_line import COMMANDS, benchmark, main, record, report, show_world, simulate
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.worlds import WORLD_KINDS
 
@@ -132,6 +132,25 @@ def test_what_cannot_be_drawn_is_told(arguments, words, capsys) -> None:
     assert show_world(arguments) == 2
     printed = capsys.readouterr().err
     assert all(word in printed for word in words)
+
+
+def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path, tmp_path: Path, capsys) -> None:
+    text, twice = scenario_file.read_text(), str(tmp_path / "a.html")
+    trials = tmp_path / "trials.jsonl"
+    assert benchmark([str(scenario_file), "--trials", "1", "--jobs", "1", "--json", str(trials), "--quiet"]) == 0
+    kept = trials.read_bytes()
+    for command, arguments, word in (
+        (simulate, [str(scenario_file), "--json", str(scenario_file)], "read and written"),
+        (simulate, [str(scenario_file), "--json", twice, "--html", twice], "written twice"),
+        (benchmark, [str(scenario_file), "--json", twice, "--csv", twice], "written twice"),
+        (benchmark, [str(scenario_file), "--csv", str(scenario_file)], "read and written"),
+        (report, [str(trials), "--csv", str(trials)], "read and written"),
+        (record, [str(trials), "--line", "2", "--html", str(trials)], "read and written"),
+        (show_world, [str(scenario_file), "--out", str(scenario_file)], "allowed: a file whose name ends in"),
+    ):
+        assert command([*arguments, *(["--quiet"] if command is not show_world else [])]) == 2
+        assert word in capsys.readouterr().err
+    assert scenario_file.read_text() == text and trials.read_bytes() == kept
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

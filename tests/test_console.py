@@ -1,5 +1,10 @@
 """How a command ends."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from drake_starnav.console import BAD_INPUT, INTERRUPTED, exit_code
@@ -24,3 +29,15 @@ def test_bad_input_and_interruption_are_told_in_a_line(capsys: pytest.CaptureFix
 def test_other_errors_are_not_hidden() -> None:
     with pytest.raises(ValueError, match="ours"):
         exit_code("name", lambda: raising(ValueError("ours")))
+
+
+def test_a_reader_that_has_gone_is_no_error() -> None:
+    code = "import sys\nfrom drake_starnav.console import exit_code\n"
+    code += "def work():\n    for _ in range(100_000): print('a line')\n    return 0\nsys.exit(exit_code('x', work))"
+    done = subprocess.run(
+        ["bash", "-c", '"$0" -c "$1" | head -1; echo ${PIPESTATUS[0]}', sys.executable, code],
+        capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+    )  # fmt: skip
+    assert done.stdout.split() == ["a", "line", "141"]
+    assert done.stderr == ""

@@ -61,7 +61,7 @@ TABLE = {
     "scan_alignment": Room("", ARRAYS),
     "scan_matching": Room(f"{BASE} planar scan scan_alignment", ARRAYS),
     "stars": Room(f"{BASE} planar robot scan", ARRAYS),
-    "guidance": Room("planar stars", "numpy"),
+    "guidance": Room("errors planar stars", "numpy"),
     "roadmap": Room(f"{BASE} planar robot scan polyline stars guidance", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars guidance", ARRAYS),
     "perception": Room(f"{BASE} scan sweep stopwatch stars roadmap control", "numpy"),

@@ -67,6 +67,22 @@ def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, me
         standing(RobotParameters(model=path))
 
 
+@pytest.mark.parametrize("root", ["base_footprint", "world"])
+def test_a_base_that_hangs_on_something_is_refused(tmp_path: Path, root: str) -> None:
+    joint = f'<joint name="up" type="fixed"><parent link="{root}"/><child link="base_link"/></joint>'
+    path = changed_starbot(tmp_path, "</robot>", f'<link name="{root}"/>{joint}</robot>')
+    with pytest.raises(
+        StarnavError, match=f"link base_link hangs by joint up on {root}; allowed: base_link as the root"
+    ):
+        standing(RobotParameters(model=path))
+
+
+def test_a_broken_model_is_told_whatever_is_to_be_changed_in_it(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, "</robot>", "")
+    with pytest.raises(StarnavError, match="changed.urdf cannot be read: .*; allowed: a URDF file"):
+        standing(RobotParameters(model=path, mass_error=0.2))
+
+
 def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
     path = changed_starbot(tmp_path, '<link name="right_wheel">', '<link name="right_wheel"><!-- -->')
     head, tail = Path(path).read_text(encoding="utf-8").split('<link name="right_wheel">')

@@ -8,9 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from drake_starnav.errors import UnsupportedError
+from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, run_trial, trial_record
+from drake_starnav.worlds import make_world
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 TIMES = ("wall_s", "command", "scan", "fit", "plan")
@@ -40,6 +41,27 @@ def test_robot_arrives_around_an_obstacle(small_trial) -> None:
         times = getattr(small_trial, step)
         assert times["count"] > 0
         assert 0.0 < times["p50_s"] <= times["p99_s"]
+
+
+def test_a_world_of_ones_own_is_driven_in(small_trial) -> None:
+    scenario = parse_scenario(SMALL, name="small")
+    world = make_world(scenario.world, 3, scenario.robot.radius)
+    again = run_trial(load_scenario("forest"), seed=3, world=world)
+    assert again.state_hash == small_trial.state_hash
+    farther = run_trial(scenario, seed=3, world=dataclasses.replace(world, goal=(3.9, 0.0)))
+    assert farther.straight_line_m == pytest.approx(3.9)
+    assert farther.path_length_m > small_trial.path_length_m
+
+
+@pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dvva", "did you mean dwa")])
+def test_a_trial_goes_by_the_name_of_its_method(method: str, words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        run_trial(parse_scenario(SMALL, name="small"), method=method)
+
+
+def test_a_recording_that_cannot_be_written_is_told_before_the_run(tmp_path) -> None:
+    with pytest.raises(StarnavError, match="cannot write"):
+        run_trial(parse_scenario(SMALL, name="small"), html=tmp_path, progress=lambda now, limit: pytest.fail("runs"))
 
 
 def door(left: float) -> str:

@@ -6,6 +6,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.roadmap import PlannerStatus
+from drake_starnav.systems.timing import checked_period
 
 STANDING = 0.01
 """Below this speed the robot stands, m/s."""
@@ -41,7 +42,7 @@ class ArrivalMonitor(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 5)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
-        self.DeclarePeriodicPublishEvent(period, offset, self._check)
+        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
 
     def _check(self, context: Context) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context)

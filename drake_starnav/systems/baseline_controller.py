@@ -11,6 +11,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.certified_controller import Certificate
+from drake_starnav.systems.timing import checked_period
 
 NO_HITS = np.zeros((0, 2))
 
@@ -74,7 +75,8 @@ class BaselineController(LeafSystem):
         self.DeclareStateOutputPort("guiding_vector", self._vector)
         stopped = Certificate(False, np.zeros((1, 3)))
         self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
+        period = checked_period(self, rate=controller.rate, offset=offset)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         goal = self._goal.Eval(context).copy()

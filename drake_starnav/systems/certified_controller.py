@@ -16,6 +16,7 @@ from drake_starnav.movers.wary_step import wary_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.timing import checked_period
 
 TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
 """Groups of the discrete state."""
@@ -88,7 +89,8 @@ class CertifiedController(LeafSystem):
         self.DeclareDiscreteState(1)
         stopped = Certificate(False, np.zeros((1, 3)))
         self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / controller.rate, offset, self._update)
+        period = checked_period(self, rate=controller.rate, offset=offset)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         guidance = self._guidance.Eval(context)

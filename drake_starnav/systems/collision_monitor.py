@@ -8,6 +8,7 @@ from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.metrics import STANDING
+from drake_starnav.systems.timing import checked_period
 
 COLLISION, STRUCK = "collision", "struck"
 """How a contact is called: a robot that stands when a moving obstacle runs into it is struck."""
@@ -54,7 +55,7 @@ class CollisionMonitor(LeafSystem):
         self._robot, self._ground, self._movers = set(robot), set(ground), set(movers)
         self._contact_results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self.DeclarePeriodicPublishEvent(period, offset, self._check)
+        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""

@@ -6,6 +6,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.systems.timing import checked_period
 
 
 class JumpGuard(LeafSystem):
@@ -33,12 +34,13 @@ class JumpGuard(LeafSystem):
             rolling: whether scans are placed by the pose of the scan before, too, which must then be later as well.
         """
         super().__init__()
-        self._period, self._tolerance, self._rolling = 1.0 / rate, tolerance, rolling
+        self._period = checked_period(self, rate=rate, offset=offset)
+        self._tolerance, self._rolling = tolerance, rolling
         self._star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
         self.DeclareAbstractOutputPort("safety_star", lambda: Value(SafetyStar.none()), self._calc_star)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / rate, offset, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._period, offset, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         values.set_value(0, self._watched(context))

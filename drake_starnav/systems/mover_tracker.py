@@ -7,6 +7,7 @@ from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.movers.tracker import Tracked, track
 from drake_starnav.scan import LaserScan
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.timing import checked_period
 
 
 class MoverTracker(LeafSystem):
@@ -47,7 +48,8 @@ class MoverTracker(LeafSystem):
         depends = {self.abstract_state_ticket(self._state)}
         self.DeclareAbstractOutputPort("scan", lambda: Value(Tracked().scan), self._calc_scan, depends)
         self.DeclareAbstractOutputPort("tracks", lambda: Value(Tracks()), self._calc_tracks, depends)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
+        period = checked_period(self, rate=rate, offset=offset)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)

@@ -44,7 +44,10 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
         if robot.mass_error == 0.0:
             return str(path), None
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
-    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    try:
+        root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, ElementTree.ParseError) as error:
+        raise StarnavError(f"robot model {path} cannot be read: {error}; allowed: a URDF file with one robot") from None
     for mesh in root.iter("mesh"):
         name = mesh.get("filename", "")
         if "://" not in name:  # relative to the file, which is unknown once its text is parsed
@@ -142,6 +145,13 @@ def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
         for name in names:
             if not has(name, model):
                 raise StarnavError(f"robot model {path} has no {kind} {name}; allowed: {kind} {', '.join(names)}")
+    for index in plant.GetJointIndices(model):
+        joint = plant.get_joint(index)
+        if joint.child_body().name() == "base_link":
+            raise StarnavError(
+                f"robot model {path}: link base_link hangs by joint {joint.name()} on {joint.parent_body().name()}; "
+                "allowed: base_link as the root, to which all else is joined"
+            )
     X_BL = plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame()
     x, y, _ = X_BL.translation()
     if math.hypot(x, y) > TOLERANCE or not X_BL.rotation().IsNearlyIdentity(TOLERANCE):

@@ -9,6 +9,7 @@ from drake_starnav.planar import composed, inverse
 from drake_starnav.roadmap import Observation
 from drake_starnav.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.systems.certified_controller import Certificate
+from drake_starnav.systems.timing import checked_period
 
 
 class ScanMatcher(LeafSystem):
@@ -70,7 +71,8 @@ class ScanMatcher(LeafSystem):
         self.DeclareAbstractOutputPort(
             "certificate", lambda: Value(stopped), self._calc_certificate, {held, self._certificate.ticket()}
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
+        period = checked_period(self, rate=rate, offset=offset)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> EventStatus:
         seen, before = self._star.Eval(context), self._known(context)

@@ -1,15 +1,18 @@
 """Each scan made into star-shaped regions once, for everybody who needs them."""
 
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.perception import Perceived, perceive
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.timing import checked_period
 
 EARLY = 1e-6
 """A scan may come from so far in the future by rounding, s."""
@@ -60,6 +63,7 @@ class StarPerception(LeafSystem):
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
+        period = checked_period(self, rate=rate, offset=offset)
         self._robot, self._planner, self._controller = robot, planner, controller
         self._stopwatch = stopwatch or Stopwatch()
         self._confirm = confirm
@@ -76,7 +80,7 @@ class StarPerception(LeafSystem):
             self._calc_safety_star,
             depends | {self.time_ticket()},
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / rate, offset, self._update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)
@@ -86,6 +90,8 @@ class StarPerception(LeafSystem):
         if scan.time < before.safety.time:
             before = Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
+        if not np.isfinite(pose).all():
+            raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         seen = perceive(
             before, scan, pose, self._planner, self._controller, self._robot.radius,
             confirm=self._confirm, stopwatch=self._stopwatch,

@@ -15,6 +15,10 @@ from drake_starnav.roadmap import (
 )
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.timing import checked_period
+
+EARLY = 1e-6
+"""A scan may come from so far in the future by rounding, s."""
 
 
 class StarRoadmapPlanner(LeafSystem):
@@ -74,7 +78,8 @@ class StarRoadmapPlanner(LeafSystem):
         self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), self._calc_roadmap, depends)
         self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), self._calc_status, depends)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / planner.rate, offset, self._update)
+        period = checked_period(self, rate=planner.rate, offset=offset)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
         pose = self._pose.Eval(context)
@@ -83,7 +88,7 @@ class StarRoadmapPlanner(LeafSystem):
 
     def _update(self, context: Context, state: State) -> EventStatus:
         seen = self._star.Eval(context)
-        if seen.region is None:
+        if seen.region is None or seen.scan.time > context.get_time() + EARLY:  # of the run before time was set back
             return EventStatus.DidNothing()
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()

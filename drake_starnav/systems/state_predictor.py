@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control.pending import pending_count, predicted_pose
+from drake_starnav.systems.timing import checked_period
 
 
 class StatePredictor(LeafSystem):
@@ -31,7 +32,7 @@ class StatePredictor(LeafSystem):
             rate, offset: of the controller's updates, Hz and s.
         """
         super().__init__()
-        self._delay, self._period = delay, 1.0 / rate
+        self._delay, self._period = delay, checked_period(self, rate=rate, offset=offset)
         self._count = pending_count(delay, self._period)
         self._now = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", 2)

@@ -16,10 +16,29 @@ OPEN_BORDER = 2.0
 """How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""
 
 
-def _array(value: object, columns: int) -> np.ndarray:
-    array = np.array(value, dtype=float).reshape(-1, columns)
+def _rows(value: object, names: tuple[str, ...], place: str) -> np.ndarray:
+    """A read-only array with a column for each name, or a `StarnavError`."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise StarnavError(f"{place} is {value!r}; allowed: numbers, rows of ({', '.join(names)})") from None
+    if array.size == 0:
+        array = np.zeros((0, len(names)))
+    if array.ndim != 2 or array.shape[1] != len(names):
+        raise StarnavError(f"{place} has shape {array.shape}; allowed: (n, {len(names)}), rows of ({', '.join(names)})")
     array.flags.writeable = False
     return array
+
+
+def _numbers(value: object, names: tuple[str, ...], place: str) -> tuple[float, ...]:
+    """As many numbers as names, or a `StarnavError`."""
+    try:
+        numbers = tuple(float(x) for x in value)  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != len(names):
+        raise StarnavError(f"{place} is {value!r}; allowed: ({', '.join(names)})")
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -68,11 +87,16 @@ class World:
     movers: Movers = field(default_factory=Movers)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "cylinders", _array(self.cylinders, 3))
-        object.__setattr__(self, "spheres", _array(self.spheres, 3))
-        object.__setattr__(self, "polygons", tuple(_array(p, 2) for p in self.polygons))
-        object.__setattr__(self, "start", tuple(float(x) for x in self.start))
-        object.__setattr__(self, "goal", tuple(float(x) for x in self.goal))
+        place = f"world {self.name}: "
+        for name in ("cylinders", "spheres"):
+            object.__setattr__(self, name, _rows(getattr(self, name), ("x", "y", "radius"), place + name))
+        polygons = (_rows(polygon, ("x", "y"), f"{place}polygons[{k}]") for k, polygon in enumerate(self.polygons))
+        object.__setattr__(self, "polygons", tuple(polygons))
+        for name, names in (("start", ("x", "y", "yaw")), ("goal", ("x", "y"))):
+            object.__setattr__(self, name, _numbers(getattr(self, name), names, place + name))
+        if self.bounds is not None:
+            corners = ("x_min", "y_min", "x_max", "y_max")
+            object.__setattr__(self, "bounds", _numbers(self.bounds, corners, f"{place}bounds"))
         self._check()
 
     def _check(self) -> None:

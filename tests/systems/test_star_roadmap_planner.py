@@ -8,7 +8,7 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerStatus
+from drake_starnav.roadmap import Observation, PlannerParameters, PlannerStatus, StarRoadmap
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import scan_region
 from drake_starnav.stopwatch import Stopwatch
@@ -51,6 +51,10 @@ class Planning:
 
     def update(self) -> None:
         self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
+
+    @property
+    def roadmap(self) -> StarRoadmap:
+        return self.system.GetOutputPort("roadmap").Eval(self.context).roadmap
 
     def look_around(self, world: World) -> None:
         """See the same from the same place, until no progress was made for long enough."""
@@ -133,6 +137,23 @@ def test_a_goal_that_is_no_place_is_told() -> None:
         planning.see(SCREEN)
         with pytest.raises(StarnavError, match=words):
             planning.update()
+
+
+def test_after_time_was_set_back_the_scan_of_the_run_before_is_not_looked_at() -> None:
+    planning = Planning()
+    planning.simulator.AdvanceTo(3.0)
+    planning.see(SCREEN)
+    planning.update()
+    planning.update()
+    assert np.allclose(planning.roadmap.regions[0].center, POSE[:2])
+    planning.context.SetTime(0.0)
+    planning.simulator.Initialize()
+    planning.update()  # the last scan of the run before is still there
+    elsewhere = POSE - (0.5, 0.5, 0.0)
+    planning.see(SCREEN, elsewhere)
+    planning.update()
+    planning.update()
+    assert [region.center.tolist() for region in planning.roadmap.regions] == [elsewhere[:2].tolist()]
 
 
 def test_updates_come_at_the_rate_after_the_offset() -> None:

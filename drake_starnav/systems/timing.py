@@ -1,0 +1,28 @@
+"""When systems are updated."""
+
+import math
+
+from pydrake.systems.framework import LeafSystem
+
+from drake_starnav.errors import StarnavError
+
+
+def checked_period(
+    system: LeafSystem, *, period: float | None = None, rate: float | None = None, offset: float = 0.0
+) -> float:
+    """The period of a system's updates, s.
+
+    Args:
+        system: whose they are, for messages.
+        period, rate: one of them, s or Hz.
+        offset: of the first update, s.
+
+    Raises:
+        StarnavError: Drake would end the process with these times, or never update the system.
+    """
+    name, value = ("period", period) if rate is None else ("rate", rate)
+    if value is None or not (math.isfinite(value) and value > 0.0):
+        raise StarnavError(f"{type(system).__name__}: {name} is {value}; allowed: 0 < x, finite")
+    if not (math.isfinite(offset) and offset >= 0.0):
+        raise StarnavError(f"{type(system).__name__}: offset is {offset} s; allowed: 0 <= x, finite")
+    return value if rate is None else 1.0 / value

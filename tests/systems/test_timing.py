@@ -1,0 +1,66 @@
+"""Times that Drake would take amiss are refused by name."""
+
+import math
+
+import pytest
+from pydrake.geometry import GeometryId
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
+from drake_starnav.movers import MoverParameters
+from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scan_matching import OdometryError
+from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.jump_guard import JumpGuard
+from drake_starnav.systems.mover_tracker import MoverTracker
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.systems.timing import checked_period
+
+ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
+WITH_PERIOD = {
+    "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
+    "CollisionMonitor": lambda **times: CollisionMonitor(robot=[GeometryId.get_new_id()], ground=[], **times),
+}
+WITH_RATE = {
+    "StarPerception": lambda **times: StarPerception(ROBOT, PLANNER, CONTROLLER, **times),
+    "MoverTracker": lambda **times: MoverTracker(MoverParameters(), **times),
+    "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
+    "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
+    "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
+}
+WITH_OFFSET = {
+    "StarRoadmapPlanner": lambda **times: StarRoadmapPlanner(ROBOT, PLANNER, **times),
+    "DsmController": lambda **times: DsmController(ROBOT, CONTROLLER, **times),
+}
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_period_is_a_positive_time(value: float) -> None:
+    for times, systems in (({"period": value}, WITH_PERIOD), ({"rate": value, "offset": 0.0}, WITH_RATE)):
+        for name, make in systems.items():
+            with pytest.raises(StarnavError, match=rf"^{name}: (period|rate) is {value}; allowed: 0 < x, finite$"):
+                make(**times)
+
+
+@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
+def test_an_offset_is_a_time_from_0_on(value: float) -> None:
+    for times, systems in (
+        ({"period": 1.0, "offset": value}, WITH_PERIOD),
+        ({"rate": 1.0, "offset": value}, WITH_RATE),
+        ({"offset": value}, WITH_OFFSET),
+    ):
+        for name, make in systems.items():
+            with pytest.raises(StarnavError, match=rf"^{name}: offset is {value} s; allowed: 0 <= x, finite$"):
+                make(**times)
+
+
+def test_the_period_is_that_given_or_of_the_rate() -> None:
+    monitor = ArrivalMonitor(tolerance=0.1, period=1.0)
+    assert checked_period(monitor, period=0.25) == 0.25
+    assert checked_period(monitor, rate=4.0, offset=1.0) == 0.25
