@@ -11,10 +11,18 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.control import ControllerParameters as ControllerParameters
     from drake_starnav.diagram import add_navigation as add_navigation
     from drake_starnav.diagram import make_diagram as make_diagram
+    from drake_starnav.drawing import RecordingParameters as RecordingParameters
     from drake_starnav.errors import StarnavError as StarnavError
+    from drake_starnav.faults import DriveParameters as DriveParameters
+    from drake_starnav.faults import LocalizationParameters as LocalizationParameters
     from drake_starnav.guidance import Guidance as Guidance
     from drake_starnav.lidar import LidarParameters as LidarParameters
+    from drake_starnav.motion import Motion as Motion
+    from drake_starnav.movers import MoverParameters as MoverParameters
+    from drake_starnav.recording.recorder import Recorder as Recorder
+    from drake_starnav.roadmap import Observation as Observation
     from drake_starnav.roadmap import PlannerParameters as PlannerParameters
+    from drake_starnav.roadmap import PlannerStatus as PlannerStatus
     from drake_starnav.roadmap import StarRoadmap as StarRoadmap
     from drake_starnav.robot import RobotParameters as RobotParameters
     from drake_starnav.scan import LaserScan as LaserScan
@@ -28,6 +36,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station import NavigationStation as NavigationStation
     from drake_starnav.station import RobotEquipment as RobotEquipment
     from drake_starnav.station import plant_config as plant_config
+    from drake_starnav.systems.arrival_monitor import ArrivalMonitor as ArrivalMonitor
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.collision_monitor import CollisionMonitor as CollisionMonitor
     from drake_starnav.systems.dsm_controller import DsmController as DsmController
@@ -46,9 +55,14 @@ _PUBLIC = {
     "RobotParameters": "robot",
     "LaserScan": "scan",
     "LidarParameters": "lidar",
+    "LocalizationParameters": "faults",
+    "DriveParameters": "faults",
+    "MoverParameters": "movers",
     "StarRegion": "stars",
     "PlannerParameters": "roadmap",
     "StarRoadmap": "roadmap",
+    "Observation": "roadmap",
+    "PlannerStatus": "roadmap",
     "Guidance": "guidance",
     "ControllerParameters": "control",
     "World": "worlds",
@@ -65,7 +79,11 @@ _PUBLIC = {
     "MpcController": "systems.mpc_controller",
     "WheelSpeedCommand": "systems.wheel_speed_command",
     "CollisionMonitor": "systems.collision_monitor",
+    "ArrivalMonitor": "systems.arrival_monitor",
     "StarRoadmapVisualizer": "systems.star_roadmap_visualizer",
+    "RecordingParameters": "drawing",
+    "Recorder": "recording.recorder",
+    "Motion": "motion",
     "NavigationStation": "station",
     "RobotEquipment": "station",
     "add_robot": "systems.robot_model",

@@ -25,7 +25,7 @@ class LaserScan:
     beams: a lost beam says nothing, neither hit nor free.
 
     Attributes:
-        time: time of the measurement, s; of the last beam, if beams have their own times.
+        time: time of the measurement on the simulation's clock, s; of the last beam, if beams have their own times.
         angle_min: bearing of the first beam, rad.
         angle_increment: bearing step between beams, rad, positive.
         range_min, range_max: limits of the sensor, m.
@@ -38,13 +38,14 @@ class LaserScan:
 
     What the properties count a beam as, by where it ended:
 
-    | | hits | moving | lost | silent | lasting |
-    |---|---|---|---|---|---|
-    | on what stays | x | | | | x |
-    | on what may move (UNKNOWN) | x | | | | |
-    | on what moves (MOVES) | | x | | x | |
-    | nowhere (+inf) | | | | | x |
-    | who knows (NaN) | | | x | x | |
+    ```
+                                   hits  moving  lost  silent  lasting
+    on what stays                   x                             x
+    on what may move (UNKNOWN)      x
+    on what moves (MOVES)                  x              x
+    nowhere (+inf)                                                x
+    nobody knows (NaN)                             x      x
+    ```
     """
 
     time: float

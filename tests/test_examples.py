@@ -39,6 +39,7 @@ EXPECTED = {
         r"in the mean; 9\d\.\d% of the commands certified$",
     ],
     "11_replay_a_scan_log": [r"^25 scans, \d+ plans; in the end approaching$"],
+    "12_record_your_diagram": [r"^[4-6] places visited in 30 s; a page of \d\.\d MB$"],
     "lidar_only": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
 }
 """What each prints, as regular expressions: its outcome."""
