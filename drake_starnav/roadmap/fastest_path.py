@@ -20,24 +20,25 @@ from drake_starnav.robot import RobotParameters
 SPARE = 0.004
 """Cells nearer to a hit than the robot's radius plus this are blocked, m."""
 BORDER = 3.0
-"""The grid reaches this far beyond the goal and where the robot has been; twice as far while no way is found, m."""
+"""The grid reaches this far beyond the goal and where the robot has been, m."""
 DOUBLINGS = 3
+"""While no way is found that border is doubled, so many times at most."""
 PATH_LENGTH = 3.5
 """The path is made this long, m."""
 BEYOND_ROBOT = 0.4
-"""The search goes on until detours of this length are known too, m."""
+"""The search goes on until cells on detours of this length are reached too, m."""
 ENTRY = 0.12
-"""The path may begin in a cell this far from the robot, at three times the way, m."""
+"""The path may begin in a cell this far from the robot, where a metre to that cell counts as three, m."""
 HEADWAY = 0.1
-"""The way to go must become this much shorter, m,"""
+"""The robot makes headway when its time-to-go falls by this, in metres at full speed."""
 PATIENCE = 1.5
-"""in this time, s, or the narrowest place of the path is shut."""
+"""After this time without headway the robot has stalled, s."""
 NARROWEST_WITHIN = 0.75
-"""Part of the path on which that place is looked for, m."""
+"""When the robot has stalled, the narrowest place of this much of its path is shut, m."""
 NARROW = 0.06
-"""A place with more clearance than this is no reason for standing, m."""
+"""A place with more clearance than this is not shut, m."""
 SETBACK = 0.5
-"""A way to go that became this much longer is another way, m."""
+"""A time-to-go that has grown by this is that of another path, in metres at full speed."""
 GOAL_REACH = 0.5
 """A goal in a blocked cell is replaced by the nearest free cell within this, m."""
 
@@ -47,8 +48,8 @@ class Headway:
     """The watch over a robot on the fastest path. Immutable.
 
     Attributes:
-        best: the shortest way to go since `since`, in metres at full speed.
-        since: s.
+        best: the time-to-go when headway was last made, in metres at full speed.
+        since: when that was, s.
         shut: shape (k, 2), places that are taken as blocked, W, m.
         followed: whether the planner's path is the fastest one.
     """
@@ -62,10 +63,10 @@ class Headway:
         return self
 
     def watched(self, to_go: float, time: float) -> tuple["Headway", bool]:
-        """The watch after one more look, and whether the robot has made no headway for too long.
+        """The watch updated with a new time-to-go, and whether the robot has stalled.
 
         Args:
-            to_go: the way to go, in metres at full speed.
+            to_go: the time-to-go, in metres at full speed.
             time: s.
         """
         if to_go < self.best - HEADWAY or to_go > self.best + SETBACK:
@@ -97,6 +98,9 @@ def fastest_path(
     Returns:
         The first PATH_LENGTH of the path, shape (k, 2), W, m, and the length, m; no point and infinity if there is no
         way.
+
+    Raises:
+        StarnavError: the box has too many cells.
     """
     border = BORDER
     for _ in range(DOUBLINGS + 1):
@@ -142,10 +146,10 @@ def _path_in_window(
     goal_cell = _free_cell_near(weight, np.clip(np.rint(goal / cell).astype(np.int64) - first, 0, last) + 1, cell)
     if goal_cell is None:
         return np.zeros((0, 2)), math.inf
-    bid = np.full(weight.shape, UNREACHED, np.int32)
-    bid[start_cell[0], start_cell[1]] = 0
-    slack = round(100.0 * BEYOND_ROBOT / cell)
-    cost, _ = bucket_dijkstra(weight, goal_cell[0], goal_cell[1], bid, slack, start_cell[0], start_cell[1])
+    cost_to_come = np.full(weight.shape, UNREACHED, np.int32)
+    cost_to_come[start_cell[0], start_cell[1]] = 0
+    margin = round(100.0 * BEYOND_ROBOT / cell)
+    cost, _ = bucket_dijkstra(weight, *goal_cell, cost_to_come, margin, *start_cell)
     steps = int(PATH_LENGTH / cell)
     cells, to_go = _descent(cost, start_cell[0], start_cell[1], int(ENTRY / cell), steps)
     return (cells - 1 + first) * cell, to_go * cell / 100.0

@@ -23,10 +23,11 @@ SOFT_ZONE = 0.12
 CLOSED_RADIUS = 0.2
 """Around a place that was tried in vain, cells this near are blocked, m."""
 UNREACHED = 2**30
+"""The cost of a cell that is blocked or was not reached."""
 LARGEST_GRID = 5e7
-"""Cells of a cost-to-go; each that is searched takes some 110 bytes."""
-SLACK = 150
-"""A search goes on until sums exceed the smallest by this, as far as `_nearest_cost` looks; hundredths of a cell."""
+"""A grid that is searched has no more cells than this; each that is reached takes some 110 bytes."""
+NEIGHBOURHOOD = 150
+"""The margin of a search that reaches all 3 x 3 cells about a point, hundredths of a cell."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,17 @@ class HitMemory:
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray, stride: int = STRIDE) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a box in W: distances (nx, ny) of every `stride`-th cell, and the first cell's index (2,)."""
+        """The cells of a box in W: distances (nx, ny) of every `stride`-th cell, and the first cell's index (2,).
+
+        Raises:
+            StarnavError: there would be more than LARGEST_GRID cells.
+        """
+        cell = self.resolution * stride
+        if float(np.prod((high - low) / cell)) > LARGEST_GRID:
+            raise StarnavError(
+                f"the goal is too far: a grid from {low.tolist()} to {high.tolist()} would have more than "
+                f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
+            )
         first = np.floor(low / self.resolution / stride).astype(np.int64) * stride
         count = np.ceil((high - low) / self.resolution / stride).astype(np.int64) + 1
         out = np.full(count, self.cap, np.float32)
@@ -115,28 +126,28 @@ class CostField:
     """Length of the shortest path to the goal from every cell, as far as it was searched.
 
     Attributes:
-        cost: shape (nx, ny) with a border, in hundredths of a cell; UNREACHED where blocked or not searched.
+        cost: shape (nx, ny) with a border, in hundredths of a cell; UNREACHED where blocked or not reached.
         weight: same shape, what crossing a cell costs in tenths; 0 where blocked.
         origin: position of cell (1, 1), shape (2,), W, m.
         cell: size of a cell, m.
-        aim: cell (i, j) towards which the search went; (-1, -1) if it went all ways alike.
-        searched: where the sum of the cost and of what is left to `aim` at least is less, all was found, in hundredths
-            of a cell; -1 if the whole box was searched.
+        source: cell (i, j) towards which the search went; (-1, -1) if it went all ways alike.
+        f_limit: cells that were not reached have at least this sum of the cost and the heuristic from `source`, in
+            hundredths of a cell; -1 if the whole box was searched.
     """
 
     cost: np.ndarray
     weight: np.ndarray
     origin: np.ndarray
     cell: float
-    aim: tuple[int, int]
-    searched: int
+    source: tuple[int, int]
+    f_limit: int
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """From each point to the goal, shape (n, 2) in W -> (n,), m.
 
         Infinity where the goal cannot be reached inside the box; where the search ended before, a lower bound.
         """
-        return _nearest_cost(self.cost, points, self.origin, self.cell, self.searched, *self.aim)
+        return _nearest_cost(self.cost, points, self.origin, self.cell, self.f_limit, *self.source)
 
     def path(self, start: np.ndarray) -> np.ndarray:
         """Cell centres of the shortest path from near `start` (2,) to the goal, shape (k, 2), W, m; maybe none."""
@@ -152,9 +163,9 @@ def cost_to_go(
     robot_radius: float,
     near_wall_cost: float,
     closed: np.ndarray | None = None,
-    spent: np.ndarray | None = None,
-    position: np.ndarray | None = None,
-    bonus: float = 0.0,
+    cost_to_come: np.ndarray | None = None,
+    source: np.ndarray | None = None,
+    margin: float = 0.0,
 ) -> CostField:
     """Length of the shortest path to the goal if all unknown space were free.
 
@@ -163,27 +174,22 @@ def cost_to_go(
 
     Args:
         memory: the hits.
-        points: shape (n, 2), W, m; from which the cost will be asked for.
+        points: shape (n, 2), W, m, where the cost will be asked for.
         goal: shape (2,), W, m.
         low, high: corners of the box that is searched, W, m; it must contain the goal.
         robot_radius: m.
         near_wall_cost: share.
         closed: shape (k, 2), places around which cells are blocked too, W, m.
-        spent: shape (n,), m: what it costs to get to each point. If given, the search ends as soon as no other
-            point can have a smaller sum of both; the others' cost is then a lower bound with which they lose too.
-        position: shape (2,), W, m, of the robot, if what is spent is at least the straight line from there: the search
-            then goes towards it.
-        bonus: m; points whose sums are within it of the smallest are found too.
+        cost_to_come: shape (n,), m, to each point. With it the search ends once the point with the least sum of both
+            costs is known; the others' cost-to-go may then be a lower bound, with which their sums are no smaller.
+        source: shape (2,), W, m: the search goes towards it. No cost-to-come may be less than the straight line from
+            there.
+        margin: points whose sums exceed the least by no more than this are known too, m.
 
     Raises:
-        StarnavError: the box would have too many cells.
+        StarnavError: the box has too many cells.
     """
     cell = memory.resolution * STRIDE
-    if float(np.prod((high - low) / cell)) > LARGEST_GRID:
-        raise StarnavError(
-            f"the goal at {goal.tolist()} is too far: the cost-to-go would have more than {LARGEST_GRID:.0e} cells of "
-            f"{cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
-        )
     distance, first = memory.window(low, high)
     origin = first * memory.resolution
     blocked = robot_radius - BLOCKED_SLACK
@@ -191,13 +197,14 @@ def cost_to_go(
     if closed is not None:
         _close(weight, (closed - origin) / cell + 1.0, CLOSED_RADIUS / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
-    bid = _bids(weight.shape, points, origin, cell, spent)
-    aim = (-1, -1)
-    if position is not None:
-        p, q = np.rint((position - origin) / cell).astype(np.int64) + 1
-        aim = (int(p), int(q))
-    cost, searched = bucket_dijkstra(weight, i + 1, j + 1, bid, SLACK + round(100.0 * bonus / cell), *aim)
-    return CostField(cost, weight, origin, cell, aim, searched)
+    cost_to_come_grid = _cost_to_come_grid(weight.shape, points, origin, cell, cost_to_come)
+    source_cell = (-1, -1)
+    if source is not None:
+        p, q = np.rint((source - origin) / cell).astype(np.int64) + 1
+        source_cell = (int(p), int(q))
+    margin_in_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
+    cost, f_limit = bucket_dijkstra(weight, i + 1, j + 1, cost_to_come_grid, margin_in_cells, *source_cell)
+    return CostField(cost, weight, origin, cell, source_cell, f_limit)
 
 
 @njit(cache=True)
@@ -246,31 +253,30 @@ def _close(weight, places, radius):
                     weight[i, j] = 0
 
 
-def _bids(
-    shape: tuple[int, int], points: np.ndarray, origin: np.ndarray, cell: float, spent: np.ndarray | None
+def _cost_to_come_grid(
+    shape: tuple[int, int], points: np.ndarray, origin: np.ndarray, cell: float, cost_to_come: np.ndarray | None
 ) -> np.ndarray:
-    """What is spent to get to the points of each cell at least, in hundredths of a cell; UNREACHED without points."""
-    bid = np.full(shape, UNREACHED, np.int32)
-    if spent is not None:
+    """The least cost-to-come of the points in each cell, in hundredths of a cell; UNREACHED where there are none."""
+    out = np.full(shape, UNREACHED, np.int32)
+    if cost_to_come is not None:
         index = np.rint((points - origin) / cell).astype(np.int64) + 1
-        good = np.isfinite(spent) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
+        good = np.isfinite(cost_to_come) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
         i, j = index[good].T
-        np.minimum.at(bid, (i, j), np.rint(100.0 * spent[good] / cell).astype(np.int32))
-    return bid
+        np.minimum.at(out, (i, j), np.rint(100.0 * cost_to_come[good] / cell).astype(np.int32))
+    return out
 
 
 @njit(cache=True)
-def bucket_dijkstra(weight, gi, gj, bid, slack=SLACK, ai=-1, aj=-1):
-    """Cost from cells to (gi, gj) by Dial's bucket queue, in hundredths of a cell; UNREACHED elsewhere.
+def bucket_dijkstra(weight, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOOD, si=-1, sj=-1):
+    """Dial's bucket-queue A* from the goal (gi, gj) to the source (si, sj); Dijkstra's search without a source (-1).
 
-    Ends early, and then returns the cost at which it did (else -1), when the smallest sum of cost and bid found so far
-    is less than the present cost by `slack`: by default the neighbourhood over which `_nearest_cost` looks. If a cell
-    (ai, aj) is given (not -1), the search goes towards it (A*), and the present cost contains what is left to there at
-    least; only cells on short ways between both have final costs.
+    It stops once every open cell's f = cost_to_go + heuristic exceeds the best cost_to_go + cost_to_come by more than
+    `margin`, and returns that f, else -1; cells not reached by then have a cost_to_go of at least f - heuristic. All
+    costs are in hundredths of a cell.
     """
     nx, ny = weight.shape
     w = weight.ravel()
-    bids = bid.ravel()
+    cost_to_come = cost_to_come_grid.ravel()
     best = UNREACHED
     cost = np.full(nx * ny, UNREACHED, np.int32)
     buckets = 1
@@ -286,7 +292,7 @@ def bucket_dijkstra(weight, gi, gj, bid, slack=SLACK, ai=-1, aj=-1):
     start = gi * ny + gj
     cost[start] = 0
     entry_cell[0], entry_cost[0], entry_next[0] = start, 0, -1
-    bucket = _least_cost(gi, gj, ai, aj) & (buckets - 1)
+    bucket = _heuristic(gi, gj, si, sj) & (buckets - 1)
     head[bucket] = 0
     used = 1
     waiting = 1
@@ -296,22 +302,22 @@ def bucket_dijkstra(weight, gi, gj, bid, slack=SLACK, ai=-1, aj=-1):
         e = head[bucket]
         head[bucket] = entry_next[e]
         waiting -= 1
-        c, d = entry_cell[e], entry_cost[e]
-        if d > cost[c]:
+        c, cost_to_go = entry_cell[e], entry_cost[e]
+        if cost_to_go > cost[c]:
             continue
-        if bids[c] < UNREACHED:
-            best = min(best, d + bids[c])
-        present = d + _least_cost(c // ny, c % ny, ai, aj)
-        if best < present - slack:
-            return cost.reshape(nx, ny), present
+        if cost_to_come[c] < UNREACHED:
+            best = min(best, cost_to_go + cost_to_come[c])
+        f = cost_to_go + _heuristic(c // ny, c % ny, si, sj)
+        if f > best + margin:
+            return cost.reshape(nx, ny), f
         for k in range(8):
             n = c + steps[k]
             if w[n] == 0:
                 continue
-            candidate = d + w[n] * lengths[k]
+            candidate = cost_to_go + w[n] * lengths[k]
             if candidate < cost[n]:
                 cost[n] = candidate
-                b = (candidate + _least_cost(n // ny, n % ny, ai, aj)) & (buckets - 1)
+                b = (candidate + _heuristic(n // ny, n % ny, si, sj)) & (buckets - 1)
                 entry_cell[used], entry_cost[used], entry_next[used] = n, candidate, head[b]
                 head[b] = used
                 used += 1
@@ -320,20 +326,20 @@ def bucket_dijkstra(weight, gi, gj, bid, slack=SLACK, ai=-1, aj=-1):
 
 
 @njit(cache=True)
-def _least_cost(i, j, ai, aj):
-    """A cost between two cells, in hundredths of a cell; 0 if there is no second one (-1).
+def _heuristic(i, j, si, sj):
+    """A lower bound of the cost from the source (si, sj), in hundredths of a cell; 0 without a source (-1).
 
-    It is at most the straight line, which is at most the way from cell to cell.
+    It is no more than the straight line, which is no more than the way from cell to cell.
     """
-    if ai < 0:
+    if si < 0:
         return 0
-    di, dj = abs(i - ai), abs(j - aj)
+    di, dj = abs(i - si), abs(j - sj)
     return (100 * max(di, dj) + 40 * min(di, dj)) * 12 // 13
 
 
 @njit(cache=True)
-def _nearest_cost(field, points, origin, cell, searched, ai, aj):
-    """Smallest cost over the 3 x 3 cells about each point, or what it is at least where none was searched, m."""
+def _nearest_cost(field, points, origin, cell, f_limit, si, sj):
+    """Smallest cost over the 3 x 3 cells about each point, or a lower bound where none was reached, m."""
     nx, ny = field.shape
     out = np.full(len(points), np.inf)
     for n in range(len(points)):
@@ -344,8 +350,8 @@ def _nearest_cost(field, points, origin, cell, searched, ai, aj):
                 if field[a, b] < UNREACHED:
                     detour = cell * math.hypot(a - i, b - j)
                     out[n] = min(out[n], field[a, b] * cell / 100.0 + detour)
-        if searched >= 0 and out[n] == np.inf:
-            out[n] = max(searched - _least_cost(i, j, ai, aj), 0) * cell / 100.0
+        if f_limit >= 0 and out[n] == np.inf:
+            out[n] = max(f_limit - _heuristic(i, j, si, sj), 0) * cell / 100.0
     return out
 
 

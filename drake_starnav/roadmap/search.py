@@ -204,12 +204,13 @@ def optimistic_cost(
     goal: np.ndarray,
     parameters: PlannerParameters,
     robot_radius: float,
-    spent: np.ndarray | None = None,
+    cost_to_come: np.ndarray | None = None,
     at_robot: bool = True,
 ) -> CostField:
-    """The cost-to-go; with `spent` (n,), m, to get to the frontiers, only until the cheapest of them is known.
+    """The cost-to-go; with a cost-to-come (n,), m, of the frontiers, only until the cheapest of them is known.
 
-    With `at_robot` the cost at the robot is known too, but where that is less than by any frontier, only that.
+    With `at_robot`, the search may also stop once the cost at the robot itself is the least; frontier costs are then
+    lower bounds.
     """
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
@@ -224,8 +225,8 @@ def optimistic_cost(
         robot_radius,
         parameters.near_wall_cost,
         np.vstack((roadmap.closed, roadmap.blocked)),
-        None if spent is None else np.append(spent, 0.0 if at_robot else np.inf),
-        None if spent is None else position,
+        None if cost_to_come is None else np.append(cost_to_come, 0.0 if at_robot else np.inf),
+        None if cost_to_come is None else position,
         parameters.hysteresis,
     )
 

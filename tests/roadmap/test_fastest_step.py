@@ -3,7 +3,9 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, fastest_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import scan_region
@@ -54,6 +56,11 @@ def test_a_far_goal_is_not_arrived_at_yet():
     (state,) = drive(World("open", (0, 0, 0), (9, 0)), steps=1)
     assert state.status is PlannerStatus.EXPLORING
     assert not state.guidance.arrives
+
+
+def test_a_goal_too_far_for_the_grid_is_told():
+    with pytest.raises(StarnavError, match=r"too far.*5e\+07 cells of 0\.03 m; allowed: .*planner\.grid_resolution"):
+        drive(World("open", (0, 0, 0), (2000, 2000)), steps=1)
 
 
 def test_an_enclosed_goal_is_left_to_the_roadmap_which_gives_it_up():

@@ -171,32 +171,32 @@ def test_a_search_that_ends_early_has_the_same_winner(seed):
     rng = np.random.default_rng(seed)
     grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
-    spent = rng.uniform(0.0, 6.0, 30)
+    cost_to_come = rng.uniform(0.0, 6.0, 30)
     full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
-    early = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0, spent=spent).at(points)
+    early = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0, cost_to_come=cost_to_come).at(points)
     if np.isfinite(full).any():
-        best = np.argmin(full + spent)
+        best = np.argmin(full + cost_to_come)
         assert early[best] == pytest.approx(full[best], abs=1e-9)
-        assert (early + spent).min() == pytest.approx((full + spent)[best], abs=1e-9)
+        assert (early + cost_to_come).min() == pytest.approx((full + cost_to_come)[best], abs=1e-9)
 
 
 @settings(max_examples=60)
 @given(seeds, st.floats(0.0, 1.0))
-def test_a_search_towards_the_robot_has_the_same_winners(seed, bonus):
+def test_a_search_towards_the_robot_has_the_same_winners(seed, margin):
     rng = np.random.default_rng(seed)
     grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
     robot = points[-1]
-    spent = np.hypot(*(points - robot).T) * rng.uniform(1.0, 2.0, 30)
+    cost_to_come = np.hypot(*(points - robot).T) * rng.uniform(1.0, 2.0, 30)
     full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
     early = cost_to_go(
-        grid, points, goal, LOW, HIGH, RADIUS, 1.0, spent=spent, position=robot, bonus=bonus
+        grid, points, goal, LOW, HIGH, RADIUS, 1.0, cost_to_come=cost_to_come, source=robot, margin=margin
     ).at(points)  # fmt: skip
     if np.isfinite(full).any():
-        sums = full + spent
-        near = sums <= sums.min() + bonus
+        sums = full + cost_to_come
+        near = sums <= sums.min() + margin
         np.testing.assert_allclose(early[near], full[near], atol=1e-9)
-        assert (early + spent)[~near].min(initial=np.inf) >= sums.min()
+        assert (early + cost_to_come)[~near].min(initial=np.inf) >= sums.min()
 
 
 @settings(max_examples=20)
@@ -223,10 +223,10 @@ def test_a_search_towards_a_cell_finds_the_same_cost(seed):
     weight[[0, -1]] = weight[:, [0, -1]] = 0
     start, goal = rng.integers(1, (41, 51)), rng.integers(1, (41, 51))
     weight[tuple(start)] = weight[tuple(goal)] = 10
-    bid = np.full(weight.shape, UNREACHED, np.int32)
-    whole, _ = bucket_dijkstra(weight, *goal, bid)
-    bid[tuple(start)] = 0
-    found, _ = bucket_dijkstra(weight, *goal, bid, 0, *start)
+    cost_to_come = np.full(weight.shape, UNREACHED, np.int32)
+    whole, _ = bucket_dijkstra(weight, *goal, cost_to_come)
+    cost_to_come[tuple(start)] = 0
+    found, _ = bucket_dijkstra(weight, *goal, cost_to_come, 0, *start)
     assert found[tuple(start)] == whole[tuple(start)]
     assert (found >= whole).all()
     assert (found < UNREACHED).sum() <= (whole < UNREACHED).sum()
