@@ -1,8 +1,8 @@
-"""Old regions held against a new scan: where the believed pose drifts, what was free may lie behind a wall by now.
+"""Regions cut back, or dropped, where later experience contradicts them.
 
-A node's region and hits are in the frame in which its scan was taken. When the robot comes back, its new scan tells how
-far that frame has moved: hits of the new scan then lie inside old regions, and old hits where the new scan saw free
-space. The new scan is right about what surrounds the robot now.
+Where the believed pose drifts, a new scan's hits come to lie inside old regions, and old hits where the new scan saw
+free space; the new scan is right about what surrounds the robot now. Where the robot stalls inside the regions, they
+are wrong about the place before it.
 """
 
 import dataclasses
@@ -14,20 +14,22 @@ from numba import njit
 
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
+from drake_starnav.roadmap.state import Moment
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import eroded_range, half_gaps, point_hits
-from drake_starnav.stars.region import StarRegion, fit_region
+from drake_starnav.stars.piecewise_cubic import fit_piecewise_cubic
+from drake_starnav.stars.region import StarRegion, scan_region
 
 KEPT_SHARE = 0.7
-"""A region of which less than this share of its reach is left, summed over all bearings, is dropped."""
+"""A region is dropped when less than this share of its free range is left, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
-"""A node of whose hits more than this share lie in space that the new scan saw free is dropped."""
+"""A node is dropped when the new scan saw free space at more than this share of its hits."""
 FEWEST_HITS = 5
-"""Fewer hits in free space than this contradict nothing."""
+"""A new scan must see free space at so many of a node's hits to contradict them."""
 
 
 def cut_back(region: StarRegion, scan: LaserScan, pose: np.ndarray, radius: float) -> np.ndarray:
-    """The free range of an old region as far as a new scan allows, shape (M,), m.
+    """The free range of an old region, cut back where a new scan has hits; shape (M,), m.
 
     Args:
         region: made from an older scan.
@@ -42,9 +44,9 @@ def cut_back(region: StarRegion, scan: LaserScan, pose: np.ndarray, radius: floa
 
 
 def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np.ndarray, slack: float) -> float:
-    """The share of an old scan's hits that lie in the midst of what a new scan saw free: by `slack` (m) on all sides.
+    """The share of an old scan's hits about which a new scan saw free space, by `slack` (m) on all sides.
 
-    Only hits in the new scan's reach count; 0 where too few of them contradict it.
+    Only hits in the new scan's reach count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
     offset = old.points(old_pose) - pose[:2]
     distance = np.hypot(offset[:, 0], offset[:, 1])
@@ -69,7 +71,7 @@ def _free_around(beam, distance, ranges, increment, slack, wrap):
     return out
 
 
-def reconciled(
+def reconcile(
     roadmap: StarRoadmap,
     scan: LaserScan,
     pose: np.ndarray,
@@ -78,8 +80,9 @@ def reconciled(
 ) -> StarRoadmap:
     """The roadmap without what a new scan contradicts by more than `parameters.contradiction`.
 
-    Regions are cut back where the new hits cut deeper into them than that; nodes of which too little is left, or whose
-    hits the new scan saw through, are dropped. If any was, the map is built anew from the rest, hits and all.
+    Regions are cut back where the new hits lie deeper in them than that; nodes of which too little is left, or whose
+    hits the new scan saw through, are dropped. If anything changed, the roadmap is made anew from what is left, and its
+    hits too.
 
     Args:
         roadmap: before.
@@ -100,25 +103,24 @@ def reconciled(
         if seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
             continue
         radius = robot_radius + region.margin
-        # with a disc that is smaller by the slack: a bearing that grazes a hit loses much by little
+        # the disc is smaller by the slack, as a bearing that grazes a hit loses much of its range at once
         if (region.free_range - cut_back(region, scan, pose, max(radius - slack, 0.0))).max() > slack:
             values = cut_back(region, scan, pose, radius)
             if values.sum() < KEPT_SHARE * region.free_range.sum():
                 continue
-            narrower = dataclasses.replace(parameters, margin=region.margin)
-            region = fit_region((values, region.limit), region.center, region.bearing_0, narrower)
+            region = _with_free_range(region, values, parameters)
         kept.append((region, old, old_pose))
     if len(kept) == len(roadmap) and all(a is b for a, (b, _, _) in zip(roadmap.regions, kept, strict=True)):
         return roadmap
     return _remade(roadmap, kept, parameters, robot_radius)
 
 
-def blocked(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
-    """The roadmap with no region that lets the robot touch a place (2,) in W, as if a thin post stood there.
+def block(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+    """The roadmap with no region in which the robot touches a place (2,) in W, as if a thin post stood there.
 
-    Regions are made from smoothed scans with the planner's margin; where the controller certifies no motion from place
-    to place although they overlap, they are wrong for this robot, and so is every path through there. Nodes at which it
-    would touch the place are dropped.
+    Regions are made from smoothed scans with the planner's margin. Where the controller certifies no motion although
+    they overlap, they are wrong, and so is every path through there. Nodes at which the robot would touch the place
+    are dropped.
     """
     roadmap = dataclasses.replace(roadmap, blocked=np.vstack((roadmap.blocked, place)))
     nodes = [
@@ -131,14 +133,29 @@ def blocked(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParamete
 
 def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
     """The part of a region in which the robot stays off places (k, 2) in W, with the region's margin."""
+    if not len(places):
+        return region
     radius = robot_radius + region.margin
     near = np.hypot(*(places - region.center).T) < float(region.free_range.max()) + radius
     if not near.any():
         return region
     free = region.free_range
     hits = point_hits(places[near], np.zeros(near.sum()), region.center, region.bearing_0, np.inf, len(free))
-    narrower = dataclasses.replace(parameters, margin=region.margin)
-    return fit_region((eroded_range(hits, radius, free), region.limit), region.center, region.bearing_0, narrower)
+    return _with_free_range(region, eroded_range(hits, radius, free), parameters)
+
+
+def seen_with_margin(now: Moment, roadmap: StarRoadmap, margin: float) -> StarRegion:
+    """The region of the latest scan with a margin (m), clear of what is blocked."""
+    seen, region = now.seen, now.seen.region
+    if region is None or region.margin != margin:
+        parameters = dataclasses.replace(now.parameters, margin=margin)
+        region = scan_region(seen.scan, seen.pose, now.robot_radius, parameters)
+    return clear_of(region, roadmap.blocked, now.parameters, now.robot_radius)
+
+
+def _with_free_range(region: StarRegion, free_range: np.ndarray, parameters: PlannerParameters) -> StarRegion:
+    """The region with another free range, shape (M,), m, fitted anew."""
+    return dataclasses.replace(region, free_range=free_range, boundary=fit_piecewise_cubic(free_range, parameters))
 
 
 def _remade(
@@ -147,7 +164,7 @@ def _remade(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> StarRoadmap:
-    """A roadmap of these nodes (region, scan, pose) that keeps what was tried in vain."""
+    """A roadmap of these nodes (region, scan, pose) in which all stays retired, closed, looked at and blocked."""
     out = dataclasses.replace(
         StarRoadmap.empty(parameters, robot_radius),
         margin=roadmap.margin,

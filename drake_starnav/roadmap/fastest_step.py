@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.roadmap.fastest_path import Headway, fastest_path, narrowest_place
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.planner import node_is_due, node_spacing_driven, plan_step
+from drake_starnav.roadmap.planner import check_beams, node_is_due, node_spacing_driven, plan_step
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points
 from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
 from drake_starnav.robot import RobotParameters
@@ -32,9 +32,13 @@ def fastest_step(
     Args:
         state, seen, position, goal, time, parameters: as for `plan_step`.
         robot: its size and speed limit.
+
+    Raises:
+        StarnavError: as `plan_step`.
     """
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
+    check_beams(state.roadmap, seen)
     state = _grown(state, seen, position, parameters, robot)
     shut = state.headway.shut
     path, to_go = _path(state.roadmap, position, goal, shut, robot)

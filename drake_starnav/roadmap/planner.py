@@ -1,52 +1,53 @@
 """The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
 
 import dataclasses
-import math
+from enum import Flag, auto
 
 import numpy as np
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.polyline import distance_to_segment
-from drake_starnav.roadmap.consistency import blocked, clear_of, reconciled
-from drake_starnav.roadmap.hit_memory import CLOSED_RADIUS
+from drake_starnav.roadmap.consistency import block, clear_of, reconcile, seen_with_margin
+from drake_starnav.roadmap.dead_ends import after_trying, has_arrived, place_to_block
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, retired, uncovered_share
-from drake_starnav.roadmap.search import UNREACHABLE_PENALTY, barred_in_vain, find_route, last_in_sight, optimistic_cost
-from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
-from drake_starnav.stars.region import (
-    LINE_STEP,
-    RegionStack,
-    StarRegion,
-    covers,
-    first_cover,
-    scan_region,
-    segment_covered,
-)
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
+from drake_starnav.roadmap.search import Route, barred_in_vain, find_route, last_in_sight
+from drake_starnav.roadmap.state import NO_PATH, Moment, Observation, PlannerState, PlannerStatus
+from drake_starnav.stars.region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
 
 OUTSIDE_TOLERANCE = 0.03
-"""The robot counts as having left the regions only when this far outside, m."""
+"""The robot has left the regions only when it is this far outside, m."""
 AT_GOAL = 0.3
 """A robot this near to its goal is there, m."""
 SILENT_SHARE = 0.5
-"""A scan is old after this share of the time in which progress is expected."""
-BLOCKED_AHEAD = 0.05
-"""A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
-FACING = math.radians(30.0)
-"""A robot that cannot go on faces where it should go within this, rad; one that does not may only be turning."""
+"""A robot whose latest scan is older than this share of `progress_timeout` gets none."""
 GIVING_WAY = 1.5
-"""While something that moves is this near, the robot may be giving way, and lack of progress means nothing, m."""
+"""While something that moves is this near, the robot may be giving way, m."""
 NEW_SHARE = 0.01
-"""With a map from an earlier goal, a region of whose area no more than this share is new makes no node."""
-CAME_ALONG_NODES = 40
-"""A place that the robot passed between the latest so many nodes is not blocked."""
-CAME_STRAIGHT = 1.5
-"""From one node to the next it has come in a line, if they are not farther apart than this many node spacings."""
-AT_STAND = 0.04
-"""Where a robot has looked at a target in vain, it arrives at one only this near to its stand, m."""
-LOOKED_AROUND = 2.0
-"""It has looked within this many arrival distances of there."""
+"""With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
+
+
+class Cause(Flag):
+    """Why the roadmap may grow; there may be several causes at once.
+
+    Attributes:
+        ARRIVED: the robot is at its target.
+        STUCK: a hit lies at the target.
+        STALLED: the robot has made no progress for too long.
+        TRIED: any of these, after which the target has been tried.
+        DUE: the robot is where a node is wanted.
+        SPACED: it has driven `node_spacing`. Alone this makes a node only if the scan contradicts the roadmap.
+    """
+
+    NONE = 0
+    ARRIVED = auto()
+    STUCK = auto()
+    STALLED = auto()
+    DUE = auto()
+    SPACED = auto()
+    TRIED = ARRIVED | STUCK | STALLED
 
 
 def plan_step(
@@ -58,14 +59,7 @@ def plan_step(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> PlannerState:
-    """One update of the planner.
-
-    A node is added at the start, when the robot leaves the union of regions, every `node_spacing` (with a map from an
-    earlier goal only where it sees something new), when the target frontier's probe is seen, on arrival at the target,
-    and when no progress was made for `progress_timeout`. In the last two cases, and when a hit lies within
-    `stuck_distance` of it, the target is retired; on arrival only after a look from its very stand, if much depends on
-    it (`closer_look`). A robot that faces its way and makes no progress blocks the place just ahead too, unless it has
-    come along there or is leaving another one.
+    """One update of the planner: the roadmap grows if there is cause, and where that leaves no path one is planned.
 
     With `anticipation` the robot turns, on its way to a target frontier, towards the way on from there as soon as the
     latest scan shows it.
@@ -78,209 +72,123 @@ def plan_step(
         time: s.
         parameters: of the roadmap.
         robot_radius: m.
+
+    Raises:
+        StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
     """
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
-    region = seen.region
-    if state.status is PlannerStatus.WAITING and len(state.roadmap) and state.roadmap.margin != parameters.margin:
-        roadmap = rebuilt(state.roadmap, parameters.margin, parameters, robot_radius)
-        state = dataclasses.replace(state, roadmap=roadmap)
-    if len(state.roadmap) and (region.margin != state.roadmap.margin or len(state.roadmap.blocked)):
-        region = _narrower(seen, state.roadmap, state.roadmap.margin, parameters, robot_radius)
-    state, stalled = _watched(state, seen, position, time, parameters)
-    roadmap, target = state.roadmap, state.target
-    arrived = target is not None and _arrived(roadmap, target, position, parameters)
-    stuck = target is not None and _hit_nearby(seen, target[0], parameters.stuck_distance)
-    tried = arrived or stalled or stuck
-    spaced = node_spacing_driven(state, position, parameters)
-    due = tried or node_is_due(state, region, position, parameters)
-    if due or spaced:
-        roadmap = reconciled(roadmap, seen.scan, seen.pose, parameters, robot_radius)
-    search = due or roadmap is not state.roadmap
-    if search:
-        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-        way = state.guidance.path
-        if stalled and parameters.retire_dead_ends and len(way) and _faces(seen.pose, way[0]):
-            ahead = _ahead(position, way[0], robot_radius + roadmap.margin + BLOCKED_AHEAD)
-            if not _came_along(roadmap, ahead, parameters, robot_radius) and not _shut_in(
-                position, ahead, roadmap.blocked
-            ):
-                roadmap = blocked(roadmap, ahead, parameters, robot_radius)
-                region = clear_of(region, ahead[None, :], parameters, robot_radius)
-        if tried and target is not None:
-            if parameters.retire_dead_ends:
-                roadmap = _after_trying(roadmap, seen, target, arrived, position, goal, parameters, robot_radius)
-            target = None
-        state = dataclasses.replace(state, roadmap=roadmap, target=target, node_position=seen.pose[:2].copy())
-    elif spaced:
-        state = dataclasses.replace(state, node_position=position.copy())
-    if not search and len(state.path):
-        path = _path_ahead(state.roadmap, state.path, position, parameters)
-        search = parameters.string_pulling and _strayed(state.roadmap, path, position)
-        if not search and len(path) < len(state.path):
-            state = dataclasses.replace(state, path=path)
-    if search or not len(state.path):
+    check_beams(state.roadmap, seen)
+    now = Moment(seen, position, goal, time, parameters, robot_radius)
+    state = _with_whole_margin(state, now)
+    region = seen_with_margin(now, state.roadmap, state.roadmap.margin) if len(state.roadmap) else seen.region
+    state, stalled = _watched(state, now)
+    cause = _why_grow(state, region, stalled, now)
+    state, region = _grown(state, region, cause, now)
+    if len(state.path):
+        state = _along_path(state, position, parameters)
+    if not len(state.path):
         first_look = state.plans == 0 and not stalled
-        state = _planned(state, seen, region, position, goal, parameters, robot_radius, first_look)
-    anticipated = _anticipated(state, seen.region, position, parameters, robot_radius)
-    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
+        state = _planned(state, region, first_look, now)
+    return _with_anticipation(state, seen.region, now)
 
 
-def _anticipated(
-    state: PlannerState,
-    region: StarRegion,
-    position: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> Guidance | None:
-    """The last point of the way on that is in straight sight inside the region of the latest scan, as guidance.
-
-    None on the way to another way point, to the goal, and while nothing of the way on is seen.
-    """
-    if not parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
-        return None
-    regions = RegionStack.of([clear_of(region, state.roadmap.blocked, parameters, robot_radius)])
-    last = last_in_sight(state.way_on, position, regions)
-    return Guidance(state.way_on[last : last + 1], False, regions) if last >= 0 else None
+def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
+    """Raise a `StarnavError` if a scan's region has another number of bearings than the roadmap's regions."""
+    if seen.region is None or not len(roadmap):
+        return
+    bearings, before = len(seen.region.free_range), roadmap.stack.values.shape[1]
+    if bearings != before:
+        raise StarnavError(
+            f"laser scan: {len(seen.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
+            f"{len(roadmap.scans[0][0].ranges)} beams ({before} bearings); allowed: the same number in every scan"
+        )
 
 
-def _after_trying(
-    roadmap: StarRoadmap,
-    seen: Observation,
-    target: np.ndarray,
-    arrived: bool,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> StarRoadmap:
-    """The roadmap once a target (stand and probe) was driven to, its newest region made there.
-
-    If that region does not contain the probe, regions with less and less margin are tried, and if that is in vain the
-    target is retired. If much depends on it, it is looked at from nearer before that, but with the margin as it is:
-    what only less margin shows from there is a gap that the robot would hardly get through.
-    """
-    if arrived and roadmap.regions[-1].contains(target[1]):
-        return roadmap
-    margin = roadmap.regions[-1].margin - parameters.margin_step
-    first_look = arrived and not _looked(roadmap, position, parameters)
-    while first_look and parameters.margin_shrinking and margin > -1e-9:
-        region = _narrower(seen, roadmap, max(margin, 0.0), parameters, robot_radius)
-        if region.contains(target[1]):
-            return extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius, stamp=False)
-        margin -= parameters.margin_step
-    given_up = retired(roadmap, target[0], parameters.retired_radius, target[1])
-    if first_look and _detour(roadmap, given_up, position, goal, parameters, robot_radius):
-        return dataclasses.replace(roadmap, looked=np.vstack((roadmap.looked, position)))
-    return given_up
+def _with_whole_margin(state: PlannerState, now: Moment) -> PlannerState:
+    """The state with the margin made whole again, if it was shrunk for an earlier goal."""
+    margin = now.parameters.margin
+    if state.status is not PlannerStatus.WAITING or not len(state.roadmap) or state.roadmap.margin == margin:
+        return state
+    return dataclasses.replace(state, roadmap=rebuilt(state.roadmap, margin, now.parameters, now.robot_radius))
 
 
-def _arrived(roadmap: StarRoadmap, target: np.ndarray, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot has come to a target (stand and probe): to its very stand, where it has looked in vain."""
-    near = AT_STAND if _looked(roadmap, position, parameters) else np.inf
-    return _distance(position, target[0]) < min(near, parameters.arrival_distance)
-
-
-def _looked(roadmap: StarRoadmap, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot is about where it has looked in vain at a target that was kept."""
-    away = np.hypot(*(roadmap.looked - position).T)
-    return bool((away < LOOKED_AROUND * parameters.arrival_distance).any())
-
-
-def _detour(
-    before: StarRoadmap,
-    after: StarRoadmap,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> bool:
-    """Whether the optimistic path to the goal is longer by `closer_look` once a target was given up."""
-    if parameters.cost_to_go != "grid":
-        return False
-    away = np.hypot(*(before.closed - position).T)  # where the robot stands nothing is closed
-    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])
-    shorter, longer = (
-        float(optimistic_cost(known, position, goal, parameters, robot_radius).at(position[None, :])[0])
-        for known in (before, after)
-    )
-    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > parameters.closer_look
-
-
-def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
-    """Whether a robot at a pose (x, y, yaw) faces a place (2,) in W."""
-    offset = place - pose[:2]
-    return math.cos(math.atan2(offset[1], offset[0]) - pose[2]) > math.cos(FACING)
-
-
-def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> bool:
-    """Whether the robot has lately passed over a place (2,) in W, so that nothing stands there."""
-    driven = roadmap.stack.center[-CAME_ALONG_NODES:]
-    return any(
-        distance_to_segment(place[None], start, end)[0] < robot_radius
-        for start, end in zip(driven[:-1], driven[1:], strict=True)
-        if _distance(start, end) < CAME_STRAIGHT * parameters.node_spacing
-    )
-
-
-def _shut_in(position: np.ndarray, place: np.ndarray, blocked: np.ndarray) -> bool:
-    """Whether a place ahead, and one that is blocked already behind it, would hold the robot between them.
-
-    It came here by one of the two ways: it may be slow to leave, but it can.
-    """
-    way, others = place - position, blocked - position
-    behind = others @ way < 0.0
-    return bool((np.hypot(*others[behind].T) < 2.0 * np.hypot(*way)).any())
-
-
-def _ahead(position: np.ndarray, place: np.ndarray, distance: float) -> np.ndarray:
-    """The point at a distance (m) from a position towards a place, shape (2,)."""
-    way = place - position
-    return position + way * (distance / max(float(np.hypot(*way)), 1e-9))
-
-
-def _watched(
-    state: PlannerState, seen: Observation, position: np.ndarray, time: float, parameters: PlannerParameters
-) -> tuple[PlannerState, bool]:
-    """The state with its progress watch brought up to date, and whether the watch has run out.
+def _watched(state: PlannerState, now: Moment) -> tuple[PlannerState, bool]:
+    """The state with its progress watch brought up to date, and whether the robot has stalled.
 
     A robot at its goal, one that gets no scans, or one that may be giving way has reason to stand.
     """
-    moved = not _distance(position, state.progress_position) <= parameters.progress_distance
-    silent = time - seen.scan.time > SILENT_SHARE * parameters.progress_timeout
+    scan, timeout = now.seen.scan, now.parameters.progress_timeout
+    moved = not _distance(now.position, state.progress_position) <= now.parameters.progress_distance
+    silent = now.time - scan.time > SILENT_SHARE * timeout
     at_goal = (
         state.status is PlannerStatus.APPROACHING
         and len(state.path) > 0
-        and _distance(position, state.path[-1]) < AT_GOAL
+        and _distance(now.position, state.path[-1]) < AT_GOAL
     )
-    giving_way = bool((seen.scan.distances[seen.scan.moving] < GIVING_WAY).any())
-    stalled = not moved and time - state.progress_time > parameters.progress_timeout
+    giving_way = bool((scan.distances[scan.moving] < GIVING_WAY).any())
     if moved or silent or at_goal or giving_way:
-        state, stalled = dataclasses.replace(state, progress_position=position.copy(), progress_time=time), False
-    elif stalled:
-        state = dataclasses.replace(state, progress_time=time)
-    return state, stalled
+        return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
+    if now.time - state.progress_time > timeout:
+        return dataclasses.replace(state, progress_time=now.time), True
+    return state, False
 
 
-def _narrower(
-    seen: Observation, roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float
-) -> StarRegion:
-    """The region of the latest scan with a margin that the roadmap has come to, clear of what is blocked."""
-    region = seen.region
-    if region is None or region.margin != margin:
-        region = scan_region(seen.scan, seen.pose, robot_radius, dataclasses.replace(parameters, margin=margin))
-    return clear_of(region, roadmap.blocked, parameters, robot_radius)
+def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: Moment) -> Cause:
+    """The causes for the roadmap to grow."""
+    cause = Cause.STALLED if stalled else Cause.NONE
+    if state.target is not None:
+        if has_arrived(state.roadmap, state.target, now):
+            cause |= Cause.ARRIVED
+        if _hit_nearby(now.seen, state.target[0], now.parameters.stuck_distance):
+            cause |= Cause.STUCK
+    if not cause and node_is_due(state, region, now.position, now.parameters):
+        cause |= Cause.DUE
+    if node_spacing_driven(state, now.position, now.parameters):
+        cause |= Cause.SPACED
+    return cause
+
+
+def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: Moment) -> tuple[PlannerState, StarRegion]:
+    """The state with one more node if there is cause, and then without path; and what is left of the scan's region.
+
+    What the scan contradicts is dropped first. A target that was tried is no target any more, and may be retired; where
+    the robot has stalled, the place ahead may be blocked.
+    """
+    if not cause:
+        return state, region
+    seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
+    roadmap = reconcile(state.roadmap, seen.scan, seen.pose, parameters, robot_radius)
+    if cause == Cause.SPACED and roadmap is state.roadmap:
+        return dataclasses.replace(state, node_position=now.position.copy()), region
+    roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+    if Cause.STALLED in cause and parameters.retire_dead_ends:
+        place = place_to_block(roadmap, state.guidance.path, now)
+        if place is not None:
+            roadmap = block(roadmap, place, parameters, robot_radius)
+            region = clear_of(region, place[None, :], parameters, robot_radius)
+    target = state.target
+    if target is not None and cause & Cause.TRIED:
+        if parameters.retire_dead_ends:
+            roadmap = after_trying(roadmap, target, Cause.ARRIVED in cause, now)
+        target = None
+    node_position = seen.pose[:2].copy()
+    return dataclasses.replace(state, roadmap=roadmap, target=target, node_position=node_position, path=NO_PATH), region
 
 
 def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the roadmap shall have a node where the robot is, with the region of the latest scan."""
+    """Whether a node is wanted where the robot is, with the region of the latest scan.
+
+    It is at the start; and, where `growth` is continuous, every `node_spacing` (with a map from an earlier goal only
+    if enough of the region is new), when the target's probe is seen, and outside of all regions.
+    """
     if not len(state.roadmap):
         return True
     if parameters.growth == "arrival":
         return False
     driven = _distance(position, state.node_position)
     if node_spacing_driven(state, position, parameters) and not (
-        state.mapped and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
+        state.began_with_map and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
     ):
         return True
     shape = (region.center, region.bearing_0, region.boundary.values)
@@ -308,65 +216,12 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
     return False
 
 
-def _planned(
-    state: PlannerState,
-    seen: Observation,
-    region: StarRegion,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-    first_look: bool,
-) -> PlannerState:
-    """The state with a new route; where none is left, margins shrink round by round until one is found.
-
-    Where only what was tried in vain bars the goal, that is tried again, before all else is explored that cannot help.
-    At the first look the scan may be at fault: one that shows no way at all is forgotten.
-    """
-    current = None if state.target is None else state.target[0]
-    roadmap, rounds = state.roadmap, state.rounds
-    while True:
-        route = find_route(roadmap, region, position, goal, parameters, robot_radius, current)
-        again = parameters.margin_shrinking and rounds < parameters.margin_rounds
-        if route is not None and not (
-            again and route.hopeless and barred_in_vain(roadmap, position, goal, parameters, robot_radius)
-        ):
-            break
-        if not again and first_look:
-            fresh = PlannerState.initial(parameters, robot_radius)
-            return dataclasses.replace(
-                fresh, progress_position=state.progress_position, progress_time=state.progress_time
-            )
-        if not again:
-            return dataclasses.replace(
-                state,
-                roadmap=roadmap,
-                status=PlannerStatus.UNREACHABLE,
-                path=np.zeros((0, 2)),
-                target=None,
-                rounds=rounds,
-            )
-        rounds += 1
-        margin = roadmap.margin if route is not None else max(roadmap.margin - parameters.margin_step, 0.0)
-        roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
-        region = _narrower(seen, roadmap, margin, parameters, robot_radius)
-        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-        current = None
-    target = None
-    if len(route.target):
-        target = np.vstack((route.target.stand, route.target.probe))
-        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
-            roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
-    return dataclasses.replace(
-        state,
-        roadmap=roadmap,
-        status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
-        path=_path_ahead(roadmap, route.path, position, parameters),
-        target=target,
-        rounds=rounds,
-        plans=state.plans + 1,
-        way_on=route.way_on,
-    )
+def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> PlannerState:
+    """The state with what is left of its path; without path if the robot has lost sight of it."""
+    path = _path_ahead(state.roadmap, state.path, position, parameters)
+    if parameters.string_pulling and _strayed(state.roadmap, path, position):
+        path = NO_PATH
+    return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
 
 
 def _path_ahead(
@@ -386,6 +241,83 @@ def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bo
     """Whether the robot, inside the union of regions, has lost the line of sight to the next way point."""
     regions = roadmap.stack.arrays
     return first_cover(*regions, *position) >= 0 and not segment_covered(*regions, *position, *path[0], LINE_STEP)
+
+
+def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Moment) -> PlannerState:
+    """The state with a new path; where there is none the goal is unreachable.
+
+    At the first look the scan may be at fault: one that shows no way at all is forgotten.
+    """
+    route, roadmap, rounds = _searched(state, region, now)
+    if route is None and first_look:
+        return dataclasses.replace(
+            PlannerState.initial(now.parameters, now.robot_radius),
+            progress_position=state.progress_position,
+            progress_time=state.progress_time,
+        )
+    if route is None:
+        return dataclasses.replace(
+            state, roadmap=roadmap, status=PlannerStatus.UNREACHABLE, path=NO_PATH, target=None, rounds=rounds
+        )
+    target = None
+    if len(route.target):
+        target = np.vstack((route.target.stand, route.target.probe))
+        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
+            roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
+    return dataclasses.replace(
+        state,
+        roadmap=roadmap,
+        status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
+        path=_path_ahead(roadmap, route.path, now.position, now.parameters),
+        target=target,
+        rounds=rounds,
+        plans=state.plans + 1,
+        way_on=route.way_on,
+    )
+
+
+def _searched(state: PlannerState, region: StarRegion, now: Moment) -> tuple[Route | None, StarRoadmap, int]:
+    """The route if there is one, the roadmap in which it was found, and the rounds by then.
+
+    Where there is none the roadmap is rebuilt round by round with less margin. Where only what was tried in vain bars
+    the goal, it is rebuilt with the same margin to try that again, before all else is explored that cannot help.
+    """
+    seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
+    most_rounds = parameters.margin_rounds if parameters.margin_shrinking else 0
+    roadmap, rounds = state.roadmap, state.rounds
+    current = None if state.target is None else state.target[0]
+    while True:
+        route = find_route(roadmap, region, now.position, now.goal, parameters, robot_radius, current)
+        if rounds >= most_rounds:
+            return route, roadmap, rounds
+        if route is not None and not (
+            route.hopeless and barred_in_vain(roadmap, now.position, now.goal, parameters, robot_radius)
+        ):
+            return route, roadmap, rounds
+        rounds += 1
+        margin = roadmap.margin if route is not None else max(roadmap.margin - parameters.margin_step, 0.0)
+        roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
+        region = seen_with_margin(now, roadmap, margin)
+        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+        current = None
+
+
+def _with_anticipation(state: PlannerState, region: StarRegion, now: Moment) -> PlannerState:
+    """The state with what the latest scan's region shows of the way on past the target."""
+    anticipated = _anticipated(state, region, now)
+    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
+
+
+def _anticipated(state: PlannerState, region: StarRegion, now: Moment) -> Guidance | None:
+    """The last point of the way on that is in straight sight inside the region of the latest scan, as guidance.
+
+    None on the way to another way point, to the goal, and while nothing of the way on is seen.
+    """
+    if not now.parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
+        return None
+    regions = RegionStack.of([clear_of(region, state.roadmap.blocked, now.parameters, now.robot_radius)])
+    last = last_in_sight(state.way_on, now.position, regions)
+    return Guidance(state.way_on[last : last + 1], False, regions) if last >= 0 else None
 
 
 def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:

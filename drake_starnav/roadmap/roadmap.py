@@ -15,15 +15,15 @@ from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
 
 DRIVEN_EDGE_PENALTY = 0.2
-"""Extra length of an edge that the robot has come along but that no region shows to be free, m."""
+"""Extra length of an edge that the robot has driven but that no region shows to be free, m."""
 BRIDGE_SPACING = 0.1
 """Between hits that the robot cannot pass between, points are set this far apart, m."""
 STANDING_THERE = 0.12
 """A frontier nearer than this to the newest node is where the robot stands already, m."""
 AREA_BEARINGS = 4
-"""A region's area is sampled along every so many of its bearings..."""
+"""A region's area is sampled along every so many of its bearings."""
 AREA_STEP = 0.1
-"""... this finely, m."""
+"""Along a bearing, a region's area is sampled at least this finely, m."""
 PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
@@ -40,10 +40,12 @@ class StarRoadmap:
             that no region sees has a single edge to an older one, to the one it was most likely reached from.
         lengths: shape (e,), m.
         frontiers: where the unknown may be entered.
-        retired: shape (k, 3): x, y, radius of places that were tried and led nowhere.
-        closed: shape (k, 2), their probes: the cost-to-go takes these for obstacles.
-        looked: shape (v, 2), where the robot looked at a target in vain but kept it, to look from nearer.
-        blocked: shape (b, 2), where the robot could not go on although regions allow it: none of them covers these.
+        retired: shape (k, 3), discs (x, y, radius) about targets that led nowhere; frontiers that stand in one are
+            dropped.
+        closed: shape (k, 2), probes of these targets; obstacles to the cost-to-go.
+        looked: shape (v, 2), places from which a target was inspected and not seen past, but kept.
+        blocked: shape (b, 2), places before which the robot stalled: in no region does it touch one; obstacles to the
+            cost-to-go.
         hits: distances to the hits of all node scans.
         margin: clearance that the regions keep beyond the robot's radius, m.
     """
@@ -145,10 +147,10 @@ def extended(
 
 
 def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
-    """The hits, and points between neighbouring hits that the robot cannot pass between, shape (n, 2), W, m.
+    """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
-    A disc does not fit between two points nearer than its diameter, be there a wall between them or not. A wall seen at
-    a flat angle thus stays a wall although its hits are far apart. Beams that may not last are skipped.
+    In W, m. A wall seen at a flat angle thus stays a wall although its hits are far apart. Only beams that are worth
+    remembering (`LaserScan.lasting`) count.
 
     Args:
         scan: in S.
@@ -156,15 +158,15 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
         pose: (x, y, yaw) of S in W.
         robot_radius: m.
     """
-    told = scan.lasting
-    if not told.any():
+    lasting = scan.lasting
+    if not lasting.any():
         return np.zeros((0, 2))
-    points = scan.points_at(distance, told, pose)
-    return _impassable(points, distance[told] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
+    points = scan.points_at(distance, lasting, pose)
+    return _impassable(points, distance[lasting] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
 
 
-def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
-    """The roadmap with the frontiers within `radius` (m) of a place (2,) in W given up, and its probe (2,) closed."""
+def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
+    """The roadmap without the frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
     keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
     return dataclasses.replace(
         roadmap,
@@ -175,7 +177,7 @@ def retired(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.nd
 
 
 def rebuilt(roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
-    """The same scans as a roadmap with another margin (m) and with no place retired."""
+    """A roadmap of the same scans with another margin, m; nothing is retired, closed, looked at or blocked in it."""
     parameters = dataclasses.replace(parameters, margin=margin)
     out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
     for scan, pose in roadmap.scans:
@@ -192,7 +194,7 @@ def uncovered_share(region: StarRegion, others: RegionStack) -> float:
 def _alive(
     frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: HitMemory, robot_radius: float
 ) -> np.ndarray:
-    """Which frontiers are not where the robot stands, not retired, and not behind a wall that was hit or is blocked."""
+    """Which frontiers are neither where the robot stands, nor retired, nor at a hit or a blocked place."""
     keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
     keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
     for x, y in roadmap.blocked:

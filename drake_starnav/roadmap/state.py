@@ -3,6 +3,7 @@
 import dataclasses
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from drake_starnav.scan import LaserScan
 from drake_starnav.stars.region import StarRegion
 
 NOWHERE = np.full(2, np.inf)
-"""So far from every place that a robot has moved from there, m."""
+"""Infinitely far from every place, m."""
+NO_PATH = np.zeros((0, 2))
 
 
 class PlannerStatus(Enum):
@@ -39,10 +41,10 @@ class PlannerState:
         node_position: where a node was last added, or nothing new was seen for one, shape (2,).
         progress_position: where progress was last made, shape (2,).
         progress_time: when, s.
-        rounds: how often the margin was shrunk or retried.
-        plans: how often the roadmap was searched, or the fastest path was.
+        rounds: how often the roadmap was rebuilt for this goal, with less margin or to retry what was tried in vain.
+        plans: how often a path was planned.
         headway: the watch over a robot on the fastest path.
-        mapped: whether there was a map already when the goal was set.
+        began_with_map: whether the goal was set when the roadmap had nodes already.
         way_on: shape (m, 2), from the target frontier's probe on, where the optimistic path leads, W, m.
         anticipated: what to follow in place of the path, where the latest scan shows part of `way_on`; or None.
     """
@@ -57,8 +59,8 @@ class PlannerState:
     rounds: int
     plans: int
     headway: Headway = field(default_factory=Headway)
-    mapped: bool = False
-    way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    began_with_map: bool = False
+    way_on: np.ndarray = field(default_factory=lambda: NO_PATH)
     anticipated: Guidance | None = None
 
     def __deepcopy__(self, memo: dict) -> "PlannerState":
@@ -70,7 +72,7 @@ class PlannerState:
         return PlannerState(
             roadmap=StarRoadmap.empty(parameters, robot_radius),
             status=PlannerStatus.WAITING,
-            path=np.zeros((0, 2)),
+            path=NO_PATH,
             target=None,
             node_position=NOWHERE,
             progress_position=NOWHERE,
@@ -87,13 +89,13 @@ class PlannerState:
         return dataclasses.replace(
             self,
             status=PlannerStatus.WAITING,
-            path=np.zeros((0, 2)),
+            path=NO_PATH,
             target=None,
             progress_position=NOWHERE,
             rounds=0,
             headway=Headway(),
             anticipated=None,
-            mapped=len(self.roadmap) > 0,
+            began_with_map=len(self.roadmap) > 0,
         )
 
     @property
@@ -132,3 +134,23 @@ class Observation:
         """The same observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         region = None if self.region is None else self.region.moved(frame)
         return Observation(region, self.scan, composed(frame, self.pose))
+
+
+class Moment(NamedTuple):
+    """What one update of the planner is given, beside its state.
+
+    Attributes:
+        seen: the latest scan.
+        position: of the robot now, shape (2,), W, m.
+        goal: shape (2,), W, m.
+        time: s.
+        parameters: of the roadmap.
+        robot_radius: m.
+    """
+
+    seen: Observation
+    position: np.ndarray
+    goal: np.ndarray
+    time: float
+    parameters: PlannerParameters
+    robot_radius: float

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from drake_starnav.roadmap.consistency import blocked, cut_back, reconciled, seen_through
+from drake_starnav.roadmap.consistency import block, cut_back, reconcile, seen_through
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.stars.region import scan_region
@@ -33,7 +33,7 @@ def shifted(roadmap, offset):
 def test_where_nothing_has_moved_no_node_is_dropped(seed):
     world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
     pose = roadmap.scans[0][1]
-    assert len(reconciled(roadmap, cast(world, pose), pose, PARAMETERS, RADIUS)) == len(roadmap)
+    assert len(reconcile(roadmap, cast(world, pose), pose, PARAMETERS, RADIUS)) == len(roadmap)
 
 
 @given(seeds)
@@ -43,12 +43,12 @@ def test_a_small_error_of_the_pose_drops_no_node(seed):
     angle = rng.uniform(-np.pi, np.pi)
     moved = shifted(roadmap, (0.04 * np.cos(angle), 0.04 * np.sin(angle)))
     pose = roadmap.scans[0][1]
-    assert len(reconciled(moved, cast(world, pose), pose, PARAMETERS, RADIUS)) >= len(moved) - 1
+    assert len(reconcile(moved, cast(world, pose), pose, PARAMETERS, RADIUS)) >= len(moved) - 1
 
 
 def test_without_the_parameter_all_stays():
     roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), (0.5, 0.3))
-    assert reconciled(roadmap, cast(ROOM, HERE), HERE, PlannerParameters(), RADIUS) is roadmap
+    assert reconcile(roadmap, cast(ROOM, HERE), HERE, PlannerParameters(), RADIUS) is roadmap
 
 
 @given(seeds)
@@ -73,7 +73,7 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
 def test_a_map_that_has_drifted_gives_way_to_what_is_seen(offset):
     roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), offset)
     scan = cast(ROOM, HERE)
-    found = reconciled(roadmap, scan, HERE, PARAMETERS, RADIUS)
+    found = reconcile(roadmap, scan, HERE, PARAMETERS, RADIUS)
     assert len(found) < len(roadmap)
     for region in found.regions:
         slack = region.free_range - cut_back(region, scan, HERE, RADIUS + region.margin - PARAMETERS.contradiction)
@@ -87,7 +87,7 @@ def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
     empty = dataclasses.replace(ROOM, cylinders=[])
     roadmap = explored(empty, PLACES[:1], PARAMETERS)
     pose = np.array((-1.5, 0.0, 0.0))
-    found = reconciled(roadmap, cast(ROOM, pose), pose, PARAMETERS, RADIUS)
+    found = reconcile(roadmap, cast(ROOM, pose), pose, PARAMETERS, RADIUS)
     assert len(found) == 1
     before, after = roadmap.regions[0], found.regions[0]
     inside = np.array([(1.0, 0.8), (0.9, 0.5)]), np.array([(-2.0, 1.0), (0.0, -1.0)])
@@ -106,6 +106,6 @@ def test_hits_in_free_space_are_told_from_those_behind_walls():
 def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
     roadmap = explored(ROOM, PLACES, PARAMETERS)
     place = PLACES[1] + (0.1, 0.05)
-    after = blocked(roadmap, place, PARAMETERS, RADIUS)
+    after = block(roadmap, place, PARAMETERS, RADIUS)
     assert len(after) == len(roadmap) - 1 and after.blocked.tolist() == [place.tolist()]
     assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()

@@ -6,8 +6,17 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.errors import StarnavError
+from drake_starnav.roadmap import (
+    Observation,
+    PlannerParameters,
+    PlannerState,
+    PlannerStatus,
+    fastest_step,
+    plan_step,
+)
 from drake_starnav.roadmap.planner import node_is_due
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import LINE_STEP, first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
@@ -160,7 +169,7 @@ def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
 
 def test_where_the_robot_came_along_it_blocks_nothing():
     world = World("corridor", (0, 0, 0), (3.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = dataclasses.replace(drive(world, PARAMETERS, steps=300)[-1].with_new_goal(), mapped=False)
+    there = dataclasses.replace(drive(world, PARAMETERS, steps=300)[-1].with_new_goal(), began_with_map=False)
     back = dataclasses.replace(world, start=(3.0, 0, 0), goal=(0.0, 0.0))
     tries = iter(range(10**6))
     states = drive(
@@ -215,11 +224,11 @@ def test_nodes_are_added_every_node_spacing():
 def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is_new():
     world = World("corridor", (0, 0, 0), (6.0, 0), bounds=(-1.0, -0.6, 20.0, 0.6))
     there = drive(world, PARAMETERS, steps=300)[-1].with_new_goal()
-    assert there.mapped and there.status is PlannerStatus.WAITING and there.target is None
+    assert there.began_with_map and there.status is PlannerStatus.WAITING and there.target is None
     back = dataclasses.replace(world, start=(6.0, 0, 0), goal=(0.0, 0.0))
     again = drive(back, PARAMETERS, steps=300, begin=there)
     assert again[-1].status is PlannerStatus.APPROACHING and len(again[-1].roadmap) == len(there.roadmap)
-    unmapped = drive(back, PARAMETERS, steps=300, begin=dataclasses.replace(there, mapped=False))
+    unmapped = drive(back, PARAMETERS, steps=300, begin=dataclasses.replace(there, began_with_map=False))
     assert len(unmapped[-1].roadmap) > len(there.roadmap) + 5
     onward = dataclasses.replace(world, start=(0.0, 0, 0), goal=(18.0, 0.0))
     beyond = drive(onward, PARAMETERS, steps=700, begin=again[-1].with_new_goal())[-1]
@@ -228,7 +237,7 @@ def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is
 
 
 def test_on_the_first_way_no_map_is_known_yet():
-    assert not PlannerState.initial(PARAMETERS, RADIUS).with_new_goal().mapped
+    assert not PlannerState.initial(PARAMETERS, RADIUS).with_new_goal().began_with_map
 
 
 def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
@@ -267,7 +276,7 @@ def test_a_new_goal_is_looked_for_with_the_whole_margin_again():
 def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
     parameters = dataclasses.replace(PARAMETERS, contradiction=0.2)
     world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = dataclasses.replace(drive(world, parameters, steps=1)[-1], mapped=True)
+    there = dataclasses.replace(drive(world, parameters, steps=1)[-1], began_with_map=True)
     place = np.array((1.0, 0.0))
     for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
         scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
@@ -359,6 +368,18 @@ def test_a_target_that_was_driven_to_is_seen_or_given_up():
         assert changes
         for probe, roadmap in changes:
             assert any(r.contains(probe) for r in roadmap.regions) or (roadmap.closed == probe).all(axis=1).any()
+
+
+@pytest.mark.parametrize(("step", "robot"), [(plan_step, RADIUS), (fastest_step, RobotParameters(radius=RADIUS))])
+def test_a_scan_with_another_number_of_beams_than_those_before_is_refused(step, robot):
+    state, pose = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
+    with pytest.raises(StarnavError, match="361 beams.*360 beams.*allowed: the same number"):
+        for beams in (360, 360, 361):
+            scan = cast(BAFFLES, pose, beams=beams)
+            seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+            state = step(state, seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, robot)
+            pose = pose + (2.0 * PARAMETERS.node_spacing, 0.0, 0.0)
+    assert len(state.roadmap) == 2
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:

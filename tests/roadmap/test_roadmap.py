@@ -12,7 +12,7 @@ from drake_starnav.roadmap.roadmap import (
     StarRoadmap,
     extended,
     rebuilt,
-    retired,
+    retire,
     uncovered_share,
 )
 from drake_starnav.stars.region import RegionStack, scan_region
@@ -98,7 +98,7 @@ def test_a_probe_that_another_region_covers_dies():
 def test_retired_places_stay_away(seed):
     world, roadmap = wandered(seed, nodes=3)
     place = roadmap.frontiers.stand[len(roadmap.frontiers) // 2]
-    given_up = retired(roadmap, place, 0.2, place)
+    given_up = retire(roadmap, place, 0.2, place)
     gone = np.hypot(*(roadmap.frontiers.stand - place).T) <= 0.2
     assert 0 < gone.sum() == len(roadmap.frontiers) - len(given_up.frontiers)
     assert given_up.retired[-1].tolist() == pytest.approx([*place, 0.2])
@@ -124,7 +124,7 @@ def test_rebuilt_with_the_same_margin_it_is_the_same(seed):
 @given(seeds)
 def test_rebuilt_with_less_margin_it_reaches_farther_and_forgets_what_was_retired(seed):
     _, roadmap = wandered(seed, nodes=3)
-    given_up = retired(roadmap, roadmap.frontiers.stand[0], 10.0, roadmap.frontiers.probe[0])
+    given_up = retire(roadmap, roadmap.frontiers.stand[0], 10.0, roadmap.frontiers.probe[0])
     wider = rebuilt(given_up, 0.01, PARAMETERS, RADIUS)
     assert wider.margin == 0.01 and all(r.margin == 0.01 for r in wider.regions)
     assert not len(given_up.frontiers) and len(wider.frontiers) and not len(wider.retired)
@@ -143,7 +143,7 @@ def test_snapshots_are_untouched_by_what_is_made_from_them(seed):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
         extended(roadmap, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
-    retired(roadmap, np.zeros(2), 1.0, np.zeros(2))
+    retire(roadmap, np.zeros(2), 1.0, np.zeros(2))
     rebuilt(roadmap, 0.0, PARAMETERS, RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import StarRoadmap, retired
+from drake_starnav.roadmap.roadmap import StarRoadmap, retire
 from drake_starnav.roadmap.search import (
     GATE_LENGTH,
     WAY_ON,
@@ -168,7 +168,7 @@ def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
     assert not any(region.contains(point) for region in roadmap.regions for point in beyond)
     assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + 1e-9
     np.testing.assert_array_equal(way[-1], gate.stand[0])
-    assert not len(optimistic_gate(retired(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
+    assert not len(optimistic_gate(retire(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
 
 
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
