@@ -1,10 +1,10 @@
 """The fastest way to the goal as far as it is known: steepest descent of the time-to-go, unknown space taken as free.
 
 The time-to-go is that of the robot's speed limit, which falls with the clearance. Its grid holds the distance from
-every cell to the nearest hit, at most 0.6 of a cell too large, and takes no cell for free in which the robot would
-touch by that: a gap that is too narrow for the robot by more than a cell stays shut. Where the robot makes no headway
-although the grid says it could, the narrowest place ahead is shut too. The roadmap of regions grows all the while, and
-is searched when the grid knows no way.
+every cell to the nearest hit, at most 0.6 of a cell too large; cells in which the robot would touch a hit at that
+distance are blocked, so that a gap that is too narrow by more than a cell stays shut. Where the robot makes no headway
+although the grid shows a way, the narrowest place ahead is shut too. The roadmap of regions grows all the while, and is
+searched when the grid shows no way.
 """
 
 import dataclasses

@@ -8,7 +8,7 @@ from drake_starnav.roadmap.fastest_path import Headway, fastest_path, narrowest_
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.planner import check_beams, node_is_due, node_spacing_driven, plan_step
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points
-from drake_starnav.roadmap.state import Observation, PlannerState, PlannerStatus
+from drake_starnav.roadmap.state import NO_PATH, Observation, PlannerState, PlannerStatus
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 
@@ -47,7 +47,7 @@ def fastest_step(
         path, to_go = _path(state.roadmap, position, goal, shut, robot)
     if not len(path):
         if state.headway.followed:  # what is left of that path leads nowhere
-            state = dataclasses.replace(state, path=NO_PLACES, headway=Headway())
+            state = dataclasses.replace(state, path=NO_PATH, headway=Headway())
         return plan_step(state, seen, position, goal, time, parameters, robot.radius)
     headway, stalled = dataclasses.replace(state.headway, shut=shut, followed=True).watched(to_go, time)
     place = narrowest_place(state.roadmap.hits, path, robot.radius) if stalled else None

@@ -13,7 +13,7 @@ from drake_starnav.stars.region import StarRegion, covers
 NEAREST_STAND = 0.15
 """Frontier points nearer than this to their node are dropped, m."""
 PROBE_REACHED = 0.6
-"""A region that ends within this share of the probe distance before a probe leaves no room behind it worth a visit."""
+"""A region that ends before a probe by no more than this share of the probe distance counts as covering it."""
 EDGE_CLEARANCE = 0.12
 """Edge frontiers keep this distance from both ends of the jump, m."""
 RIM_INSET = 0.02
@@ -59,8 +59,7 @@ def edge_frontiers(region: StarRegion, owner: int, parameters: PlannerParameters
     """Frontiers at jumps of the free range and along arcs where nothing returned.
 
     At a jump, points stand along the jump's ray, one sample off it, and their probes lie across it, behind the nearer
-    surface.
-    On an arc at maximum range, points stand just inside and their probes just outside.
+    surface. On an arc at maximum range, points stand just inside and their probes just outside.
     """
     rows = _edge_points(
         region.center,

@@ -21,7 +21,7 @@ BLOCKED_SLACK = 0.02
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""
 CLOSED_RADIUS = 0.2
-"""Around a place that was tried in vain, cells this near are blocked, m."""
+"""Cells this near to a closed place are blocked, m."""
 UNREACHED = 2**30
 """The cost of a cell that is blocked or was not reached."""
 LARGEST_GRID = 5e7

@@ -36,8 +36,8 @@ class StarRoadmap:
         regions: one per node, oldest first.
         stack: the same regions as arrays.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
-        edges: shape (e, 2), node indices; the straight line between their centres is free, as a region shows. A node
-            that no region sees has a single edge to an older one, to the one it was most likely reached from.
+        edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node for which there is
+            no such region has a single edge, to the older node that it was most likely reached from.
         lengths: shape (e,), m.
         frontiers: where the unknown may be entered.
         retired: shape (k, 3), discs (x, y, radius) about targets that led nowhere; frontiers that stand in one are

@@ -25,13 +25,13 @@ from drake_starnav.stars.region import (
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
 UNREACHABLE_PENALTY = 20.0
-"""Where the cost-to-go finds no way it counts as so much longer: such frontiers come last, m."""
+"""A frontier from which no way leads to the goal counts as this much farther away than the straight line, m."""
 GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
 WAY_ON = 1.0
-"""So much of the optimistic path on from a target is kept, m."""
+"""The optimistic path on from a target is kept for this length, m."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def find_route(
         if len(gate):
             way_on = _way_on(to_go, position, gate, parameters)
             return Route(_pulled(roadmap, position, path, parameters), gate, way_on=way_on)
-        # that search ended at the robot, when the frontiers' costs may have been lower bounds still
+        # the search may have ended at the robot, where the frontiers' costs are lower bounds
         best, cost, direct, to_go = _cheapest(*known, False)
     if best < 0:
         return None
@@ -106,7 +106,7 @@ def _way_on(
 ) -> np.ndarray:
     """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there; if it is wanted.
 
-    Only the probe where that path is no nearer to the goal than the robot: it leads back the way the robot comes.
+    Only the probe where that is no nearer to the goal than the robot: the path would lead back past the robot.
     """
     if not parameters.anticipation:
         return np.zeros((0, 2))
@@ -120,10 +120,7 @@ def _way_on(
 def barred_in_vain(
     roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters, robot_radius: float
 ) -> bool:
-    """Whether nothing but places that were tried in vain bars the way from the robot to the goal.
-
-    What has been hit leaves a way then, and what else may be explored leads nowhere.
-    """
+    """Whether only closed and blocked places bar the way from the robot to the goal: the hits leave one."""
     if not len(roadmap.closed) and not len(roadmap.blocked):
         return False
     nothing = np.zeros((0, 2))
