@@ -11,9 +11,10 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
+from drake_starnav.control.drive_law import CREEP_SPEED
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
 from drake_starnav.control.swerve import OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.tracking import CREEP_SPEED, near_wall_radius
+from drake_starnav.control.tracking import near_wall_radius
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.roadmap import StarRoadmap
 from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE

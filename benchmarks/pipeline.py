@@ -32,7 +32,7 @@ from benchmarks.kinematic_drive import (
     scan_processing,
 )
 from drake_starnav.baselines import foa_velocity
-from drake_starnav.control.tracking import limited_twist
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.roadmap import StarRoadmap
 from drake_starnav.roadmap.hit_memory import cost_to_go
 from drake_starnav.stars.free_range import free_range, smoothed_distances

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.control.pending import predicted_pose
-from drake_starnav.control.tracking import limited_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.faults import DriveParameters, LocalizationParameters, drifted, jumped, wheel_shares
 from drake_starnav.lidar import LidarParameters

@@ -18,6 +18,7 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.control.drive_law import limited, ramped
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import covers
 from drake_starnav.stars.safety import SafetyStar
@@ -41,29 +42,6 @@ def limits_array(robot: RobotParameters) -> np.ndarray:
     )
 
 
-def certified(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    desired: np.ndarray,
-    hold: float,
-    limits: np.ndarray,
-    star: SafetyStar,
-    delay: float = 0.0,
-) -> bool:
-    """Whether `desired`, held for `hold` seconds and followed by full braking, stays inside the safety star.
-
-    Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded now, m/s and rad/s.
-        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
-        hold: how long it is followed, s.
-        limits: as from `limits_array`.
-        star: what the last scans certify.
-        delay: how long the robot keeps `twist` before it follows `desired`, s.
-    """
-    return bool(stops_inside(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values))
-
-
 def certified_twist(
     pose: np.ndarray,
     twist: np.ndarray,
@@ -75,7 +53,14 @@ def certified_twist(
 ) -> tuple[float, float, bool]:
     """The certified twist nearest to the desired one in the order of SPEED_SHARES and TURN_SHARES.
 
-    Arguments as for `certified`.
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        hold: how long it is followed before the robot brakes, s.
+        limits: as from `limits_array`.
+        star: what the last scans certify.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
 
     Returns:
         v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
@@ -84,15 +69,18 @@ def certified_twist(
 
 
 def braking_path(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, delay: float = 0.0
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray
 ) -> np.ndarray:
-    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands."""
-    return _braking_path(*pose, *twist, *desired, hold, delay, limits)
+    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands.
+
+    Arguments as for `certified_twist`.
+    """
+    return _braking_path(*pose, *twist, *desired, hold, limits)
 
 
 @njit(cache=True)
-def moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
-    """One step of the simulated motion: the command is held while time is `left`, then the robot brakes fully.
+def simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits):
+    """One step of the simulated motion: towards the wanted twist while time is `left`, then full braking.
 
     A step is so short that the robot moves at most SAMPLE_SPACING, or reaches the end of the hold.
     """
@@ -117,24 +105,15 @@ def moved(x, y, yaw, v, omega, want_v, want_omega, left, limits):
 
 
 @njit(cache=True)
-def limited(value, limit):
-    return min(max(value, -limit), limit)
-
-
-@njit(cache=True)
-def ramped(value, target, change):
-    return value + min(max(target - value, -change), change)
-
-
-@njit(cache=True)
 def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
+    """Whether a twist, held for `hold` seconds after the delay and followed by full braking, stays inside the star."""
     want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     while delay > 0.0:
-        x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
+        x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
         if not covers(center, bearing_0, values, x, y):
             return False
     while True:
-        x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
         if not covers(center, bearing_0, values, x, y):
             return False
         if hold <= 0.0 and abs(v) < 1e-9:
@@ -158,13 +137,10 @@ def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limit
 
 
 @njit(cache=True)
-def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits):
+def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
     want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     points = [(x, y, yaw)]
-    while delay > 0.0:
-        x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
-        points.append((x, y, yaw))
     while hold > 0.0 or abs(v) > 1e-9:
-        x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
         points.append((x, y, yaw))
     return np.array(points)

@@ -56,7 +56,7 @@ def modulated_direction(
 
 
 def limited_turn(guide: np.ndarray, direction: np.ndarray, limit: float) -> np.ndarray:
-    """`direction`, or the unit vector towards it that is `limit` (rad) from `guide` if it is farther from it than that.
+    """`direction`, turned back to within `limit` (rad) of `guide`.
 
     Where a region's boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
     guiding vector may lead to the wrong side of an obstacle. All are unit vectors, shape (2,), W.

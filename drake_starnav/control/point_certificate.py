@@ -12,11 +12,13 @@ s apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 m
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking import SPEED_SHARES, limits_array, moved
+from drake_starnav.control.braking import SPEED_SHARES, limits_array, simulated_step
+from drake_starnav.control.drive_law import limited, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
@@ -26,12 +28,13 @@ LATTICE_SPEEDS = np.array([0.3, 0.15, 0.0])
 LATTICE_TURNS = np.array([-1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0])
 """Turning rates that are tried with each of them, as shares of the largest."""
 LATTICE_TIME = 0.15
-"""A twist of the lattice is judged by where it leads in this time, s."""
+"""A twist of the lattice is judged by where it leads if it is held this long, s."""
 TURN_WORTH = 0.3
 """A radian of heading error counts as much as this way, m."""
-STANDING_SPEED = 0.05
-STANDING_WAY = 0.00125
-"""Below this speed, m/s, and if it stops within this way, m, the robot stands."""
+SLOW_ENOUGH = 0.05
+"""A robot faster than this, m/s, neither turns without a certificate nor tries an escape."""
+STOPS_AT_ONCE = 0.00125
+"""Nor does one that needs a longer way than this to stop, m."""
 ESCAPE_SPEED = 0.1
 """Speed of the moves out of a place where only standing is certified, as a share of the largest."""
 ESCAPE_TURNS = np.array([0.0, 0.25, -0.25, 0.125, -0.125])
@@ -39,10 +42,27 @@ ESCAPE_TURNS = np.array([0.0, 0.25, -0.25, 0.125, -0.125])
 ESCAPE_TIME = 0.1
 """How long such a move is held, s."""
 ESCAPE_SLACK = 0.003
-"""On its way such a move may come this much nearer to a hit, m, but never nearer than ESCAPE_CLEARANCE."""
+"""On its way such a move may come this much nearer to a hit, m."""
 ESCAPE_CLEARANCE = 0.002
+"""No nearer than this may a move come that begins within the margin, m."""
 ESCAPE_GAIN = 0.001
 """At its end it must have gained this much clearance, m."""
+
+
+class KnownHits(NamedTuple):
+    """What a motion must stay clear of, as the compiled functions take it.
+
+    Attributes:
+        hits: shape (n, 2), W, m.
+        needed: shape (n,), how far the robot's centre must stay from each, m; see `needed_distances`.
+        center: shape (2,), W, m.
+        room: so far from `center` the robot is off what lies beyond the hits that are known, m.
+    """
+
+    hits: np.ndarray
+    needed: np.ndarray
+    center: np.ndarray
+    room: float
 
 
 def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:
@@ -53,32 +73,6 @@ def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:
         radius: of the disc, m.
     """
     return np.sqrt(radius * radius + half_gaps * half_gaps)
-
-
-def least_clearance(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    desired: np.ndarray,
-    hold: float,
-    limits: np.ndarray,
-    hits: np.ndarray,
-    needed: np.ndarray,
-    delay: float = 0.0,
-) -> float:
-    """Least clearance to the hits while `desired` is held for `hold` seconds and full braking follows, m.
-
-    Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded now, m/s and rad/s.
-        desired: (v, omega); what exceeds the robot's speeds is cut off.
-        hold: how long it is followed, s.
-        limits: as from `braking.limits_array`.
-        hits: shape (n, 2), W, m.
-        needed: shape (n,), as from `needed_distances`, m.
-        delay: how long the robot keeps `twist` before it follows `desired`, s.
-    """
-    everywhere = np.zeros(2), np.inf
-    return float(least_clearance_of(*pose, *twist, *desired, hold, delay, limits, hits, needed, *everywhere, -np.inf))
 
 
 def clear_twist(
@@ -111,17 +105,15 @@ def clear_twist(
         return 0.0, 0.0, False
     limits = limits_array(robot)
     hold = 1.0 / parameters.rate
+    near = _hits_within_reach(pose, twist, desired, hold + parameters.delay, limits, star, parameters, robot.radius)
     return _clear_twist(
-        *pose,
-        *twist,
+        (*pose, *twist),
         *desired,
         *direction,
         hold,
         parameters.delay,
         limits,
-        *_hits_within_reach(pose, twist, desired, hold + parameters.delay, limits, star, parameters, robot.radius),
-        star.center,
-        star.reach - robot.radius,
+        KnownHits(*near, star.center, star.reach - robot.radius),
         parameters.safety_margin,
         parameters.margin_per_speed,
     )
@@ -172,31 +164,27 @@ def clearance_at(x, y, hits, needed):
 
 
 @njit(cache=True)
-def least_clearance_of(
-    x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, center, room, enough
-):  # fmt: skip
-    """Least clearance of hold and braking; ends at the first sample with less than `enough`.
+def keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough):
+    """Whether a twist, held for `hold` seconds after the delay and followed by full braking, keeps a clearance, m.
 
-    What lies beyond the hits that are known counts as an obstacle: the robot is off it within `room` of `center`.
+    What lies beyond the hits that are known counts as an obstacle.
     A sample is left out while the robot cannot have used up the clearance beyond `enough` that the last one had.
     """
-    want_v = min(max(want_v, -limits[0]), limits[0])
-    want_omega = min(max(want_omega, -limits[1]), limits[1])
-    least = np.inf
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     spare = 0.0
     while True:
         stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < 1e-9
         if spare <= 0.0 or stopped:
-            clearance = min(clearance_at(x, y, hits, needed), room - math.hypot(x - center[0], y - center[1]))
-            least = min(least, clearance)
+            off_the_unknown = known.room - math.hypot(x - known.center[0], y - known.center[1])
+            clearance = min(clearance_at(x, y, known.hits, known.needed), off_the_unknown)
             if stopped or clearance < enough:
-                return least
-            spare = clearance - enough if enough > -np.inf else 0.0
+                return clearance >= enough
+            spare = clearance - enough
         before_x, before_y = x, y
         if delay > 0.0:
-            x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
+            x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
         else:
-            x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+            x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
         spare -= math.hypot(x - before_x, y - before_y)
 
 
@@ -204,58 +192,69 @@ def least_clearance_of(
 def _end(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
     """Where holding a twist and braking fully ends."""
     while hold > 0.0 or abs(v) > 1e-9 or abs(omega) > 1e-9:
-        x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
     return x, y, yaw
 
 
 @njit(cache=True)
-def _clear_twist(
-    x, y, yaw, v, omega, want_v, want_omega, ux, uy, hold, delay, limits, hits, needed, center, room, margin, per_speed
-):  # fmt: skip
-    known = hits, needed, center, room
+def _clear_twist(state, want_v, want_omega, ux, uy, hold, delay, limits, known, margin, per_speed):
+    """`clear_twist` compiled; `state` is (x, y, yaw, v, omega)."""
+    v, omega, found = _slower(state, want_v, want_omega, hold, delay, limits, known, margin, per_speed)
+    if found:
+        return v, omega, True
+    standing = abs(state[3]) < min(SLOW_ENOUGH, math.sqrt(2.0 * limits[2] * STOPS_AT_ONCE))
+    if ux * ux + uy * uy > 0.25:
+        v, omega, found = _best_of_lattice(state, want_v, ux, uy, hold, delay, limits, known, margin, per_speed)
+        if standing and v == 0.0 and omega == 0.0:
+            back, turning, escaped = _escape(state, ux, uy, hold, delay, limits, known, margin)
+            if escaped:
+                return back, turning, True
+        if found:
+            return v, omega, True
+    return 0.0, want_omega if standing else 0.0, False
+
+
+@njit(cache=True)
+def _slower(state, want_v, want_omega, hold, delay, limits, known, margin, per_speed):
+    """The largest share of the desired speed that passes with the desired turning rate, and whether there is one."""
     for share in SPEED_SHARES[:-1]:  # no speed at all is left to the lattice
-        tried = want_v * share
-        enough = margin + per_speed * abs(tried)
-        if least_clearance_of(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, *known, enough) >= enough:
-            return tried, want_omega, True
-    going = ux * ux + uy * uy > 0.25
+        v = want_v * share
+        if keeps_clear(*state, v, want_omega, hold, delay, limits, known, margin + per_speed * abs(v)):
+            return v, want_omega, True
+    return 0.0, 0.0, False
+
+
+@njit(cache=True)
+def _best_of_lattice(state, want_v, ux, uy, hold, delay, limits, known, margin, per_speed):
+    """The slow twist that leads farthest along (ux, uy), less its heading error, and whether any passes."""
     heading = math.atan2(uy, ux)
     best, best_v, best_omega = -np.inf, 0.0, 0.0
-    if going:
-        for speed in LATTICE_SPEEDS:
-            for turn in LATTICE_TURNS:
-                tried, turning = min(speed * limits[0], want_v), turn * limits[1]
-                end_x, end_y, end_yaw = _end(x, y, yaw, v, omega, tried, turning, LATTICE_TIME, limits)
-                error = abs((heading - end_yaw + math.pi) % (2.0 * math.pi) - math.pi)
-                worth = (end_x - x) * ux + (end_y - y) * uy - TURN_WORTH * error
-                enough = margin + per_speed * tried
-                if worth > best and (
-                    least_clearance_of(x, y, yaw, v, omega, tried, turning, hold, delay, limits, *known, enough)
-                    >= enough
-                ):
-                    best, best_v, best_omega = worth, tried, turning
-    standing = abs(v) < min(STANDING_SPEED, math.sqrt(2.0 * limits[2] * STANDING_WAY))
-    hemmed_in = standing and (best == -np.inf or (best_v == 0.0 and best_omega == 0.0))
-    if going and hemmed_in:
-        now = clearance_at(x, y, hits, needed)
-        enough = max(min(now, margin) - ESCAPE_SLACK, ESCAPE_CLEARANCE)
-        best_escape, escape_v, escape_omega = -np.inf, 0.0, 0.0
-        for sign in (1.0, -1.0):
-            for turn in ESCAPE_TURNS:
-                tried, turning = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
-                held = max(hold, ESCAPE_TIME)
-                if (
-                    least_clearance_of(x, y, yaw, v, omega, tried, turning, held, delay, limits, *known, enough)
-                    < enough
-                ):
-                    continue
-                end_x, end_y, _ = _end(x, y, yaw, v, omega, tried, turning, held, limits)
-                gained = clearance_at(end_x, end_y, hits, needed)
-                worth = (end_x - x) * ux + (end_y - y) * uy + gained
-                if gained >= now + ESCAPE_GAIN and worth > best_escape:
-                    best_escape, escape_v, escape_omega = worth, tried, turning
-        if best_escape > -np.inf:
-            return escape_v, escape_omega, True
-    if best > -np.inf:
-        return best_v, best_omega, True
-    return 0.0, want_omega if standing else 0.0, False
+    for speed in LATTICE_SPEEDS:
+        for turn in LATTICE_TURNS:
+            v, omega = min(speed * limits[0], want_v), turn * limits[1]
+            x, y, yaw = _end(*state, v, omega, LATTICE_TIME, limits)
+            error = abs(wrapped_angle(heading - yaw))
+            worth = (x - state[0]) * ux + (y - state[1]) * uy - TURN_WORTH * error
+            if worth > best and keeps_clear(*state, v, omega, hold, delay, limits, known, margin + per_speed * v):
+                best, best_v, best_omega = worth, v, omega
+    return best_v, best_omega, best > -np.inf
+
+
+@njit(cache=True)
+def _escape(state, ux, uy, hold, delay, limits, known, margin):
+    """The small move, forwards or backwards, that gains most clearance and way along (ux, uy), and whether any does."""
+    now = clearance_at(state[0], state[1], known.hits, known.needed)
+    enough = max(min(now, margin) - ESCAPE_SLACK, ESCAPE_CLEARANCE)
+    held = max(hold, ESCAPE_TIME)
+    best, best_v, best_omega = -np.inf, 0.0, 0.0
+    for sign in (1.0, -1.0):
+        for turn in ESCAPE_TURNS:
+            v, omega = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
+            if not keeps_clear(*state, v, omega, held, delay, limits, known, enough):
+                continue
+            x, y, _ = _end(*state, v, omega, held, limits)
+            then = clearance_at(x, y, known.hits, known.needed)
+            worth = (x - state[0]) * ux + (y - state[1]) * uy + then
+            if then >= now + ESCAPE_GAIN and worth > best:
+                best, best_v, best_omega = worth, v, omega
+    return best_v, best_omega, best > -np.inf

@@ -25,15 +25,10 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking import certified_twist, limited, limits_array, ramped, stops_inside
+from drake_starnav.control.braking import certified_twist, limits_array, stops_inside
+from drake_starnav.control.drive_law import CREEP_SPEED, limited, limited_twist, ramped, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.tracking import (
-    CREEP_SPEED,
-    Command,
-    desired_twist,
-    limited_twist,
-    wrapped_angle,
-)
+from drake_starnav.control.tracking import Command, desired_twist
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack, covers, first_cover, segment_covered

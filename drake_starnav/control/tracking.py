@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.control.braking import certified_twist, limits_array
+from drake_starnav.control.drive_law import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
 from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import (
     limited_turn,
@@ -22,10 +22,8 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import LINE_STEP, RegionStack, segment_covered
 from drake_starnav.stars.safety import SafetyStar
 
-CREEP_SPEED = 0.08
-"""Speed that remains on arrival, so that the robot does arrive, m/s."""
-AT_REST = 0.02
-"""A robot this near to a goal to stop at stands, m."""
+GOAL_REACHED = 0.02
+"""A robot this near to a goal where it shall stop drives no farther, m."""
 LOOK_AHEAD_SPARE = 0.004
 """A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
 LEAST_SHARE = 0.8
@@ -49,20 +47,6 @@ class Command:
     guiding_vector: np.ndarray
     certified: bool
     errors: np.ndarray
-
-
-def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
-    """The twist after one period of approaching `desired` within the robot's speeds and accelerations.
-
-    Args:
-        twist: (v, omega) now, m/s and rad/s.
-        desired: (v, omega).
-        robot: its limits.
-        period: s.
-    """
-    v = _approached(float(twist[0]), float(desired[0]), robot.max_speed, robot.max_acceleration * period)
-    omega = _approached(float(twist[1]), float(desired[1]), robot.max_yaw_rate, robot.max_yaw_acceleration * period)
-    return np.array((v, omega))
 
 
 def guiding_vector(
@@ -164,7 +148,7 @@ def desired_twist(
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     clearance = math.inf
-    path = guidance.path if guidance.left(pose[:2]) > AT_REST else guidance.path[:0]
+    path = guidance.path if guidance.left(pose[:2]) > GOAL_REACHED else guidance.path[:0]
     last = len(path) == 1
     if len(path) and parameters.look_ahead > 0.0:
         needed = needed_distances(star.half_gaps, robot.radius)
@@ -190,20 +174,6 @@ def desired_twist(
     return direction, desired, errors
 
 
-def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
-    """The twist (v, omega) that turns towards a heading: omega = gain * error, v = speed * cos(error)^3.
-
-    Args:
-        heading: error of the robot's heading, rad.
-        speed: with no error, m/s.
-        parameters: its gain.
-        robot: its limits.
-    """
-    v = speed * max(math.cos(heading), 0.0) ** 3
-    omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
-    return np.array((v, omega))
-
-
 def _pid(heading: float, twist: np.ndarray, errors: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
     """The paper's low-level controller, u = kp e + kd de/dt, with v_ref = min(1, 0.5 / |heading error|).
 
@@ -217,14 +187,3 @@ def _pid(heading: float, twist: np.ndarray, errors: np.ndarray, period: float) -
     v = PID["kp_v"] * error[0] + PID["kd_v"] * rate[0]
     omega = PID["kp_w"] * error[1] + PID["kd_w"] * rate[1]
     return np.array((v, omega)), error
-
-
-def _approached(value: float, target: float, limit: float, change: float) -> float:
-    target = min(max(target, -limit), limit)
-    return value + min(max(target - value, -change), change)
-
-
-@njit(cache=True)
-def wrapped_angle(angle):
-    """The angle in [-pi, pi), rad."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi

@@ -5,7 +5,13 @@ from numba import njit
 
 from drake_starnav.control.braking import stops_inside
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import ESCAPE_CLEARANCE, clearance_at, least_clearance_of, needed_distances
+from drake_starnav.control.point_certificate import (
+    ESCAPE_CLEARANCE,
+    KnownHits,
+    clearance_at,
+    keeps_clear,
+    needed_distances,
+)
 from drake_starnav.movers.certificate import stays_clear_of
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.robot import RobotParameters
@@ -71,7 +77,5 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
     if kind == BY_STAR:
         enough = min(enough, clearance_at(x, y, hits, needed))
     enough = max(enough, ESCAPE_CLEARANCE)
-    least = least_clearance_of(
-        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, hits, needed, center, room, enough
-    )
-    return least >= enough
+    known = KnownHits(hits, needed, center, room)
+    return keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough)

@@ -20,7 +20,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking import limited, moved
+from drake_starnav.control.braking import simulated_step
+from drake_starnav.control.drive_law import limited
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 
@@ -134,10 +135,10 @@ def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits,
         before_x, before_y, left = x, y, delay if delay > 0.0 else hold
         before_v = v
         if delay > 0.0:
-            x, y, yaw, v, omega, delay = moved(x, y, yaw, v, omega, v, omega, delay, limits)
+            x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
             step = left - delay
         else:
-            x, y, yaw, v, omega, hold = moved(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+            x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
             step = left - hold if left > 0.0 else abs(before_v - v) / limits[2]
         time += step
         spare -= math.hypot(x - before_x, y - before_y) + fastest * step

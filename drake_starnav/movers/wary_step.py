@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 
 from drake_starnav.control.braking import SPEED_SHARES, TURN_SHARES, limits_array
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.tracking import Command, limited_twist
+from drake_starnav.control.tracking import Command
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats

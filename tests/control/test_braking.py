@@ -12,17 +12,17 @@ from drake_starnav.control.braking import (
     SPEED_SHARES,
     TURN_SHARES,
     braking_path,
-    certified,
     certified_twist,
     limits_array,
 )
-from drake_starnav.control.tracking import limited_twist
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import covers
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.worlds.world import World
+from tests.control.motions import certified, motion
 from tests.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
@@ -136,10 +136,13 @@ def test_a_reckless_driver_touches_nothing_when_commands_take_effect_after_the_d
 
 def test_the_certified_motion_keeps_the_last_twist_for_the_declared_delay():
     twist, desired = np.array((0.5, 1.0)), np.array((0.8, -2.0))
-    path = braking_path(np.zeros(3), twist, desired, PERIOD, LIMITS, delay=0.1)
+    path = motion(np.zeros(3), twist, desired, PERIOD, LIMITS, delay=0.1)
     kept = braking_path(np.zeros(3), twist, twist, 0.1, LIMITS)
     later = braking_path(kept[kept[:, 2] <= 0.1 + 1e-9][-1], twist, desired, PERIOD, LIMITS)
     np.testing.assert_allclose(path[-1], later[-1], atol=1e-9)
+    farthest = np.hypot(*path[:, :2].T).max()
+    assert certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest + 1e-9), delay=0.1)
+    assert not certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest - 1e-9), delay=0.1)
 
 
 @settings(max_examples=60)

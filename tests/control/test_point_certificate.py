@@ -8,15 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking import braking_path, certified, limits_array
+from drake_starnav.control.braking import limits_array
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import clear_twist, least_clearance, needed_distances
-from drake_starnav.control.tracking import limited_twist
+from drake_starnav.control.point_certificate import KnownHits, clear_twist, keeps_clear, needed_distances
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.worlds.world import World
+from tests.control.motions import certified, least_clearance, motion
 from tests.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
@@ -79,10 +80,16 @@ def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
     needed = needed_distances(gaps, RADIUS)
     pose, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), rng.uniform(-LIMITS[:2], LIMITS[:2])
     desired = rng.uniform(-LIMITS[:2], LIMITS[:2])
-    path = braking_path(pose, twist, desired, hold, LIMITS, delay)
-    away = np.hypot(*np.moveaxis(path[:, None, :2] - hits, -1, 0)) - needed
-    found = least_clearance(pose, twist, desired, hold, LIMITS, hits, needed, delay)
-    assert found == pytest.approx(away.min(), abs=1e-12)
+    away = least_clearance(motion(pose, twist, desired, hold, LIMITS, delay), hits, needed)
+    known = KnownHits(hits, needed, np.zeros(2), np.inf)
+    kept, missed = -1.0, 3.0
+    while missed - kept > 1e-13:
+        middle = 0.5 * (kept + missed)
+        if keeps_clear(*pose, *twist, *desired, hold, delay, LIMITS, known, middle):
+            kept = middle
+        else:
+            missed = middle
+    assert kept == pytest.approx(away, abs=1e-12)
 
 
 def recklessly_driven(
@@ -147,7 +154,7 @@ def test_a_winding_gap_that_the_star_refuses():
     pose, arc = np.zeros(3), np.array((0.5, 1.0))
     star, _ = sensed(world, pose, ScanMemory())
     needed = needed_distances(star.half_gaps, RADIUS)
-    assert least_clearance(pose, arc, arc, 2.5, LIMITS, star.hits, needed) > 0.15
+    assert least_clearance(motion(pose, arc, arc, 2.5, LIMITS), star.hits, needed) > 0.15
     assert not certified(pose, arc, arc, 2.5, LIMITS, star)
 
 
@@ -203,7 +210,8 @@ def test_a_move_out_of_a_pocket_is_certified_for_as_long_as_it_is_held(rate, max
     )
     assert accepted == (tried[0] > 0.0)
     needed = needed_distances(star.half_gaps, RADIUS)
-    assert least_clearance(np.zeros(3), NOWHERE, tried, 1.0 / rate, limits_array(robot), star.hits, needed) > 0.0
+    path = motion(np.zeros(3), NOWHERE, np.array(tried), 1.0 / rate, limits_array(robot))
+    assert least_clearance(path, star.hits, needed) > 0.0
     assert accepted or rate < 10.0
 
 

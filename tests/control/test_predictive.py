@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking import certified, certified_twist, limits_array
+from drake_starnav.control.braking import certified_twist, limits_array
+from drake_starnav.control.drive_law import CREEP_SPEED
 from drake_starnav.control.predictive import (
     ARRIVED,
     candidates,
@@ -19,7 +20,7 @@ from drake_starnav.control.predictive import (
     predictive_twist,
     turning_time,
 )
-from drake_starnav.control.tracking import CREEP_SPEED, desired_twist
+from drake_starnav.control.tracking import desired_twist
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
@@ -27,6 +28,7 @@ from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import RegionStack, scan_region, segment_covered
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.worlds.world import World
+from tests.control.motions import certified
 from tests.scans import RADIUS, cast, distance, free_point, scattered, seeds, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")

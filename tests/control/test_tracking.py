@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.tracking import (
-    AT_REST,
     CREEP_SPEED,
+    GOAL_REACHED,
     Command,
     control_step,
     guiding_vector,
@@ -86,9 +86,9 @@ def test_it_slows_down_at_the_goal_only():
     assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
     assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
     assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
-    assert settled(path=((1.5 * AT_REST, 0.0),), arrives=True)[0] > 0.0  # it does arrive
-    assert settled(path=((0.5 * AT_REST, 0.0),), arrives=True) == pytest.approx([0.0, 0.0])
-    assert settled(path=((0.0, 0.5 * AT_REST),), arrives=True) == pytest.approx([0.0, 0.0])  # it need not turn
+    assert settled(path=((1.5 * GOAL_REACHED, 0.0),), arrives=True)[0] > 0.0  # it does arrive
+    assert settled(path=((0.5 * GOAL_REACHED, 0.0),), arrives=True) == pytest.approx([0.0, 0.0])
+    assert settled(path=((0.0, 0.5 * GOAL_REACHED),), arrives=True) == pytest.approx([0.0, 0.0])  # it need not turn
 
 
 @settings(max_examples=40)

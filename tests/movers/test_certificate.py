@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.braking import limits_array
-from drake_starnav.control.tracking import limited_twist
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.metrics import STANDING
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.parameters import MoverParameters

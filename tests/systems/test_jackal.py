@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.tracking import limited_twist
+from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.scenario import load_scenario
 from drake_starnav.station import NavigationStation
 from drake_starnav.worlds.world import World

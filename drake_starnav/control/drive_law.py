@@ -1,0 +1,68 @@
+"""From a heading error to a twist of the differential drive, and what the drive's limits leave of it."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.robot import RobotParameters
+
+CREEP_SPEED = 0.08
+"""Speed that remains on arrival, so that the robot does arrive, m/s."""
+
+
+def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
+    """The twist (v, omega) that turns towards a heading: omega = gain * error, v = speed * cos(error)^3.
+
+    Args:
+        heading: error of the robot's heading, rad.
+        speed: with no error, m/s.
+        parameters: its gain.
+        robot: its limits.
+    """
+    v = speed * max(math.cos(heading), 0.0) ** 3
+    return np.array((v, limited(parameters.heading_gain * heading, robot.max_yaw_rate)))
+
+
+@njit(cache=True)
+def turning_twist(heading, speed, gain, max_yaw_rate):
+    """`turning_law` for compiled loops; compiled, the cube may differ in its last bit."""
+    return speed * max(math.cos(heading), 0.0) ** 3, limited(gain * heading, max_yaw_rate)
+
+
+def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
+    """The twist after one period of approaching `desired` within the robot's speeds and accelerations.
+
+    Args:
+        twist: (v, omega) now, m/s and rad/s.
+        desired: (v, omega).
+        robot: its limits.
+        period: s.
+    """
+    v = _approached(float(twist[0]), float(desired[0]), robot.max_speed, robot.max_acceleration * period)
+    omega = _approached(float(twist[1]), float(desired[1]), robot.max_yaw_rate, robot.max_yaw_acceleration * period)
+    return np.array((v, omega))
+
+
+@njit(cache=True)
+def _approached(value, target, limit, change):
+    return ramped(value, limited(target, limit), change)
+
+
+@njit(cache=True)
+def limited(value, limit):
+    """The value, cut off at `limit` in size."""
+    return min(max(value, -limit), limit)
+
+
+@njit(cache=True)
+def ramped(value, target, change):
+    """The value after it has come nearer to the target by at most `change`."""
+    return value + min(max(target - value, -change), change)
+
+
+@njit(cache=True)
+def wrapped_angle(angle):
+    """The angle in [-pi, pi), rad."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
