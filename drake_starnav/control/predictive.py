@@ -21,21 +21,30 @@ the certificate as it would without prediction.
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.control.braking import certified_twist, limits_array, stops_inside
-from drake_starnav.control.drive_law import CREEP_SPEED, limited, limited_twist, ramped, wrapped_angle
+from drake_starnav.control.drive_law import CREEP_SPEED, limited_twist, turning_twist, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.rollout import (
+    ARRIVED,
+    KnownSpace,
+    clearance_within,
+    foreseen_step,
+    next_way_point,
+    region_around,
+    time_to_go,
+    times_left,
+)
 from drake_starnav.control.tracking import Command, desired_twist
-from drake_starnav.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.guidance import Guidance
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack, covers, first_cover, segment_covered
+from drake_starnav.stars.region import RegionStack, covers, segment_covered
 from drake_starnav.stars.safety import SafetyStar
 
-ARRIVED = 0.12
-"""So near to the end of the path a foreseen motion has arrived, m; a robot so near to its goal follows the law."""
 TURN_EXPONENT = 1.5
 """The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
 SIGHT_STEP = 0.05
@@ -44,6 +53,21 @@ SIGHT_HALVINGS = 6
 """Bisections of a segment in search of the last point in sight."""
 IN_SIGHT, ROUND_A_CORNER, HIDDEN = 0, 1, 2
 """What the robot sees of its next way point."""
+
+
+class _Settings(NamedTuple):
+    """What the cost depends on, as named in the parameters of the controller; SI units."""
+
+    horizon: float
+    step: float
+    hold: float
+    heading_gain: float
+    slowdown: float
+    radius: float
+    margin: float
+    zone: float
+    clearance_weight: float
+    change_weight: float
 
 
 def predictive_step(
@@ -137,34 +161,29 @@ def foreseen_costs(
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
     limits = limits_array(robot)
     line = np.vstack((pose[:2], guidance.path))
-    settings = np.array(
-        (
-            parameters.horizon,
-            parameters.prediction_step,
-            parameters.prediction_hold,
-            parameters.heading_gain,
-            parameters.goal_slowdown if guidance.arrives else np.inf,
-            robot.radius,
-            parameters.safety_margin,
-            parameters.clearance_zone,
-            parameters.clearance_weight,
-            parameters.change_weight,
-        )
+    settings = _Settings(
+        horizon=parameters.horizon,
+        step=parameters.prediction_step,
+        hold=parameters.prediction_hold,
+        heading_gain=parameters.heading_gain,
+        slowdown=parameters.goal_slowdown if guidance.arrives else np.inf,
+        radius=robot.radius,
+        margin=parameters.safety_margin,
+        zone=parameters.clearance_zone,
+        clearance_weight=parameters.clearance_weight,
+        change_weight=parameters.change_weight,
     )
-    return _foreseen_costs(
-        twists, pose, twist, line, times_left(line, limits), *guidance.regions.arrays,
-        star.center, star.bearing_0, star.values, star.near_hits, limits, settings,
-    )  # fmt: skip
+    settings = _Settings._make(map(float, settings))  # a whole number would have all compiled again
+    known = KnownSpace.of(guidance.regions, star)
+    return _foreseen_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
 
 
 @njit(cache=True)
-def _foreseen_costs(
-    twists, pose, twist, line, left, center, bearing_0, values, reach,
-    star_center, star_bearing_0, star_values, hits, limits, settings,
-):  # fmt: skip
-    horizon, step, hold, gain, slowdown, radius, margin, zone, clearance_weight, change_weight = settings
+def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
+    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
+    step, radius, zone = settings.step, settings.radius, settings.zone
     v_max, omega_max, last = limits[0], limits[1], len(line) - 1
-    steps = int(math.ceil(horizon / step - 1e-9))
+    steps = int(math.ceil(settings.horizon / step - 1e-9))
     cost = np.empty(len(twists))
     clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
     for c in range(len(twists)):
@@ -173,123 +192,36 @@ def _foreseen_costs(
         clearance, near_walls, best = clearance_now, 0.0, np.inf
         for i in range(steps):
             dx, dy = line[k, 0] - x, line[k, 1] - y
-            if i * step < hold - 1e-9:
+            if i * step < settings.hold - 1e-9:
                 want_v, want_omega = twists[c, 0], twists[c, 1]
             else:
                 error = wrapped_angle(math.atan2(dy, dx) - yaw)
-                want_v = v_max * max(math.cos(error), 0.0) ** 3
-                want_omega = limited(gain * error, omega_max)
+                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, omega_max)
             if k == last:
-                want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
-            before_v, before_omega = v, omega
-            v = ramped(v, want_v, limits[2] * step)
-            omega = ramped(omega, want_omega, limits[3] * step)
-            travelled, turned = 0.5 * (before_v + v) * step, 0.5 * (before_omega + omega) * step
-            next_x = x + travelled * math.cos(yaw + 0.5 * turned)
-            next_y = y + travelled * math.sin(yaw + 0.5 * turned)
-            yaw += turned
-            known = region >= 0 and covers(center[region], bearing_0[region], values[region], next_x, next_y)
-            if not known and not covers(star_center, star_bearing_0, star_values, next_x, next_y):
-                region = first_cover(center, bearing_0, values, reach, next_x, next_y)
-                known = region >= 0
-            else:
-                known = True
+                want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+            next_x, next_y, yaw, v, omega, travelled = foreseen_step(
+                x, y, yaw, v, omega, want_v, want_omega, step, limits
+            )
+            free = covers(star_center, star_bearing_0, star_values, next_x, next_y)
+            if not free:
+                region = region_around(center, bearing_0, values, reach, region, next_x, next_y)
+                free = region >= 0
             next_clearance = clearance_within(next_x, next_y, hits, radius, zone)
-            if known and (next_clearance >= margin or next_clearance >= clearance):
+            if free and (next_clearance >= settings.margin or next_clearance >= clearance):
                 x, y, clearance = next_x, next_y, next_clearance
                 near_walls += abs(travelled) * (1.0 - clearance / zone) ** 2
                 k = next_way_point(line, k, x, y)
             else:
                 v = 0.0
-            spent = (i + 1) * step - horizon + clearance_weight * near_walls / v_max
+            spent = (i + 1) * step - settings.horizon + settings.clearance_weight * near_walls / v_max
             if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
                 best = min(best, spent)
                 break
             if 2 * (i + 1) >= steps:
                 best = min(best, spent + time_to_go(line, left, k, x, y, yaw, v, omega, limits))
         change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
-        cost[c] = best + change_weight * change
+        cost[c] = best + settings.change_weight * change
     return cost
-
-
-@njit(cache=True)
-def clearance_within(x, y, hits, radius, zone):
-    """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
-    nearest = (radius + zone) ** 2
-    for q in range(len(hits)):
-        dx, dy = x - hits[q, 0], y - hits[q, 1]
-        nearest = min(nearest, dx * dx + dy * dy)
-    return max(math.sqrt(nearest) - radius, 0.0)
-
-
-@njit(cache=True)
-def next_way_point(line, k, x, y):
-    """The way point to head for after k has been passed.
-
-    A taut path bends round what hides the way point after the next: it comes into sight where the robot crosses the
-    backward extension of the leg that leads to it.
-    """
-    while k + 1 < len(line):
-        dx, dy = x - line[k, 0], y - line[k, 1]
-        leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
-        bend = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
-        inside = bend * (leg_x * dy - leg_y * dx) >= 0.0
-        if inside and dx * dx + dy * dy > PASSED_DISTANCE * PASSED_DISTANCE:
-            break
-        k += 1
-    return k
-
-
-@njit(cache=True)
-def times_left(line, limits):
-    """Time from each way point to the end of the path, begun along the leg after it at full speed, shape (n,), s."""
-    left = np.zeros(len(line))
-    after = 0.0
-    for k in range(len(line) - 2, 0, -1):
-        dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
-        heading = math.atan2(dy, dx)
-        left[k] = math.hypot(dx, dy) / limits[0] + left[k + 1]
-        if k + 2 < len(line):
-            left[k] += heading_loss(wrapped_angle(after - heading), limits[0], 0.0, limits)
-        after = heading
-    return left
-
-
-@njit(cache=True)
-def time_to_go(line, left, k, x, y, yaw, v, omega, limits):
-    """T: from a pose and twist over the way points from k on."""
-    dx, dy = line[k, 0] - x, line[k, 1] - y
-    heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits[0] + heading_loss(wrapped_angle(heading - yaw), v, omega, limits)
-    if k + 1 < len(line):
-        leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
-        time += left[k] + heading_loss(wrapped_angle(leg - heading), limits[0], 0.0, limits)
-    return time
-
-
-@njit(cache=True)
-def heading_loss(error, v, omega, limits):
-    """Time lost until a robot that heads `error` beside its way, with the twist (v, omega), drives it at full speed, s.
-
-    The time of the turn, and what is lost while the speed along the way grows to the largest.
-    """
-    missing = limits[0] - v * math.cos(error)
-    return turning_time(error, omega, limits[1], limits[3]) + missing * missing / (2.0 * limits[2] * limits[0])
-
-
-@njit(cache=True)
-def turning_time(angle, rate, rate_max, acceleration):
-    """Least time in which a robot that turns at `rate` has turned by `angle` and stands, s: bang-bang, or with a
-    stretch at `rate_max`."""
-    if angle < 0.0:
-        angle, rate = -angle, -rate
-    beyond = rate * rate / (2.0 * acceleration) - angle
-    if rate > 0.0 and beyond > 0.0:  # it stops too late: past the angle, and back
-        return rate / acceleration + 2.0 * math.sqrt(beyond / acceleration)
-    peak = math.sqrt(acceleration * angle + 0.5 * rate * rate)
-    if peak <= rate_max:
-        return (2.0 * peak - rate) / acceleration
-    return (2.0 * rate_max - rate + (peak * peak - rate_max * rate_max) / rate_max) / acceleration
 
 
 @njit(cache=True)
@@ -306,14 +238,14 @@ def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
             shortest, best = over, k
     if best < 0:
         return HIDDEN, ahead_x, ahead_y
-    px, py = _last_in_sight(x, y, center[best, 0], center[best, 1], ahead_x, ahead_y, center, bearing_0, values, reach)
-    px, py = _last_in_sight(ahead_x, ahead_y, px, py, x, y, center, bearing_0, values, reach)
+    px, py = _farthest_seen(x, y, center[best, 0], center[best, 1], ahead_x, ahead_y, center, bearing_0, values, reach)
+    px, py = _farthest_seen(ahead_x, ahead_y, px, py, x, y, center, bearing_0, values, reach)
     return ROUND_A_CORNER, px, py
 
 
 @njit(cache=True)
-def _last_in_sight(x, y, ax, ay, bx, by, center, bearing_0, values, reach):
-    """The last point from a, which (x, y) sees, towards b, which it does not."""
+def _farthest_seen(x, y, ax, ay, bx, by, center, bearing_0, values, reach):
+    """The farthest point that (x, y) sees on the way from a, which it sees, to b, which it does not."""
     low, high = 0.0, 1.0
     for _ in range(SIGHT_HALVINGS):
         share = 0.5 * (low + high)

@@ -15,7 +15,7 @@ from numba import njit
 from drake_starnav.control.braking import limits_array
 from drake_starnav.control.drive_law import wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.predictive import times_left
+from drake_starnav.control.rollout import times_left
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED

@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.drive_law import CREEP_SPEED, limited, ramped, wrapped_angle
-from drake_starnav.control.predictive import ARRIVED, clearance_within, next_way_point, time_to_go
+from drake_starnav.control.rollout import ARRIVED, clearance_within, next_way_point, time_to_go
 from drake_starnav.movers.certificate import STANDING_SPEED
 from drake_starnav.movers.course import COURSE_STEP
 from drake_starnav.stars.region import covers, first_cover

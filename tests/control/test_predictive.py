@@ -11,15 +11,13 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import certified_twist, limits_array
 from drake_starnav.control.drive_law import CREEP_SPEED
 from drake_starnav.control.predictive import (
-    ARRIVED,
     candidates,
     foreseen_costs,
-    heading_loss,
     path_in_sight,
     predictive_step,
     predictive_twist,
-    turning_time,
 )
+from drake_starnav.control.rollout import ARRIVED, heading_loss, turning_time
 from drake_starnav.control.tracking import desired_twist
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import RobotParameters

@@ -1,0 +1,141 @@
+"""Foreseen motions: their steps, where they may go, the way point that they head for, and the time to go from it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.drive_law import ramped, wrapped_angle
+from drake_starnav.guidance import PASSED_DISTANCE
+from drake_starnav.stars.region import RegionStack, covers, first_cover
+from drake_starnav.stars.safety import SafetyStar
+
+ARRIVED = 0.12
+"""So near to the end of the path a foreseen motion has arrived, m; a robot so near to its goal follows the law."""
+
+
+class KnownSpace(NamedTuple):
+    """What is known to be free, and what is near, as the compiled functions take it.
+
+    Unpack it before a loop: there a field costs more than a variable.
+
+    Attributes:
+        center, bearing_0, values, reach: of the regions, as in `RegionStack`.
+        star_center, star_bearing_0, star_values: of the safety star.
+        hits: shape (n, 2), filtered hits close to the robot, W, m.
+    """
+
+    center: np.ndarray
+    bearing_0: np.ndarray
+    values: np.ndarray
+    reach: np.ndarray
+    star_center: np.ndarray
+    star_bearing_0: float
+    star_values: np.ndarray
+    hits: np.ndarray
+
+    @staticmethod
+    def of(regions: RegionStack, star: SafetyStar) -> "KnownSpace":
+        """What regions and the last scans tell."""
+        return KnownSpace(*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
+
+
+@njit(cache=True)
+def foreseen_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
+    """Pose and twist after a step of approaching a twist, and the way travelled, with the mean twist of the step."""
+    before_v, before_omega = v, omega
+    v = ramped(v, want_v, limits[2] * step)
+    omega = ramped(omega, want_omega, limits[3] * step)
+    travelled, turned = 0.5 * (before_v + v) * step, 0.5 * (before_omega + omega) * step
+    x += travelled * math.cos(yaw + 0.5 * turned)
+    y += travelled * math.sin(yaw + 0.5 * turned)
+    return x, y, yaw + turned, v, omega, travelled
+
+
+@njit(cache=True)
+def region_around(center, bearing_0, values, reach, region, x, y):
+    """Index of a region that contains (x, y), or -1; asked first is `region`, which contained the place before."""
+    if region >= 0 and covers(center[region], bearing_0[region], values[region], x, y):
+        return region
+    return first_cover(center, bearing_0, values, reach, x, y)
+
+
+@njit(cache=True)
+def clearance_within(x, y, hits, radius, zone):
+    """Clearance of the robot to the nearest hit, from 0 to at most `zone`, m."""
+    nearest = (radius + zone) ** 2
+    for q in range(len(hits)):
+        dx, dy = x - hits[q, 0], y - hits[q, 1]
+        nearest = min(nearest, dx * dx + dy * dy)
+    return max(math.sqrt(nearest) - radius, 0.0)
+
+
+@njit(cache=True)
+def next_way_point(line, k, x, y):
+    """The way point to head for after k has been passed.
+
+    A taut path bends round what hides the way point after the next: it comes into sight where the robot crosses the
+    backward extension of the leg that leads to it.
+    """
+    while k + 1 < len(line):
+        dx, dy = x - line[k, 0], y - line[k, 1]
+        leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        bend = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
+        inside = bend * (leg_x * dy - leg_y * dx) >= 0.0
+        if inside and dx * dx + dy * dy > PASSED_DISTANCE * PASSED_DISTANCE:
+            break
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def times_left(line, limits):
+    """Time from each way point to the end of the path, begun along the leg after it at full speed, shape (n,), s."""
+    left = np.zeros(len(line))
+    after = 0.0
+    for k in range(len(line) - 2, 0, -1):
+        dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        heading = math.atan2(dy, dx)
+        left[k] = math.hypot(dx, dy) / limits[0] + left[k + 1]
+        if k + 2 < len(line):
+            left[k] += heading_loss(wrapped_angle(after - heading), limits[0], 0.0, limits)
+        after = heading
+    return left
+
+
+@njit(cache=True)
+def time_to_go(line, left, k, x, y, yaw, v, omega, limits):
+    """T: from a pose and twist over the way points from k on."""
+    dx, dy = line[k, 0] - x, line[k, 1] - y
+    heading = math.atan2(dy, dx)
+    time = math.hypot(dx, dy) / limits[0] + heading_loss(wrapped_angle(heading - yaw), v, omega, limits)
+    if k + 1 < len(line):
+        leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
+        time += left[k] + heading_loss(wrapped_angle(leg - heading), limits[0], 0.0, limits)
+    return time
+
+
+@njit(cache=True)
+def heading_loss(error, v, omega, limits):
+    """Time lost until a robot that heads `error` beside its way, with the twist (v, omega), drives it at full speed, s.
+
+    The time of the turn, and what is lost while the speed along the way grows to the largest.
+    """
+    missing = limits[0] - v * math.cos(error)
+    return turning_time(error, omega, limits[1], limits[3]) + missing * missing / (2.0 * limits[2] * limits[0])
+
+
+@njit(cache=True)
+def turning_time(angle, rate, rate_max, acceleration):
+    """Least time in which a robot that turns at `rate` has turned by `angle` and stands, s: bang-bang, or with a
+    stretch at `rate_max`."""
+    if angle < 0.0:
+        angle, rate = -angle, -rate
+    beyond = rate * rate / (2.0 * acceleration) - angle
+    if rate > 0.0 and beyond > 0.0:  # it stops too late: past the angle, and back
+        return rate / acceleration + 2.0 * math.sqrt(beyond / acceleration)
+    peak = math.sqrt(acceleration * angle + 0.5 * rate * rate)
+    if peak <= rate_max:
+        return (2.0 * peak - rate) / acceleration
+    return (2.0 * rate_max - rate + (peak * peak - rate_max * rate_max) / rate_max) / acceleration
