@@ -1,5 +1,7 @@
 """Both certificates at once: against what stays, as the controller's parameters choose it, and against what moves."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -21,39 +23,59 @@ NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
 """Which certificate holds against what stays; none accepts anything while nothing was seen."""
 
 
+class Standard(NamedTuple):
+    """What the certificates hold a command against.
+
+    Attributes:
+        kind: NONE, BY_STAR, BY_POINTS or UNSEEN.
+        hold, delay: how long a command is followed, and after what time, s.
+        margin, margin_per_speed: to what stays, m and s.
+        distance: to what moves, from the robot's centre, m.
+        center, bearing_0, values: of the safety star.
+        hits: what stays, as it was hit.
+    """
+
+    kind: int
+    hold: float
+    delay: float
+    margin: float
+    margin_per_speed: float
+    distance: float
+    center: np.ndarray
+    bearing_0: float
+    values: np.ndarray
+    hits: KnownHits
+
+
 def standards(
     star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, movers: MoverParameters
-) -> tuple:
-    """What the certificates hold a command against, as `accepted` takes it.
-
-    Args:
-        star: what the last scans certify.
-        controller, robot, movers: parameters.
-    """
+) -> Standard:
+    """The standard that the parameters ask for, with what the last scans certify."""
     if not controller.certificate:
         kind = NONE
     elif not star.seen:
         kind = UNSEEN
     else:
         kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
-    numbers = np.array(
-        (
-            1.0 / controller.rate,
-            controller.delay,
-            controller.safety_margin,
-            controller.margin_per_speed,
-            robot.radius + movers.margin,
-            star.reach - robot.radius,
-        )
-    )
     needed = needed_distances(star.half_gaps, robot.radius)
-    return kind, numbers, star.center, star.bearing_0, star.values, star.hits, needed
+    return Standard(
+        kind=kind,
+        hold=1.0 / controller.rate,
+        delay=float(controller.delay),
+        margin=float(controller.safety_margin),
+        margin_per_speed=float(controller.margin_per_speed),
+        distance=float(robot.radius + movers.margin),
+        center=star.center,
+        bearing_0=star.bearing_0,
+        values=star.values,
+        hits=KnownHits(star.hits, needed, star.center, float(star.reach - robot.radius)),
+    )
 
 
 @njit(cache=True)
 def accepted(x, y, yaw, v, omega, want_v, want_omega, limits, standard, rows, age):
     """Whether both certificates accept a twist; `rows` as from `threats`, `age` of the scan that they are of, s."""
-    hold, delay, distance = standard[1][0], standard[1][1], standard[1][4]
+    hold, delay, distance = standard.hold, standard.delay, standard.distance
     return stays_clear_of(
         x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age
     ) and stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard)
@@ -65,8 +87,7 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
 
     A robot that is outside of the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
-    kind, numbers, center, bearing_0, values, hits, needed = standard
-    hold, delay, margin, per_speed, room = numbers[0], numbers[1], numbers[2], numbers[3], numbers[5]
+    kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = standard
     if kind in (NONE, UNSEEN):
         return kind == NONE
     if kind == BY_STAR and stops_inside(
@@ -75,7 +96,6 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
         return True
     enough = margin + per_speed * abs(want_v)
     if kind == BY_STAR:
-        enough = min(enough, clearance_at(x, y, hits, needed))
+        enough = min(enough, clearance_at(x, y, known.hits, known.needed))
     enough = max(enough, ESCAPE_CLEARANCE)
-    known = KnownHits(hits, needed, center, room)
     return keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough)

@@ -15,7 +15,7 @@ from numba import njit
 from drake_starnav.control.braking import limits_array
 from drake_starnav.control.drive_law import wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.rollout import times_left
+from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers.acceptance import accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED
@@ -30,6 +30,8 @@ from drake_starnav.movers.foresight import (
     STEP,
     TWIST,
     YAW,
+    Discs,
+    Settings,
     V,
     X,
     Y,
@@ -127,70 +129,62 @@ def encounter(
         age: time since the scan, s.
         controller, robot, movers: parameters.
     """
-    counted = tracks.counted
-    course, discs = tracks.course[counted], np.column_stack((tracks.radius, tracks.greatest_speed(movers)))[counted]
-    limits = limits_array(robot)
-    path = guidance.path
+    counted, limits, path = tracks.counted, limits_array(robot), guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
-    slowdown = controller.goal_slowdown if guidance.arrives or not len(path) else np.inf
-    settings = np.array(
-        (
-            movers.horizon, controller.heading_gain, slowdown, robot.radius,
-            movers.margin, movers.caution, movers.comfort,
-        )
-    )  # fmt: skip
-    static = (*guidance.regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
-    goal, moving = (line, times_left(line, limits)), (course, discs, age)
-    nearest = _along_the_path(pose, twist, static, goal, moving, limits, settings)
+    known = KnownSpace.of(guidance.regions, star)
+    discs = Discs(tracks.course[counted], tracks.radius[counted], tracks.greatest_speed(movers)[counted], age)
+    settings = Settings(
+        horizon=movers.horizon,
+        heading_gain=controller.heading_gain,
+        slowdown=controller.goal_slowdown if guidance.arrives or not len(path) else np.inf,
+        radius=robot.radius,
+        margin=movers.margin,
+        caution=movers.caution,
+        comfort=movers.comfort,
+    )
+    settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
+    nearest = _along_the_path(pose, twist, line, known, discs, limits, settings)
     if nearest >= movers.comfort:
         return Encounter(nearest, None, np.inf)
-    v, omega, least, found = _searched(
-        manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)),
-        pose,
-        twist,
-        static,
-        goal,
-        moving,
-        limits,
-        settings,
-        rows,
-        standards(star, controller, robot, movers),
-    )
+    ways, left = manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)), times_left(line, limits)
+    standard = standards(star, controller, robot, movers)
+    v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard)
     return Encounter(nearest, np.array((v, omega)) if found else None, least)
 
 
 @njit(cache=True)
-def _along_the_path(pose, twist, static, goal, moving, limits, settings):
-    row = start_row(pose, twist, static, settings)
-    steps = int(math.ceil(settings[0] / STEP - 1e-9))
-    drive(row, PATH, 1.0, 0.0, steps, static, goal, moving, limits, settings)
-    return row[LEAST] if row[LEAST] < settings[6] else np.inf
+def _along_the_path(pose, twist, line, known, discs, limits, settings):
+    """Least foreseen distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`."""
+    row = start_row(pose, twist, known.hits, settings.radius)
+    steps = int(math.ceil(settings.horizon / STEP - 1e-9))
+    drive(row, PATH, 1.0, 0.0, steps, line, known, discs, limits, settings)
+    return row[LEAST] if row[LEAST] < settings.comfort else np.inf
 
 
 @njit(cache=True)
-def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, standard):
-    horizon, gain, slowdown = settings[0], settings[1], settings[2]
-    line, age = goal[0], moving[2]
+def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard):
+    """v, omega and least foreseen distance of the best way on, and whether there is one."""
+    gain, slowdown, age = settings.heading_gain, settings.slowdown, discs.age
     count = len(ways)
-    start = start_row(pose, twist, static, settings)
+    start = start_row(pose, twist, known.hits, settings.radius)
     change, firsts = np.zeros(count), np.empty((count, 2))
     generation = np.empty((count, COLUMNS))
     n = 0
     for m in range(count):
-        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, len(line) - 1, limits, gain, slowdown)
+        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
         change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
         if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
             continue
         generation[n] = start
-        drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings)
+        drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
         generation[n, FIRST] = m
-        generation[n, COST] = way_cost(generation[n], goal, limits) + change[m]
+        generation[n, COST] = way_cost(generation[n], line, left, limits) + change[m]
         n += 1
     best = start
     best_cost = np.inf
     generation = generation[:n]
-    segments = int(math.ceil(horizon / (SEGMENT * STEP) - 1e-9))
+    segments = int(math.ceil(settings.horizon / (SEGMENT * STEP) - 1e-9))
     for depth in range(1, segments + 1):
         for i in range(len(generation)):  # what has ended competes with what has come to the horizon
             row = generation[i]
@@ -199,35 +193,44 @@ def _searched(ways, pose, twist, static, goal, moving, limits, settings, rows, s
                 best = row
         if depth == segments:
             break
-        kept = np.empty(BEAM, np.int64)
-        picked = 0
-        for i in np.argsort(generation[:, COST], kind="mergesort"):
-            row = generation[i]
-            differs = row[ENDED] == 0.0
-            for q in range(picked):
-                other = generation[kept[q]]
-                if (
-                    (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
-                    and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
-                    and abs(row[V] - other[V]) < SAME_SPEED
-                ):
-                    differs = False
-                    break
-            if differs:
-                kept[picked] = i
-                picked += 1
-                if picked == BEAM:
-                    break
-        following = np.empty((picked * count, COLUMNS))
+        kept = _continued(generation)
+        following = np.empty((len(kept) * count, COLUMNS))
         n = 0
-        for q in range(picked):
+        for i in kept:
             for m in range(count):
-                following[n] = generation[kept[q]]
-                drive(following[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, static, goal, moving, limits, settings)
-                following[n, COST] = way_cost(following[n], goal, limits) + change[int(following[n, FIRST])]
+                following[n] = generation[i]
+                drive(following[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
+                following[n, COST] = way_cost(following[n], line, left, limits) + change[int(following[n, FIRST])]
                 n += 1
         generation = following
     if best_cost == np.inf:
         return 0.0, 0.0, -np.inf, False
     first = int(best[FIRST])
     return firsts[first, 0], firsts[first, 1], best[LEAST], True
+
+
+@njit(cache=True)
+def _continued(generation):
+    """Indices of the BEAM best ways on that have not ended and differ, the best first."""
+    kept = np.empty(BEAM, np.int64)
+    n = 0
+    for i in np.argsort(generation[:, COST], kind="mergesort"):
+        differs = generation[i, ENDED] == 0.0
+        for q in range(n):
+            differs = differs and not _alike(generation[i], generation[kept[q]])
+        if differs:
+            kept[n] = i
+            n += 1
+            if n == BEAM:
+                break
+    return kept[:n]
+
+
+@njit(cache=True)
+def _alike(row, other):
+    """Whether two ways on end so near to each other that one of them will do."""
+    return (
+        (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
+        and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
+        and abs(row[V] - other[V]) < SAME_SPEED
+    )

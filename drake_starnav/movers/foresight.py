@@ -10,23 +10,26 @@ In seconds,
 Comfort is lost by the least foreseen distance d to a disc at a time t: w (1 - e / comfort)_+^2 (1 - t / (2 horizon))
 with e = d / (1 + UNCERTAINTY t). A contact at t ends a way on and costs w (1 + 3 (1 - t / horizon)): better late than
 soon, since much may happen until then.
-
-The compiled functions share these arguments: `row`, the way on, changed in place; `static`, the arrays of the regions
-and of the safety star, and its near hits; `goal`, the path and the times left from its corners; `moving`, courses
-(n, k, 2), radii with greatest speeds (n, 2), and the age of the scan; `limits`, as from `limits_array`; `settings`,
-horizon, heading gain, slowdown at the goal, robot radius, margin, caution and comfort.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.drive_law import CREEP_SPEED, limited, ramped, wrapped_angle
-from drake_starnav.control.rollout import ARRIVED, clearance_within, next_way_point, time_to_go
+from drake_starnav.control.drive_law import CREEP_SPEED, turning_twist, wrapped_angle
+from drake_starnav.control.rollout import (
+    ARRIVED,
+    clearance_within,
+    foreseen_step,
+    next_way_point,
+    region_around,
+    time_to_go,
+)
 from drake_starnav.movers.certificate import STANDING_SPEED
 from drake_starnav.movers.course import COURSE_STEP
-from drake_starnav.stars.region import covers, first_cover
+from drake_starnav.stars.region import covers
 
 STEP = 0.1
 """Of the foreseen motion, s."""
@@ -46,39 +49,72 @@ COLUMNS = 16
 """Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
 
 
+class Discs(NamedTuple):
+    """What moves, as it is foreseen.
+
+    Attributes:
+        course: shape (n, k, 2), places every COURSE_STEP from the time of the scan on, W, m.
+        radius: shape (n,), m.
+        speed: shape (n,), the greatest that the certificate in time counts with, m/s.
+        age: of the scan, s.
+    """
+
+    course: np.ndarray
+    radius: np.ndarray
+    speed: np.ndarray
+    age: float
+
+
+class Settings(NamedTuple):
+    """Numbers of the controller, the robot and the movers, as named in their parameters; SI units.
+
+    Attributes:
+        slowdown: speed per distance to the goal; infinite where the path ends at a frontier.
+    """
+
+    horizon: float
+    heading_gain: float
+    slowdown: float
+    radius: float
+    margin: float
+    caution: float
+    comfort: float
+
+
 @njit(cache=True)
-def start_row(pose, twist, static, settings):
+def start_row(pose, twist, hits, radius):
     """The way on that has not begun."""
     row = np.zeros(COLUMNS)
     row[X], row[Y], row[YAW], row[V], row[OMEGA] = pose[0], pose[1], pose[2], twist[0], twist[1]
     row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
-    row[CLEARANCE] = row[CLOSEST] = clearance_within(pose[0], pose[1], static[7], settings[3], WALL_ZONE)
+    row[CLEARANCE] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE)
+    row[CLOSEST] = row[CLEARANCE]
     return row
 
 
 @njit(cache=True)
-def wanted_twist(kind, a, b, row, line, last, limits, gain, slowdown):
+def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
     """The twist that a manoeuvre wants where the robot is."""
     if kind == TWIST:
         return a, b
     if kind == HEADING:
         error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
-        return b * max(math.cos(error), 0.0) ** 3, limited(gain * error, limits[1])
-    k = int(row[WAY_POINT])
+        return turning_twist(error, b, gain, limits[1])
+    k, last = int(row[WAY_POINT]), len(line) - 1
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
     if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
-    want_v = a * limits[0] * max(math.cos(error), 0.0) ** 3
+    want_v, want_omega = turning_twist(error, a * limits[0], gain, limits[1])
     if k == last:
         want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
-    return want_v, limited(gain * error, limits[1])
+    return want_v, want_omega
 
 
 @njit(cache=True)
 def _place(course, j, time):
     """Where disc j is foreseen to be, and its velocity."""
-    at = min(time / COURSE_STEP, len(course[j]) - 1.001)
+    at = min(time / COURSE_STEP, course.shape[1] - 1.001)
     i = int(at)
     share = at - i
     dx, dy = course[j, i + 1, 0] - course[j, i, 0], course[j, i + 1, 1] - course[j, i, 1]
@@ -86,7 +122,7 @@ def _place(course, j, time):
 
 
 @njit(cache=True)
-def _must_brake(x, y, yaw, v, course, discs, time, limits, distance, caution):
+def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, caution):
     """Whether a robot that brakes fully now might be touched before it stands, with the discs where they are foreseen.
 
     Checked half way in time and at the end.
@@ -98,45 +134,36 @@ def _must_brake(x, y, yaw, v, course, discs, time, limits, distance, caution):
         t = share * stop
         way = v * t - 0.5 * math.copysign(limits[2], v) * t * t
         px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
-        for j in range(len(discs)):
+        for j in range(len(radius)):
             disc_x, disc_y, vx, vy = _place(course, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
-            needed = distance + discs[j, 0] + caution * discs[j, 1] * t
+            needed = distance + radius[j] + caution * speed[j] * t
             if dx * dx + dy * dy < needed * needed:
                 return True
     return False
 
 
 @njit(cache=True)
-def drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
+def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a way on in place by one manoeuvre; it ends early where the robot is touched or explores on."""
-    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = static
-    line, _ = goal
-    course, discs, age = moving
-    horizon, gain, slowdown, radius, margin, caution, comfort = settings
+    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
+    course, radius, speed, age = discs
+    distance = settings.radius + settings.margin + FORESEEN_MARGIN
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-        want_v, want_omega = wanted_twist(kind, a, b, row, line, last, limits, gain, slowdown)
-        if _must_brake(x, y, yaw, v, course, discs, time, limits, radius + margin + FORESEEN_MARGIN, caution):
+        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
+        if _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, settings.caution):
             want_v = 0.0
-        row[V] = ramped(v, want_v, limits[2] * STEP)
-        row[OMEGA] = ramped(omega, want_omega, limits[3] * STEP)
-        travelled, turned = 0.5 * (v + row[V]) * STEP, 0.5 * (omega + row[OMEGA]) * STEP
-        x += travelled * math.cos(yaw + 0.5 * turned)
-        y += travelled * math.sin(yaw + 0.5 * turned)
-        row[YAW] = yaw + turned
-        k = int(row[REGION])
-        known = k >= 0 and covers(center[k], bearing_0[k], values[k], x, y)
-        if not known and not covers(star_center, star_bearing_0, star_values, x, y):
-            k = first_cover(center, bearing_0, values, reach, x, y)
-            row[REGION] = k
-            known = k >= 0
-        else:
-            known = True
-        clearance = clearance_within(x, y, hits, radius, WALL_ZONE)
-        if known or clearance > row[CLEARANCE]:
+        x, y, yaw, v, omega, _ = foreseen_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
+        row[YAW], row[V], row[OMEGA] = yaw, v, omega
+        free = covers(star_center, star_bearing_0, star_values, x, y)
+        if not free:
+            row[REGION] = region_around(center, bearing_0, values, reach, int(row[REGION]), x, y)
+            free = row[REGION] >= 0
+        clearance = clearance_within(x, y, hits, settings.radius, WALL_ZONE)
+        if free or clearance > row[CLEARANCE]:
             row[X], row[Y], row[CLEARANCE] = x, y, clearance
             row[CLOSEST] = min(row[CLOSEST], clearance)
             row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y)
@@ -146,32 +173,35 @@ def drive(row, kind, a, b, steps, static, goal, moving, limits, settings):
         row[SPENT] += STEP
         time = age + row[SPENT]
         touched = False
-        for j in range(len(discs)):
+        for j in range(len(radius)):
             disc_x, disc_y, _, _ = _place(course, j, time)
-            away = math.hypot(x - disc_x, y - disc_y) - radius - discs[j, 0]
+            away = math.hypot(x - disc_x, y - disc_y) - settings.radius - radius[j]
             worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
             row[LEAST] = min(row[LEAST], worth)
-            if worth < comfort:
-                lost = CONTACT_COST * (1.0 - max(worth, 0.0) / comfort) ** 2 * (1.0 - 0.5 * row[SPENT] / horizon)
-                row[LOST] = max(row[LOST], lost)
+            if worth < settings.comfort:
+                share = 1.0 - max(worth, 0.0) / settings.comfort
+                row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / settings.horizon))
             touched = touched or away < 0.0
         if touched:
             row[ENDED] = 1.0
-            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / horizon))
+            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / settings.horizon))
             return
         k = int(row[WAY_POINT])
         if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
             row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
-            if slowdown == np.inf:  # at a frontier, where it will go on
+            if settings.slowdown == np.inf:  # at a frontier, where it will go on
                 row[ENDED] = 1.0
                 return
 
 
 @njit(cache=True)
-def way_cost(row, goal, limits):
-    """What a way on costs up to here, and what it takes to the goal, without the change of the twist, s."""
+def way_cost(row, line, left, limits):
+    """What a way on costs up to here, and what it takes to the goal, without the change of the twist, s.
+
+    `left` are the times from each way point of the line on, as from `times_left`.
+    """
     cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
     if row[ARRIVAL] < np.inf:  # it has been there, wherever it goes to make way
         return cost + row[ARRIVAL]
-    left = time_to_go(goal[0], goal[1], int(row[WAY_POINT]), row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)
-    return cost + row[SPENT] + left
+    k = int(row[WAY_POINT])
+    return cost + row[SPENT] + time_to_go(line, left, k, row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)
