@@ -82,6 +82,15 @@ def accepted(x, y, yaw, v, omega, want_v, want_omega, limits, standard, rows, ag
 
 
 @njit(cache=True)
+def first_accepted(x, y, yaw, v, omega, twists, limits, standard, rows, age):
+    """Index of the first of some twists (n, 2) that both certificates accept, or -1; else as for `accepted`."""
+    for k in range(len(twists)):
+        if accepted(x, y, yaw, v, omega, twists[k, 0], twists[k, 1], limits, standard, rows, age):
+            return k
+    return -1
+
+
+@njit(cache=True)
 def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
     """Whether a twist passes the certificate against what stays.
 

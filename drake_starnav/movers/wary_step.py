@@ -9,13 +9,18 @@ from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.tracking import Command
 from drake_starnav.guidance import Guidance
-from drake_starnav.movers.acceptance import accepted, standards
+from drake_starnav.movers.acceptance import first_accepted, standards
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.encounters import encounter
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
+
+SLOWER = np.array(
+    [(share, 1.0) for share in SPEED_SHARES[1:]] + [(share, turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
+)
+"""Shares of a twist's speed and turning rate that are tried in this order where it is refused."""
 
 
 def wary_step(
@@ -59,18 +64,10 @@ def wary_step(
     distance = robot.radius + movers.margin
     if stays_clear(pose, twist, command.twist, period, limits, rows, distance, age, parameters.delay):
         return command
-    standard = standards(star, parameters, robot, movers)
-    for desired in _slower(command.twist):
-        if accepted(*pose, *twist, *desired, limits, standard, rows, age):
-            sent = limited_twist(twist, desired, robot, period)
-            return Command(sent, command.guiding_vector, True, command.errors)
+    slower = SLOWER * command.twist
+    k = first_accepted(*pose, *twist, slower, limits, standards(star, parameters, robot, movers), rows, age)
+    if k >= 0:
+        return Command(limited_twist(twist, slower[k], robot, period), command.guiding_vector, True, command.errors)
     standing = abs(twist[0]) < STANDING_SPEED
     braking = limited_twist(twist, np.array((0.0, command.twist[1] if standing else 0.0)), robot, period)
     return Command(braking, command.guiding_vector, standing, command.errors)
-
-
-def _slower(twist: np.ndarray) -> list[np.ndarray]:
-    """The twist with less and less speed, then with other turning rates, in the order in which they are tried."""
-    shares = [(share, 1.0) for share in SPEED_SHARES[1:]]
-    shares += [(share, turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
-    return [twist * pair for pair in shares]
