@@ -43,7 +43,7 @@ class KnownSpace(NamedTuple):
 
 @njit(cache=True)
 def foreseen_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
-    """Pose and twist after a step of approaching a twist, and the way travelled, with the mean twist of the step."""
+    """Pose and twist after one step towards the wanted twist, and the way travelled at its mean speed."""
     before_v, before_omega = v, omega
     v = ramped(v, want_v, limits[2] * step)
     omega = ramped(omega, want_omega, limits[3] * step)

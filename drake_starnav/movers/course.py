@@ -1,8 +1,8 @@
 """Where tracked obstacles will be: straight on, off what stays.
 
 An obstacle goes on with its velocity; where it would run into something that stays, it is taken to bounce off like a
-ball. Neither needs to be true: it is the best guess for who plans ahead, and the certificate does not rely on it. To
-go on with a measured turning rate, too, foretells worse, even those that wind their way: the rate is too uncertain.
+ball. Neither needs to be true: it is the best guess for planning, and the certificate does not rely on it. With a
+measured turning rate the guess is worse, even for obstacles that wind about: the rate is too uncertain.
 """
 
 import math

@@ -24,7 +24,7 @@ NEVER = -1.0
 RANGE_SLACK = 0.05
 """A cell is seen free if it ends by this much before all beams near it do, m."""
 HIT_SHARE = 0.5
-"""What counts as standing was also hit over this share of the time it takes to count, not just at two moments."""
+"""The first and the last hit of a cell that counts as standing lie at least this share of `static_after` apart."""
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
@@ -69,7 +69,7 @@ class MotionGrid:
         return MotionGrid(self.cell, wanted, *arrays)
 
     def told(self, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> np.ndarray:
-        """What each beam of a scan hit by what the grid knows from earlier ones: STAYS, UNKNOWN or MOVES, shape (n,).
+        """What each beam of a scan hit, judged by the earlier scans: STAYS, UNKNOWN or MOVES, shape (n,).
 
         Beams without a hit, and hits outside the grid, stay.
 
@@ -166,7 +166,7 @@ def _stands(first_hit, last_hit, time, lasting):
 
 @njit(cache=True)
 def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time, lasting):
-    """Which beams hit something that stands in or beside their cell, or outside the grid; and which what was free."""
+    """Which beams hit what stands in or beside their cell, or is outside the grid; and which hit what was seen free."""
     n, cells = len(distance), len(first_hit)
     stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for k in range(n):

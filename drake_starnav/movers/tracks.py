@@ -90,7 +90,7 @@ class Tracks:
         return (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
 
     def greatest_speed(self, parameters: MoverParameters) -> np.ndarray:
-        """What is declared about how fast each may be until the robot has braked, shape (n,), m/s."""
+        """The greatest speed that each may have until the robot has braked, shape (n,), m/s."""
         known = np.minimum(self.pace + parameters.speed_change, parameters.max_speed)
         return np.where(self.settled, known, parameters.max_speed)
 
