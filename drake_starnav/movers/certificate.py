@@ -26,8 +26,8 @@ from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 
 STANDING_SPEED = 0.005
-"""A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below the speed
-that `metrics.STANDING` allows it."""
+"""A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
+`metrics.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of what the robot must keep clear of."""
 
