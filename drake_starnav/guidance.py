@@ -2,19 +2,19 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planar import placed
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.region import RegionStack, StarRegion
 
 PASSED_DISTANCE = 0.06
 """A way point this near has been passed, m."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class Guidance:
     """What the controller needs from any planner. Immutable; W, m.
 
@@ -27,9 +27,6 @@ class Guidance:
     path: np.ndarray
     arrives: bool
     regions: RegionStack
-
-    def __deepcopy__(self, memo: dict) -> "Guidance":
-        return self
 
     @staticmethod
     def none() -> "Guidance":

@@ -1,11 +1,11 @@
 """Where a robot was when."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from drake_starnav.snapshot import snapshot
 
-@dataclass(frozen=True, eq=False)
+
+@snapshot
 class Motion:
     """The poses of a robot during a run.
 

@@ -1,13 +1,13 @@
 """What a scan tells: the planner's star-shaped region, and the controller's safety star from the last scans."""
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.roadmap import Observation, PlannerParameters
 from drake_starnav.scan import LaserScan
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars import StarParameters
 from drake_starnav.stars.averaging import averaged
 from drake_starnav.stars.free_range import free_range, smoothed_distances
@@ -21,7 +21,7 @@ AVERAGED = 0.5
 """With `average_scans`, hits nearer to the robot than this are averaged, m: they hem it in."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class Perceived:
     """What is known once a scan has been looked at; immutable.
 
@@ -41,9 +41,6 @@ class Perceived:
     def nothing() -> "Perceived":
         """Before the first scan."""
         return Perceived(Observation.none(), SafetyStar.none(), ScanMemory(), HitHistory())
-
-    def __deepcopy__(self, memo: dict) -> "Perceived":
-        return self  # immutable: Drake's copies of abstract state cost nothing
 
 
 def perceive(

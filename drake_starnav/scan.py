@@ -1,13 +1,13 @@
 """One planar laser scan, with the field names and conventions of ROS `sensor_msgs/LaserScan`."""
 
 import math
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.snapshot import snapshot
 
 LARGEST_UNSEEN = 0.25
 """Between two beams that say something, a thing of this width is taken to stand where the gap would hide it, m."""
@@ -16,7 +16,7 @@ STAYS, UNKNOWN, MOVES = 0, 1, 2
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
 
-@dataclass(frozen=True)
+@snapshot
 class LaserScan:
     """Ranges measured in the x-y plane of the sensor frame S, counter-clockwise from `angle_min`.
 
@@ -88,9 +88,6 @@ class LaserScan:
                 f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
                 "allowed: metres, +inf (no return), -inf (too close), and NaN (lost) only with lost_beams=True"
             )
-
-    def __deepcopy__(self, memo: dict) -> "LaserScan":
-        return self  # immutable: Drake's copies of abstract state cost nothing
 
     @staticmethod
     def nothing() -> "LaserScan":

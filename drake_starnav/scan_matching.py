@@ -15,6 +15,7 @@ import numpy as np
 from drake_starnav.planar import composed, inverse, now_in
 from drake_starnav.scan import LaserScan
 from drake_starnav.scan_alignment import aligned, surfaces
+from drake_starnav.snapshot import snapshot
 
 STILL = 0.02
 """A robot that has moved or turned by less since the last scan was aligned waits for the next one, m and rad."""
@@ -86,7 +87,7 @@ class Keyframe:
         return Keyframe(np.array(pose, dtype=float), scan, points, anchor, normal)
 
 
-@dataclass(frozen=True)
+@snapshot
 class ScanMap:
     """The keyframes and where O lies in M. Immutable.
 
@@ -107,9 +108,6 @@ class ScanMap:
     time: float = -math.inf
     speed: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
     last: int = 0
-
-    def __deepcopy__(self, memo: dict) -> "ScanMap":
-        return self
 
     def corrected(self, pose: np.ndarray) -> np.ndarray:
         """A pose (x, y, yaw) in O as one in M, shape (3,)."""

@@ -28,7 +28,7 @@ class Room:
     packages: str = ""
 
 
-BASE = "errors parameters files console"
+BASE = "errors parameters files console snapshot"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 PLANNING = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control perception"
 METHOD = f"{PLANNING} movers baselines worlds metrics"
@@ -41,6 +41,7 @@ DRAKE = "numpy numba pydrake"
 
 TABLE = {
     "errors": Room(),
+    "snapshot": Room(),
     "parameters": Room("errors", "numpy"),
     "files": Room("errors"),
     "console": Room("errors"),
@@ -61,7 +62,7 @@ TABLE = {
     "scan_alignment": Room("", ARRAYS),
     "scan_matching": Room(f"{BASE} planar scan scan_alignment", ARRAYS),
     "stars": Room(f"{BASE} planar robot scan", ARRAYS),
-    "guidance": Room("errors planar stars", "numpy"),
+    "guidance": Room("errors snapshot planar stars", "numpy"),
     "roadmap": Room(f"{BASE} planar robot scan polyline stars guidance", f"{ARRAYS} sklearn"),
     "control": Room(f"{BASE} robot scan stars guidance", ARRAYS),
     "perception": Room(f"{BASE} scan sweep stopwatch stars roadmap control", "numpy"),

@@ -8,10 +8,10 @@ Source: Huber, Billard and Slotine, "Avoidance of convex and concave obstacles w
 contraction", RA-L 2019, on overlapping obstacles.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.sparse.csgraph import connected_components
+
+from drake_starnav.snapshot import snapshot
 
 WALL_RADIUS = 1e5
 """Of the circle that stands for a wall: over 20 m it is straight to half a millimetre, m."""
@@ -19,7 +19,7 @@ DEPTH = 0.99
 """A reference point is at most this share of the inflated radius away from its circle's centre."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class KnownObstacles:
     """Circles and their reference points. Immutable.
 
@@ -30,9 +30,6 @@ class KnownObstacles:
 
     circles: np.ndarray
     reference_points: np.ndarray
-
-    def __deepcopy__(self, memo: dict) -> "KnownObstacles":
-        return self
 
     @staticmethod
     def none() -> "KnownObstacles":

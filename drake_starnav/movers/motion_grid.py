@@ -8,13 +8,13 @@ known to stay elsewhere: as the robot drives by, more and more of it comes into 
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.snapshot import snapshot
 
 REACH = 6.0
 """Half the side of the grid about the robot, m."""
@@ -30,7 +30,7 @@ CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class MotionGrid:
     """When the cells about the robot were hit and seen free. Immutable.
 
@@ -46,9 +46,6 @@ class MotionGrid:
     first_hit: np.ndarray
     last_hit: np.ndarray
     seen_free: np.ndarray
-
-    def __deepcopy__(self, memo: dict) -> "MotionGrid":
-        return self
 
     @staticmethod
     def about(position: np.ndarray, cell: float) -> "MotionGrid":

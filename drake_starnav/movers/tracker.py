@@ -1,7 +1,7 @@
 """From one scan to the next: what stays, what moves, and how it moves."""
 
 import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -9,13 +9,14 @@ from drake_starnav.movers.motion_grid import MotionGrid
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks, updated
 from drake_starnav.scan import MOVES, STAYS, LaserScan
+from drake_starnav.snapshot import snapshot
 from drake_starnav.sweep import taken_at_once
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which says nothing at all."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class Tracked:
     """What is known after a scan. Immutable.
 
@@ -30,9 +31,6 @@ class Tracked:
     tracks: Tracks = field(default_factory=Tracks)
     scan: LaserScan = _BLIND
     pose: np.ndarray = field(default_factory=lambda: np.zeros(3))
-
-    def __deepcopy__(self, memo: dict) -> "Tracked":
-        return self
 
 
 def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> Tracked:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from drake_starnav.movers.course import courses
 from drake_starnav.movers.hidden import hidden_places
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.scan import MOVES, STAYS, LaserScan
+from drake_starnav.snapshot import snapshot
 
 RADIUS_GAIN = 0.2
 MOTION_GAIN = 0.2
@@ -45,7 +46,7 @@ FORGOTTEN_NEW = 0.15
 sooner."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class Tracks:
     """Moving obstacles as far as the scans tell, and all hits that may be theirs. Immutable; W, m, s.
 
@@ -77,9 +78,6 @@ class Tracks:
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     course: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
     hidden: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-
-    def __deepcopy__(self, memo: dict) -> "Tracks":
-        return self
 
     def __len__(self) -> int:
         return len(self.radius)

@@ -9,13 +9,14 @@ searched when the grid shows no way.
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.roadmap.hit_memory import UNREACHED, HitMemory, bucket_dijkstra
 from drake_starnav.robot import RobotParameters
+from drake_starnav.snapshot import snapshot
 
 SPARE = 0.004
 """Cells nearer to a hit than the robot's radius plus this are blocked, m."""
@@ -43,7 +44,7 @@ GOAL_REACH = 0.5
 """A goal in a blocked cell is replaced by the nearest free cell within this, m."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class Headway:
     """The watch over a robot on the fastest path. Immutable.
 
@@ -58,9 +59,6 @@ class Headway:
     since: float = 0.0
     shut: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     followed: bool = False
-
-    def __deepcopy__(self, memo: dict) -> "Headway":
-        return self
 
     def watched(self, to_go: float, time: float) -> tuple["Headway", bool]:
         """The watch updated with a new time-to-go, and whether the robot has stalled.

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -11,6 +10,7 @@ from drake_starnav.roadmap.frontiers import PROBE_REACHED, Frontiers, cluster_fr
 from drake_starnav.roadmap.hit_memory import HitMemory
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.scan import LaserScan
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
 
@@ -28,7 +28,7 @@ PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class StarRoadmap:
     """What the robot knows, grown scan by scan. Immutable: every change is a new snapshot that shares the rest.
 
@@ -62,9 +62,6 @@ class StarRoadmap:
     blocked: np.ndarray
     hits: HitMemory
     margin: float
-
-    def __deepcopy__(self, memo: dict) -> "StarRoadmap":
-        return self
 
     def __len__(self) -> int:
         return len(self.regions)

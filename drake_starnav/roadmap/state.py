@@ -1,7 +1,7 @@
 """What the planner sees, remembers and tells: immutable snapshots."""
 
 import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from drake_starnav.roadmap.fastest_path import Headway
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
 from drake_starnav.scan import LaserScan
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.region import StarRegion
 
 NOWHERE = np.full(2, np.inf)
@@ -29,7 +30,7 @@ class PlannerStatus(Enum):
     UNREACHABLE = "unreachable"
 
 
-@dataclass(frozen=True)
+@snapshot
 class PlannerState:
     """Everything the planner remembers. Immutable.
 
@@ -62,9 +63,6 @@ class PlannerState:
     began_with_map: bool = False
     way_on: np.ndarray = field(default_factory=lambda: NO_PATH)
     anticipated: Guidance | None = None
-
-    def __deepcopy__(self, memo: dict) -> "PlannerState":
-        return self
 
     @staticmethod
     def initial(parameters: PlannerParameters, robot_radius: float) -> "PlannerState":
@@ -108,7 +106,7 @@ class PlannerState:
         return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack)
 
 
-@dataclass(frozen=True)
+@snapshot
 class Observation:
     """One scan as the planner sees it.
 
@@ -121,9 +119,6 @@ class Observation:
     region: StarRegion | None
     scan: LaserScan
     pose: np.ndarray
-
-    def __deepcopy__(self, memo: dict) -> "Observation":
-        return self
 
     @staticmethod
     def none() -> "Observation":

@@ -9,12 +9,12 @@ bound it, and so what the certificate allows behind it.
 
 import dataclasses
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.scan import LaserScan
+from drake_starnav.snapshot import snapshot
 
 NEIGHBOUR_BEAMS = 2
 """Neighbours are looked for so many beams to either side."""
@@ -34,7 +34,7 @@ INSIDE_DEVIATIONS = 3.0
 """A hit lies inside the robot if it does by more than so many standard deviations of the noise."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class HitHistory:
     """All hits of the last scans, doubted or not, oldest first. Immutable.
 
@@ -43,9 +43,6 @@ class HitHistory:
     """
 
     points: tuple[np.ndarray, ...] = ()
-
-    def __deepcopy__(self, memo: dict) -> "HitHistory":
-        return self
 
     def remembered(self, points: np.ndarray) -> "HitHistory":
         """The history with the hits (n, 2) of one more scan."""

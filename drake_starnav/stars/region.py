@@ -16,6 +16,7 @@ from numba import njit
 
 from drake_starnav.planar import placed
 from drake_starnav.scan import LaserScan
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.free_range import free_range, smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
@@ -24,7 +25,7 @@ LINE_STEP = 0.05
 """Sampling of lines of sight inside the union of regions, m."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class StarRegion:
     """A star-shaped set of free positions of the robot's centre, in the world frame W. Immutable.
 
@@ -43,9 +44,6 @@ class StarRegion:
     free_range: np.ndarray
     limit: np.ndarray
     margin: float
-
-    def __deepcopy__(self, memo: dict) -> "StarRegion":
-        return self
 
     @cached_property
     def reach(self) -> float:

@@ -1,11 +1,12 @@
 """The safety star: where the robot's centre may be, by the unsmoothed hits of the last few scans."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from drake_starnav.scan import LaserScan
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.free_range import (
     CONNECTED_CHORD,
     bearing_count,
@@ -26,7 +27,7 @@ NEAREST = 0.001
 """A hit that is too close to be measured is taken to lie this far along its beam, so that it has a direction, m."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class SafetyStar:
     """A star-shaped set of positions of the robot's centre that the last scans certify. Immutable; W, m.
 
@@ -57,16 +58,13 @@ class SafetyStar:
     reach: float = math.inf
     previous: float = -math.inf
 
-    def __deepcopy__(self, memo: dict) -> "SafetyStar":
-        return self
-
     @staticmethod
     def none() -> "SafetyStar":
         """Nothing seen: no motion can be certified."""
         return SafetyStar(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
 
 
-@dataclass(frozen=True)
+@snapshot
 class ScanMemory:
     """The hits of the last scans near the robot, oldest first. Immutable.
 
@@ -81,9 +79,6 @@ class ScanMemory:
     half_gaps: tuple[np.ndarray, ...] = ()
     places: tuple[np.ndarray, ...] = ()
     reach: float = math.inf
-
-    def __deepcopy__(self, memo: dict) -> "ScanMemory":
-        return self
 
     def remembered(
         self, scan: LaserScan, pose: np.ndarray, reach: float, count: int, spacing: float = 0.0

@@ -1,7 +1,6 @@
 """What the controllers with a braking certificate have in common: ports, state and update."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from drake_starnav.guidance import Guidance
 from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.movers.wary_step import wary_step
 from drake_starnav.robot import RobotParameters
+from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.timing import checked_period
@@ -22,7 +22,7 @@ TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
 """Groups of the discrete state."""
 
 
-@dataclass(frozen=True)
+@snapshot
 class Certificate:
     """What the controller guarantees about the robot's motion. Immutable.
 
@@ -33,9 +33,6 @@ class Certificate:
 
     certified: bool
     path: np.ndarray
-
-    def __deepcopy__(self, memo: dict) -> "Certificate":
-        return self
 
 
 class CertifiedController(LeafSystem):

@@ -1,12 +1,13 @@
 """Obstacles that move: discs on given paths, and where they are at any time."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.snapshot import snapshot
 
 
 def _frozen(value: object, columns: int) -> np.ndarray:
@@ -15,7 +16,7 @@ def _frozen(value: object, columns: int) -> np.ndarray:
     return array
 
 
-@dataclass(frozen=True, eq=False)
+@snapshot
 class Movers:
     """Discs that follow their paths whatever they meet, each its own path over and over; frame W.
 

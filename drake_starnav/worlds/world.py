@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.snapshot import snapshot
 from drake_starnav.worlds.movers import Movers
 
 ROBOT_HEIGHT = 0.13
@@ -56,7 +57,7 @@ class ModelFile:
     moving: bool = False
 
 
-@dataclass(frozen=True)
+@snapshot
 class World:
     """Obstacles stand on the floor z = 0 and are taller than the robot; frame W, metres, radians.
 
