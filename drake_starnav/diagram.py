@@ -8,8 +8,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Outpu
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
+from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError
-from drake_starnav.promises import CERTIFIED, check_equipment, check_promises
+from drake_starnav.promises import check_equipment, check_promises
 from drake_starnav.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment, delay_steps

@@ -1,10 +1,12 @@
 """What a scan tells: the planner's star-shaped region, and the controller's safety star from the last scans."""
 
 import dataclasses
+import math
 
 import numpy as np
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.roadmap import Observation, PlannerParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.snapshot import snapshot
@@ -19,6 +21,37 @@ from drake_starnav.sweep import taken_at_once
 
 AVERAGED = 0.5
 """With `average_scans`, hits nearer to the robot than this are averaged, m: they hem it in."""
+
+FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
+"""Least views with the certificate, rad; the wide one where the robot may go backwards, with points or movers."""
+FEWEST_BEAMS = 36
+"""Of a lidar, in a turn: between fewer of them walls are not seen as such."""
+
+
+def check_view(angle_min: float, angle_max: float, angle_increment: float, beams: int, *, backwards: bool) -> None:
+    """Raise a `StarnavError` where the beams of a lidar look at too little for a certificate.
+
+    Args:
+        angle_min, angle_max: bearings of the first and the last beam, rad.
+        angle_increment: bearing step, rad.
+        beams: how many.
+        backwards: whether the robot may go backwards.
+    """
+    view = WIDE_VIEW if backwards else FRONT_VIEW
+    turns = 2.0 * math.pi * round(0.5 * (angle_min + angle_max) / (2.0 * math.pi))
+    least = min(turns - angle_min, angle_max - turns)
+    all_around = beams * angle_increment > 2.0 * math.pi - 1e-6
+    if not all_around and least < 0.5 * view - 1e-6:
+        raise StarnavError(
+            f"lidar.angle_min {angle_min:g} and lidar.angle_max {angle_max:g} with controller.certificate; "
+            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
+            "what no beam has looked at is not certified"
+        )
+    if angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
+        raise StarnavError(
+            f"lidar.beams is {beams}, one every {math.degrees(angle_increment):.3g} degrees, with "
+            f"controller.certificate; allowed: at least {FEWEST_BEAMS} a turn"
+        )
 
 
 @snapshot

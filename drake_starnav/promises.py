@@ -1,19 +1,13 @@
 """What is refused before anything is wired: parameters with which promises would not be kept."""
 
 import dataclasses
-import math
 
+from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.perception import check_view
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment
 from drake_starnav.systems.robot_model import TOLERANCE
-
-CERTIFIED = ("star", "mpc")
-"""Kinds of controllers that follow the planner's guidance and can certify; the others are baselines."""
-FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Least views with the certificate, rad; the wide one where the robot may go backwards, with points or movers."""
-FEWEST_BEAMS = 36
-"""Of a lidar, in a turn: between fewer of them walls are not seen as such."""
 
 
 def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
@@ -52,8 +46,9 @@ def check_promises(scenario: Scenario) -> None:
             f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
             "that sees farther than the robot reaches"
         )
-    if controller.certificate:
-        _check_view(scenario)
+    if controller.certifies:
+        backwards = scenario.movers.max_speed > 0.0 or controller.certified_by == "points"
+        check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
         _check_range(scenario, reach)
     if controller.kind == "mpc":
         for name, value, allowed in (
@@ -75,27 +70,6 @@ def _check_path(scenario: Scenario) -> None:
         raise StarnavError(
             "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
             "planner.path shortest, or to look ahead, as by 1.5 m"
-        )
-
-
-def _check_view(scenario: Scenario) -> None:
-    """What the certificate asks of where the beams look."""
-    lidar = scenario.lidar
-    backwards = scenario.movers.max_speed > 0.0 or scenario.controller.certified_by == "points"
-    view = WIDE_VIEW if backwards else FRONT_VIEW
-    turns = 2.0 * math.pi * round(0.5 * (lidar.angle_min + lidar.angle_max) / (2.0 * math.pi))
-    least = min(turns - lidar.angle_min, lidar.angle_max - turns)
-    all_around = lidar.beams * lidar.angle_increment > 2.0 * math.pi - 1e-6
-    if not all_around and least < 0.5 * view - 1e-6:
-        raise StarnavError(
-            f"lidar.angle_min {lidar.angle_min:g} and lidar.angle_max {lidar.angle_max:g} with controller.certificate; "
-            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
-            "what no beam has looked at is not certified"
-        )
-    if lidar.angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
-        raise StarnavError(
-            f"lidar.beams is {lidar.beams}, one every {math.degrees(lidar.angle_increment):.3g} degrees, with "
-            f"controller.certificate; allowed: at least {FEWEST_BEAMS} a turn"
         )
 
 

@@ -42,7 +42,7 @@ def look_ahead(
 
 @njit(cache=True)
 def _sampled(x, y, path, distance):
-    """Points along the path, at most SPACING apart, until it leaves the circle; and whether they reach its end."""
+    """Points along the path, at most SPACING apart, some 20 times `distance` of it; and whether they reach its end."""
     points = [(x, y)]
     points.pop()
     for k in range(len(path)):

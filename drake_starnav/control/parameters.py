@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
+CERTIFIED = ("star", "mpc")
+"""Kinds of controllers that follow the planner's guidance and can certify; the others are baselines."""
+
 
 @dataclass(frozen=True)
 class ControllerParameters:
@@ -189,3 +192,8 @@ class ControllerParameters:
             raise StarnavError(
                 f"controller.delay is {self.delay:g} s; allowed: at most one control period, {1.0 / self.rate:g} s"
             )
+
+    @property
+    def certifies(self) -> bool:
+        """Whether its twists are certified."""
+        return self.certificate and self.kind in CERTIFIED

@@ -7,10 +7,10 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_starnav.baselines import BaselineParameters, DsmParameters, KnownObstacles, Situation, baseline_step
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.control.certificate import Certificate
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.certified_controller import Certificate
 from drake_starnav.systems.timing import checked_period
 
 NO_HITS = np.zeros((0, 2))
@@ -73,8 +73,7 @@ class BaselineController(LeafSystem):
         self._twist, self._vector = self.DeclareDiscreteState(2), self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("twist_command", self._twist)
         self.DeclareStateOutputPort("guiding_vector", self._vector)
-        stopped = Certificate(False, np.zeros((1, 3)))
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
+        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), self._calc_certificate)
         period = checked_period(self, rate=controller.rate, offset=offset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 

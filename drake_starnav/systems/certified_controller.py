@@ -9,30 +9,17 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.control import Command, ControllerParameters
 from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.control.certificate import Certificate
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.movers.wary_step import wary_step
 from drake_starnav.robot import RobotParameters
-from drake_starnav.snapshot import snapshot
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.timing import checked_period
 
 TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
 """Groups of the discrete state."""
-
-
-@snapshot
-class Certificate:
-    """What the controller guarantees about the robot's motion. Immutable.
-
-    Attributes:
-        certified: whether the last command passed the braking certificate; if not, it brakes.
-        path: shape (n, 3), (x, y, yaw) in W of the robot braking fully from now on, m and rad.
-    """
-
-    certified: bool
-    path: np.ndarray
 
 
 class CertifiedController(LeafSystem):
@@ -84,8 +71,7 @@ class CertifiedController(LeafSystem):
         self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
         self.DeclareDiscreteState(2)
         self.DeclareDiscreteState(1)
-        stopped = Certificate(False, np.zeros((1, 3)))
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(stopped), self._calc_certificate)
+        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), self._calc_certificate)
         period = checked_period(self, rate=controller.rate, offset=offset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 

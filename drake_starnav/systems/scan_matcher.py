@@ -4,11 +4,11 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
+from drake_starnav.control.certificate import Certificate
 from drake_starnav.guidance import Guidance
 from drake_starnav.planar import composed, inverse
 from drake_starnav.roadmap import Observation
 from drake_starnav.scan_matching import OdometryError, ScanMap, matched
-from drake_starnav.systems.certified_controller import Certificate
 from drake_starnav.systems.timing import checked_period
 
 
@@ -54,8 +54,7 @@ class ScanMatcher(LeafSystem):
         self._now = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
-        stopped = Certificate(False, np.zeros((1, 3)))
-        self._certificate = self.DeclareAbstractInputPort("certificate", Value(stopped))
+        self._certificate = self.DeclareAbstractInputPort("certificate", Value(Certificate.none()))
         self._map = self.DeclareAbstractState(Value(ScanMap()))
         held = self.abstract_state_ticket(self._map)
         now = {held, self._now.ticket()}
@@ -69,7 +68,7 @@ class ScanMatcher(LeafSystem):
             "guidance", lambda: Value(Guidance.none()), self._calc_guidance, {held, self._guidance.ticket()}
         )
         self.DeclareAbstractOutputPort(
-            "certificate", lambda: Value(stopped), self._calc_certificate, {held, self._certificate.ticket()}
+            "certificate", lambda: Value(Certificate.none()), self._calc_certificate, {held, self._certificate.ticket()}
         )
         period = checked_period(self, rate=rate, offset=offset)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)

@@ -6,7 +6,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.perception import Perceived, perceive
+from drake_starnav.perception import Perceived, check_view, perceive
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
@@ -92,6 +92,10 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         if not np.isfinite(pose).all():
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
+        if before.observation.region is None and self._controller.certifies:
+            backwards = scan.motion is not None or self._controller.certified_by == "points"
+            view = scan.angle_min, scan.angle_max, scan.angle_increment, len(scan.ranges)
+            check_view(*view, backwards=backwards)
         seen = perceive(
             before, scan, pose, self._planner, self._controller, self._robot.radius,
             confirm=self._confirm, stopwatch=self._stopwatch,

@@ -5,12 +5,12 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
+from drake_starnav.control.certificate import Certificate
 from drake_starnav.guidance import Guidance
 from drake_starnav.planar import composed, inverse, placed
 from drake_starnav.roadmap import Observation, PlannerParameters
 from drake_starnav.scan_matching import OdometryError
 from drake_starnav.stars.region import scan_region
-from drake_starnav.systems.certified_controller import Certificate
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast

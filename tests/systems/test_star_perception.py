@@ -8,6 +8,7 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
@@ -243,3 +244,33 @@ def test_the_star_says_when_the_scan_before_was_taken() -> None:
     assert first.previous == -np.inf
     perceived.update()
     assert perceived.out("safety_star").previous == first.time < perceived.out("safety_star").time
+
+
+@pytest.mark.parametrize(
+    "view, words",
+    [
+        ({"beams": 20}, "lidar.beams is 20, one every 18 degrees"),
+        ({"beams": 90, "angle_min": -0.8, "angle_increment": 0.018}, "a view that reaches 90 degrees to each side"),
+    ],
+)
+def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict, words: str) -> None:
+    scan = dataclasses.replace(cast(POST, POSE, **view), time=0.001)
+    perceived = Perceived()
+    perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
+    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
+    with pytest.raises(StarnavError, match=words):
+        perceived.update(silent=True)
+    for freed in ({"certificate": False}, {"kind": "dwa"}):
+        perceived = Perceived(controller=dataclasses.replace(CONTROLLER, **freed))
+        perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
+        perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
+        perceived.update(silent=True)
+        assert perceived.out("star").region is not None
+
+
+def test_a_pose_that_is_no_number_is_refused() -> None:
+    perceived = Perceived()
+    perceived.see(POST)
+    perceived.system.GetInputPort("pose").FixValue(perceived.context, (0.0, np.nan, 0.0))
+    with pytest.raises(StarnavError, match="the perception's pose is .*nan.*; allowed: finite"):
+        perceived.update(silent=True)
