@@ -1,6 +1,7 @@
 """Regions cut back, or dropped, where later experience contradicts them.
 
-Where the believed pose drifts, a new scan's hits come to lie inside old regions, and old hits where the new scan saw
+A thing thinner than the distance between two beams is seen from near only, inside of regions that were made from afar.
+Where the believed pose drifts, a new scan's hits come to lie inside old regions, too, and old hits where the new scan saw
 free space; the new scan is right about what surrounds the robot now. Where the robot stalls inside the regions, they
 are wrong about the place before it.
 """
@@ -37,7 +38,8 @@ def cut_back(region: StarRegion, scan: LaserScan, pose: np.ndarray, radius: floa
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the region's margin, m.
     """
-    points, gaps = scan.points(pose), half_gaps(scan, scan.distances)[scan.hits]
+    stays = scan.lasting[scan.hits]  # what may move contradicts nothing
+    points, gaps = scan.points(pose)[stays], half_gaps(scan, scan.distances)[scan.hits][stays]
     within = float(region.free_range.max()) + radius + 0.1
     hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
     return eroded_range(hits, radius, region.free_range)
@@ -48,7 +50,7 @@ def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np
 
     Only hits in the new scan's reach count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    offset = old.points(old_pose) - pose[:2]
+    offset = old.points(old_pose)[old.lasting[old.hits]] - pose[:2]
     distance = np.hypot(offset[:, 0], offset[:, 1])
     bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min, 2.0 * np.pi)
     beam = bearing / scan.angle_increment

@@ -116,9 +116,9 @@ class PlannerParameters(StarParameters):
         when="turn it off to drive to each frontier before turning, as the paper does",
     )
     contradiction: float = parameter(
-        0.0,
-        "regions that a new scan's hits cut deeper into than this are cut back or dropped; 0 for never. Where drift or "
-        "jumps are declared, at least 0.2",
+        0.2,
+        "regions that a new scan's hits cut deeper into than this, as of a table's leg that was too thin to be seen from "
+        "afar, are cut back or dropped; 0 for never, unless drift or jumps are declared",
         unit="m",
         low=0.0,
         high=5.0,
