@@ -11,7 +11,7 @@ import pytest
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, run_trial, trial_record
-from drake_starnav.worlds import make_world
+from drake_starnav.worlds import World, make_world
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 TIMES = ("wall_s", "command", "scan", "fit", "plan")
@@ -79,6 +79,19 @@ def test_with_averaged_scans_narrow_doors_are_passed(left, settings) -> None:
     trial = run_trial(parse_scenario(door(left) + settings, name="door"), seed=5)
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.005
+
+
+@pytest.mark.parametrize("contradiction, longest", [(0.2, 0.0), (0.0, 20.0)])
+def test_a_fence_of_thin_posts_is_passed_without_a_stop(contradiction: float, longest: float) -> None:
+    # from afar no beam hits the posts, so that the first regions reach through them
+    posts = [(5.0 + 0.5 * (k % 2), y, 0.02) for k, y in enumerate(np.arange(-2.6, 2.7, 0.8))]
+    world = World("fence", (0.0, 0.3, 0.0), (7.5, -0.2), cylinders=np.array(posts), bounds=(-1.0, -3.0, 8.5, 3.0))
+    scenario = parse_scenario(f"world: !Forest {{}}\nplanner: {{contradiction: {contradiction}}}\n", name="fence")
+    trial = run_trial(scenario, world=world)
+    assert trial.outcome == "reached"
+    assert trial.min_clearance_m > 0.01
+    assert trial.stuck_s <= longest
+    assert (trial.time_s < 13.0) == (contradiction > 0.0)
 
 
 def test_the_memory_of_geometries_is_given_back() -> None:

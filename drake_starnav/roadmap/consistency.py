@@ -1,9 +1,9 @@
 """Regions cut back, or dropped, where later experience contradicts them.
 
 A thing thinner than the distance between two beams is seen from near only, inside of regions that were made from afar.
-Where the believed pose drifts, a new scan's hits come to lie inside old regions, too, and old hits where the new scan saw
-free space; the new scan is right about what surrounds the robot now. Where the robot stalls inside the regions, they
-are wrong about the place before it.
+Where the believed pose drifts, too, a new scan's hits come to lie inside old regions, and old hits where the new scan
+saw free space; the new scan is right about what surrounds the robot now. Where the robot stalls inside the regions,
+they are wrong about the place before it.
 """
 
 import dataclasses

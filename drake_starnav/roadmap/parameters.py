@@ -117,7 +117,7 @@ class PlannerParameters(StarParameters):
     )
     contradiction: float = parameter(
         0.2,
-        "regions that a new scan's hits cut deeper into than this, as of a table's leg that was too thin to be seen from "
+        "regions that a new scan's hits cut deeper into than this, as those of a table's leg too thin to be seen from "
         "afar, are cut back or dropped; 0 for never, unless drift or jumps are declared",
         unit="m",
         low=0.0,
