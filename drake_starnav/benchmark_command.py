@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
+from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, command_name, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_outputs, unwritable, write_text
 from drake_starnav.scenario import METHODS, scenario_names
@@ -26,7 +26,7 @@ MOST_WORLDS = 100_000
 def benchmark(arguments: Sequence[str] | None = None) -> int:
     """Run many trials and tell their figures; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="benchmark.py",
+        prog=command_name("benchmark"),
         description="Run many trials of scenarios and methods, and compare them.",
         epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
     )
@@ -125,7 +125,7 @@ def _benchmark(options: argparse.Namespace) -> int:
 def report(arguments: Sequence[str] | None = None) -> int:
     """Report on trials that have run; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="report.py",
+        prog=command_name("report"),
         description="Make tables, plots and recordings of trials that benchmark.py has run.",
     )
     parser.add_argument(

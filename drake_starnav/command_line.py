@@ -12,7 +12,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from drake_starnav.benchmark_command import benchmark, report
-from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides, exit_code
+from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides, command_name, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_outputs, write_text
 from drake_starnav.parameters import unknown_name
@@ -23,7 +23,9 @@ from drake_starnav.worlds import WORLD_KINDS
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
     """Run one scenario; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(prog="simulate.py", description="Drive one scenario and say how it went.")
+    parser = argparse.ArgumentParser(
+        prog=command_name("simulate"), description="Drive one scenario and say how it went."
+    )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
     parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
@@ -99,7 +101,7 @@ def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
 def show_world(arguments: Sequence[str] | None = None) -> int:
     """Draw the world of one scenario; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="show_world.py",
+        prog=command_name("show_world"),
         description="Draw a scenario's world with start, goal, shortest path and the paths of what moves.",
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")

@@ -4,11 +4,17 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 from drake_starnav.errors import StarnavError
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
+
+
+def command_name(name: str) -> str:
+    """What a command was called by: its script, or the package."""
+    return f"python -m drake_starnav {name}" if Path(sys.argv[0]).name == "__main__.py" else f"{name}.py"
 
 
 def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:

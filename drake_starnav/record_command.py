@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from drake_starnav.benchmark.trial_file import read_trials
-from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, exit_code
+from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, command_name, exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.files import check_outputs
 from drake_starnav.scenario import METHODS, Scenario, in_world, load_scenario, parse_scenario, scenario_names
@@ -52,7 +52,7 @@ class Run:
 def record(arguments: Sequence[str] | None = None) -> int:
     """Record one run; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="record.py",
+        prog=command_name("record"),
         description="Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
         epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input, 130 interrupted",
     )

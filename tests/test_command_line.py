@@ -3,6 +3,8 @@
 import json
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -168,6 +170,14 @@ def test_listing_names_every_command_scenario_method_and_world(arguments, capsys
     printed = capsys.readouterr().out
     for name in (*COMMANDS, *scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
         assert re.search(rf"(^|\W){re.escape(name)}(\W|$)", printed), name
+
+
+def test_a_command_is_called_what_it_was_called_by() -> None:
+    root = Path(__file__).parents[1]
+    for call in (["-m", "drake_starnav", "simulate"], [str(root / "scripts" / "simulate.py")]):
+        done = subprocess.run([sys.executable, *call, "nowhere"], cwd=root, capture_output=True, text=True, check=False)
+        name = "python -m drake_starnav simulate" if call[0] == "-m" else "simulate.py"
+        assert done.returncode == 2 and done.stderr.startswith(f"{name}: ")
 
 
 def test_an_unknown_command_is_told_with_the_nearest(capsys) -> None:
