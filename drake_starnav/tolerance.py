@@ -99,7 +99,8 @@ def tolerating(
         StarnavError: the error is too large for any margin.
     """
     if localization is not None and not localization.exact:
-        planner = dataclasses.replace(planner, contradiction=max(planner.contradiction, CONTRADICTION))
+        contradiction = max(planner.contradiction, CONTRADICTION)
+        planner = dataclasses.replace(planner, contradiction=contradiction, drop_seen_through=True)
     if lidar is not None and lidar.noise > NOMINAL_NOISE:
         noise = lidar.noise - NOMINAL_NOISE
         slack = SMOOTHED_DEVIATIONS * noise

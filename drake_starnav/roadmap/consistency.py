@@ -29,17 +29,20 @@ FEWEST_HITS = 5
 """A new scan must see free space at so many of a node's hits to contradict them."""
 
 
-def cut_back(region: StarRegion, scan: LaserScan, pose: np.ndarray, radius: float) -> np.ndarray:
+def lasting_hits(scan: LaserScan, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Hits of a scan from a pose that do not move: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
+    stays = scan.lasting[scan.hits]
+    return scan.points(pose)[stays], half_gaps(scan, scan.distances)[scan.hits][stays]
+
+
+def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
     """The free range of an old region, cut back where a new scan has hits; shape (M,), m.
 
     Args:
         region: made from an older scan.
-        scan: the new one, in S.
-        pose: (x, y, yaw) of S in W when it was taken.
+        points, gaps: of the new one, as from `lasting_hits`.
         radius: of the robot with the region's margin, m.
     """
-    stays = scan.lasting[scan.hits]  # what may move contradicts nothing
-    points, gaps = scan.points(pose)[stays], half_gaps(scan, scan.distances)[scan.hits][stays]
     within = float(region.free_range.max()) + radius + 0.1
     hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
     return eroded_range(hits, radius, region.free_range)
@@ -82,9 +85,9 @@ def reconcile(
 ) -> StarRoadmap:
     """The roadmap without what a new scan contradicts by more than `parameters.contradiction`.
 
-    Regions are cut back where the new hits lie deeper in them than that; nodes of which too little is left, or whose
-    hits the new scan saw through, are dropped. If anything changed, the roadmap is made anew from what is left, and its
-    hits too.
+    Regions are cut back where the new hits lie deeper in them than that; nodes of which too little is left are dropped,
+    and with `drop_seen_through` those whose hits the new scan saw through. If anything changed, the roadmap is made
+    anew from what is left, and its hits too.
 
     Args:
         roadmap: before.
@@ -96,18 +99,19 @@ def reconcile(
     slack = parameters.contradiction
     if slack <= 0.0:
         return roadmap
+    new_hits = lasting_hits(scan, pose)
     kept: list[tuple[StarRegion, LaserScan, np.ndarray]] = []
     for region, (old, old_pose) in zip(roadmap.regions, roadmap.scans, strict=True):
         far = np.hypot(*(region.center - pose[:2])) > region.reach + scan.range_max
         if far:
             kept.append((region, old, old_pose))
             continue
-        if seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
+        if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
             continue
         radius = robot_radius + region.margin
         # the disc is smaller by the slack, as a bearing that grazes a hit loses much of its range at once
-        if (region.free_range - cut_back(region, scan, pose, max(radius - slack, 0.0))).max() > slack:
-            values = cut_back(region, scan, pose, radius)
+        if (region.free_range - cut_back(region, *new_hits, max(radius - slack, 0.0))).max() > slack:
+            values = cut_back(region, *new_hits, radius)
             if values.sum() < KEPT_SHARE * region.free_range.sum():
                 continue
             region = _with_free_range(region, values, parameters)

@@ -123,6 +123,10 @@ class PlannerParameters(StarParameters):
         low=0.0,
         high=5.0,
     )
+    drop_seen_through: bool = parameter(
+        False,
+        "with `contradiction`: drop nodes whose hits a new scan sees through; declared drift or jumps set it",
+    )
     margin_shrinking: bool = parameter(
         True,
         "when nothing is left to explore, try again with less margin",

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from drake_starnav.roadmap.consistency import block, cut_back, reconcile, seen_through
+from drake_starnav.roadmap.consistency import block, cut_back, lasting_hits, reconcile, seen_through
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.stars.region import scan_region
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, explored, seeds, segment_distance, wandered
 
-PARAMETERS = PlannerParameters(contradiction=0.1)
+PARAMETERS = PlannerParameters(contradiction=0.1, drop_seen_through=True)
 WALLS = (-3.0, -2.0, 3.0, 2.0)
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 0.8, 0.3)], bounds=WALLS)
 PLACES = np.array([(-1.5, 0.0), (0.0, 0.0), (1.0, -0.5)])
@@ -60,7 +60,7 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
     for region in moved.regions:
         if np.hypot(*(scan.points(pose) - region.center).T).min() < RADIUS + region.margin:
             continue  # its centre is no place for the robot: from there all ways out are ways away
-        values = cut_back(region, scan, pose, RADIUS + region.margin)
+        values = cut_back(region, *lasting_hits(scan, pose), RADIUS + region.margin)
         assert (values <= region.free_range).all()
         angle = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
         tips = region.center + values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -76,7 +76,8 @@ def test_a_map_that_has_drifted_gives_way_to_what_is_seen(offset):
     found = reconcile(roadmap, scan, HERE, PARAMETERS, RADIUS)
     assert len(found) < len(roadmap)
     for region in found.regions:
-        slack = region.free_range - cut_back(region, scan, HERE, RADIUS + region.margin - PARAMETERS.contradiction)
+        radius = RADIUS + region.margin - PARAMETERS.contradiction
+        slack = region.free_range - cut_back(region, *lasting_hits(scan, HERE), radius)
         assert slack.max() <= PARAMETERS.contradiction
     # ghosts of the old walls are gone with their nodes
     ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
