@@ -12,10 +12,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.timing import checked_period
-
-EARLY = 1e-6
-"""A scan may come from so far in the future by rounding, s."""
+from drake_starnav.systems.timing import EARLY, checked_period
 
 
 class StarPerception(LeafSystem):
@@ -36,7 +33,8 @@ class StarPerception(LeafSystem):
             when the last scan is older than the delay and `controller.scan_patience` scan periods.
 
     Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen and
-    that says anything; the last scans are abstract state. `perceive` says what is made of it.
+    that says anything; the last scans are abstract state. `perceive` says what is made of it. A lidar that sees too
+    little for the certificate, and a pose that is not finite, end the simulation with a `StarnavError`.
     """
 
     def __init__(

@@ -15,10 +15,7 @@ from drake_starnav.roadmap import (
 )
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.timing import checked_period
-
-EARLY = 1e-6
-"""A scan may come from so far in the future by rounding, s."""
+from drake_starnav.systems.timing import EARLY, checked_period
 
 
 class StarRoadmapPlanner(LeafSystem):

@@ -6,6 +6,9 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.errors import StarnavError
 
+EARLY = 1e-6
+"""A scan may come from so far in the future by rounding, s."""
+
 
 def checked_period(
     system: LeafSystem, *, period: float | None = None, rate: float | None = None, offset: float = 0.0

@@ -48,7 +48,10 @@ def test_a_small_error_of_the_pose_drops_no_node(seed):
 
 def test_without_the_parameter_all_stays():
     roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), (0.5, 0.3))
-    assert reconcile(roadmap, cast(ROOM, HERE), HERE, dataclasses.replace(PARAMETERS, contradiction=0.0), RADIUS) is roadmap
+    assert (
+        reconcile(roadmap, cast(ROOM, HERE), HERE, dataclasses.replace(PARAMETERS, contradiction=0.0), RADIUS)
+        is roadmap
+    )
 
 
 @given(seeds)
