@@ -113,3 +113,13 @@ def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
     after = block(roadmap, place, PARAMETERS, RADIUS)
     assert len(after) == len(roadmap) - 1 and after.blocked.tolist() == [place.tolist()]
     assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()
+
+
+def test_what_a_scan_sees_through_is_kept_where_the_pose_is_true():
+    posts = dataclasses.replace(ROOM, cylinders=[(x, y, 0.15) for x in (-1.0, -0.3, 0.4) for y in (-1.2, 1.2)])
+    roadmap = explored(posts, PLACES[:1], PARAMETERS)
+    through = cast(dataclasses.replace(ROOM, cylinders=[]), HERE)
+    trusting = dataclasses.replace(PARAMETERS, drop_seen_through=False)
+    assert seen_through(*roadmap.scans[0], through, HERE, PARAMETERS.contradiction) > 0.1
+    assert reconcile(roadmap, through, HERE, trusting, RADIUS) is roadmap
+    assert len(reconcile(roadmap, through, HERE, PARAMETERS, RADIUS)) == 0
