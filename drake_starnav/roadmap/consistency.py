@@ -100,10 +100,10 @@ def reconcile(
     if slack <= 0.0:
         return roadmap
     new_hits = lasting_hits(scan, pose)
+    far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
     kept: list[tuple[StarRegion, LaserScan, np.ndarray]] = []
-    for region, (old, old_pose) in zip(roadmap.regions, roadmap.scans, strict=True):
-        far = np.hypot(*(region.center - pose[:2])) > region.reach + scan.range_max
-        if far:
+    for region, (old, old_pose), out_of_reach in zip(roadmap.regions, roadmap.scans, far.tolist(), strict=True):
+        if out_of_reach:
             kept.append((region, old, old_pose))
             continue
         if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
