@@ -9,7 +9,7 @@ from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batc
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
 from drake_starnav.console import exit_code
-from drake_starnav.files import check_writable
+from drake_starnav.files import check_outputs
 from drake_starnav.parameters import unknown_name
 
 Results = dict[str, list[Record]]
@@ -76,8 +76,7 @@ def run_variants(
     batches = []
     for name, (method, overrides) in variants.items():  # all are made before any runs: bad input is told at once
         batches.append((name, overrides, make_cases(options.scenario, [method], overrides)))
-    for path in outputs:
-        check_writable(path)
+    check_outputs(outputs, options.scenario)
     results: Results = {}
     with chosen_pool(options) as pool:
         for name, overrides, cases in batches:

@@ -22,8 +22,7 @@ def replacing(path: Path) -> Iterator[Path]:
     temporary, target = None, path.resolve()  # a link stays, and leads to the new file
     try:
         try:
-            if target.exists() and not target.is_file():
-                raise OSError("it is not a regular file")
+            _check_regular(target)
             handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}.", suffix=path.suffix)
             os.close(handle)
             temporary = Path(name)
@@ -41,6 +40,14 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file whole or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def _check_regular(path: Path) -> None:
+    """Raise an `OSError` if something is at `path` that is no regular file."""
+    if path.is_dir():
+        raise IsADirectoryError("it is a folder")
+    if path.exists() and not path.is_file():
+        raise OSError("it is not a regular file")
 
 
 def _umask() -> int:
@@ -75,10 +82,7 @@ def check_writable(path: Path | None) -> None:
     if path is None:
         return
     try:
-        if path.is_dir():
-            raise IsADirectoryError("it is a folder")
-        if path.exists() and not path.is_file():
-            raise OSError("it is not a regular file")
+        _check_regular(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass

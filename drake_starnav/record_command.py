@@ -112,7 +112,8 @@ def _record(options: argparse.Namespace) -> int:
             print(f"wrote {path}")
     if not same:
         print(
-            "record.py: this run differs from the trial it repeats; both need the same versions and settings",
+            f"{command_name('record')}: this run differs from the trial it repeats; both need the same versions and "
+            "settings",
             file=sys.stderr,
         )
     return REACHED if same else NOT_REACHED

@@ -178,10 +178,14 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
     )
 
 
-def check_method(scenario: Scenario, method: str) -> None:
-    """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
+def _check_known(method: str) -> None:
     if method not in METHODS:
         raise unknown_name(f"method {method!r}", method, METHODS)
+
+
+def check_method(scenario: Scenario, method: str) -> None:
+    """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
+    _check_known(method)
     kind = METHODS[method].get("controller", {}).get("kind", "star")
     if scenario.controller.kind != kind and method != "star":
         raise StarnavError(
@@ -220,8 +224,7 @@ def parse_scenario(
     for override in overrides:
         _override(sections, override)
     _make_paths_absolute(sections, Path.cwd())
-    if method not in METHODS:
-        raise unknown_name(f"method {method!r}", method, METHODS)
+    _check_known(method)
     for key in sections:
         if key not in ("world", *SECTIONS):
             raise unknown_name(f"key {key} in {place}", str(key), ["world", *SECTIONS])

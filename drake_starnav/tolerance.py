@@ -34,11 +34,6 @@ TURN_SHARE = 0.04
 """A robot has turned by up to this share of its largest yaw rate less or more than it was told in a second."""
 NOMINAL_LATE = 0.003
 """Error of the place where a late command finds the robot that the margins allow for as they are, m."""
-CONTRADICTION = 0.2
-"""Where the pose may be wrong, regions that a new scan contradicts by more than this are not kept, m.
-
-Twice the distance of two beams at 5 m: less is contradicted by what the older scan saw too coarsely.
-"""
 DRIFT_MEMORY = 1.0
 """Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
 LARGEST_ERROR = 0.5
@@ -99,7 +94,7 @@ def tolerating(
         StarnavError: the error is too large for any margin.
     """
     if localization is not None and not localization.exact:
-        contradiction = max(planner.contradiction, CONTRADICTION)
+        contradiction = max(planner.contradiction, PlannerParameters.contradiction)  # at least the default
         planner = dataclasses.replace(planner, contradiction=contradiction, drop_seen_through=True)
     if lidar is not None and lidar.noise > NOMINAL_NOISE:
         noise = lidar.noise - NOMINAL_NOISE

@@ -116,7 +116,7 @@ class PlannerParameters(StarParameters):
         when="turn it off to drive to each frontier before turning, as the paper does",
     )
     contradiction: float = parameter(
-        0.2,
+        0.2,  # twice the distance of two beams at 5 m: less is contradicted by what the older scan saw too coarsely
         "regions that a new scan's hits cut deeper into than this, as those of a table's leg too thin to be seen from "
         "afar, are cut back or dropped; 0 for never, unless drift or jumps are declared",
         unit="m",

@@ -9,11 +9,9 @@ from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracker import Tracked, track
 from drake_starnav.movers.wary_step import wary_step
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.perception import Perceived, perceive
+from drake_starnav.roadmap import PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.free_range import smoothed_distances
-from drake_starnav.stars.region import scan_region
-from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from tests.movers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters(rate=40.0)
@@ -42,9 +40,9 @@ def drive(
     """Drive from a pose to a goal (2,)."""
     rng = np.random.default_rng(seed)
     pose, twist, errors = np.array(start, dtype=float), np.zeros(2), np.zeros(2)
-    known, memory, star = Tracked(), ScanMemory(), SafetyStar.none()
+    known, perceived = Tracked(), Perceived.nothing()
     plan = PlannerState.initial(PLANNER, ROBOT.radius)
-    safe, tick = ROBOT.radius + CONTROLLER.safety_margin, PERIOD / TICKS
+    tick = PERIOD / TICKS
     poses = [pose]
     for k in range(round(duration / tick)):
         time = k * tick
@@ -52,15 +50,11 @@ def drive(
             return Run("reached", np.array(poses), plan)
         if k % TICKS == 0:
             known = track(known, scene.scan(time, pose, rng), pose, movers)
-            scan = known.scan
-            memory = memory.remembered(scan, pose, CONTROLLER.safety_range + 2.0 * safe, CONTROLLER.scan_memory)
-            distance = smoothed_distances(scan, PLANNER)
-            star = safety_star(memory, scan, distance, pose, safe, CONTROLLER.safety_range, PLANNER)
-            seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
-            plan = plan_step(plan, seen, pose[:2], goal, time, PLANNER, ROBOT.radius)
+            perceived = perceive(perceived, known.scan, pose, PLANNER, CONTROLLER, ROBOT.radius)
+            plan = plan_step(plan, perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius)
         age = time - known.tracks.time
         command = wary_step(
-            control_step, pose, twist, errors, plan.guidance, star, CONTROLLER, ROBOT,
+            control_step, pose, twist, errors, plan.guidance, perceived.safety, CONTROLLER, ROBOT,
             tracks=known.tracks, age=age, movers=movers,
         )  # fmt: skip
         pose = moved(pose, 0.5 * (twist + command.twist), tick)
