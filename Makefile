@@ -39,4 +39,4 @@ install:
 
 clean:
 	rm -rf "$(VENV)" out dist
-	find drake_starnav -name '*.nbi' -delete
+	find drake_starnav \( -name '*.nbi' -o -name '*.nbc' \) -delete

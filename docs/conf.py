@@ -31,7 +31,7 @@ html_show_sphinx = False
 
 
 def without_outside_links(text: str, folder: Path) -> str:
-    """A page whose links to files that are not part of the site are only their texts.
+    """A page whose links to files that are not part of the site are only their texts; SAFETY.md is a page of it.
 
     Args:
         text: Markdown.
@@ -40,7 +40,10 @@ def without_outside_links(text: str, folder: Path) -> str:
 
     def kept(match: re.Match) -> str:
         label, target = match.groups()
-        path = (folder / target.partition("#")[0]).resolve()
+        file, _, anchor = target.partition("#")
+        path = (folder / file).resolve()
+        if path == ROOT / "SAFETY.md":
+            return f"[{label}](safety.md{'#' * bool(anchor)}{anchor})"
         return match[0] if "://" in target or path.is_relative_to(DOCS) else label
 
     return LINK.sub(kept, text)

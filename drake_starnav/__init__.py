@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.control import ControllerParameters as ControllerParameters
+    from drake_starnav.control.certificate import Certificate as Certificate
     from drake_starnav.diagram import add_navigation as add_navigation
     from drake_starnav.diagram import make_diagram as make_diagram
     from drake_starnav.drawing import RecordingParameters as RecordingParameters
@@ -19,9 +20,11 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.lidar import LidarParameters as LidarParameters
     from drake_starnav.motion import Motion as Motion
     from drake_starnav.movers import MoverParameters as MoverParameters
+    from drake_starnav.movers import Tracks as Tracks
     from drake_starnav.recording.recorder import Recorder as Recorder
     from drake_starnav.roadmap import Observation as Observation
     from drake_starnav.roadmap import PlannerParameters as PlannerParameters
+    from drake_starnav.roadmap import PlannerState as PlannerState
     from drake_starnav.roadmap import PlannerStatus as PlannerStatus
     from drake_starnav.roadmap import StarRoadmap as StarRoadmap
     from drake_starnav.robot import RobotParameters as RobotParameters
@@ -33,6 +36,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.simulation import Trial as Trial
     from drake_starnav.simulation import run_trial as run_trial
     from drake_starnav.stars import StarRegion as StarRegion
+    from drake_starnav.stars.safety import SafetyStar as SafetyStar
     from drake_starnav.station import NavigationStation as NavigationStation
     from drake_starnav.station import RobotEquipment as RobotEquipment
     from drake_starnav.station import plant_config as plant_config
@@ -41,8 +45,10 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.systems.collision_monitor import CollisionMonitor as CollisionMonitor
     from drake_starnav.systems.dsm_controller import DsmController as DsmController
     from drake_starnav.systems.lidar_sensor import LidarSensor as LidarSensor
+    from drake_starnav.systems.mover_tracker import MoverTracker as MoverTracker
     from drake_starnav.systems.mpc_controller import MpcController as MpcController
     from drake_starnav.systems.robot_model import add_robot as add_robot
+    from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
     from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
     from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
@@ -62,8 +68,12 @@ _PUBLIC = {
     "PlannerParameters": "roadmap",
     "StarRoadmap": "roadmap",
     "Observation": "roadmap",
+    "PlannerState": "roadmap",
     "PlannerStatus": "roadmap",
     "Guidance": "guidance",
+    "SafetyStar": "stars.safety",
+    "Certificate": "control.certificate",
+    "Tracks": "movers",
     "ControllerParameters": "control",
     "World": "worlds",
     "make_world": "worlds",
@@ -72,8 +82,10 @@ _PUBLIC = {
     "parse_scenario": "scenario",
     "scenario_names": "scenario",
     "LidarSensor": "systems.lidar_sensor",
+    "MoverTracker": "systems.mover_tracker",
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
+    "ScanMatcher": "systems.scan_matcher",
     "DsmController": "systems.dsm_controller",
     "BaselineController": "systems.baseline_controller",
     "MpcController": "systems.mpc_controller",

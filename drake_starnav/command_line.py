@@ -24,7 +24,9 @@ from drake_starnav.worlds import WORLD_KINDS
 def simulate(arguments: Sequence[str] | None = None) -> int:
     """Run one scenario; see `--help`. Returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog=command_name("simulate"), description="Drive one scenario and say how it went."
+        prog=command_name("simulate"),
+        description="Drive one scenario and say how it went.",
+        epilog="exit codes: 0 the goal was reached, 1 it was not, 2 bad input",
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")

@@ -79,9 +79,10 @@ def add_navigation(
 ) -> Navigation:
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
 
-    The lidar scans at multiples of its period; perception follows one step of the plant later, the planner two, and
-    the controller's updates lie between, so that each reads what the one before it has finished. If obstacles move,
-    the tracker takes the first of these steps and the others follow one later.
+    The lidar scans at multiples of its period; perception follows one step of the plant later, planner and controller
+    two, so that each reads what the one before it has finished: of updates at one time Drake does the unrestricted
+    ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move, the tracker
+    takes the first of these steps and the others follow one later.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `tolerance`.
 

@@ -58,7 +58,10 @@ ABLATIONS = (
     Ablation("no_margin_shrinking", "the margin stays", ("planner.margin_shrinking=false",), "method 6"),
     Ablation("clipped_weights", "regions weighted by min(Gamma, 8)", ("controller.weights=clipped",), "method 7"),
     Ablation(
-        "paper_weights", "regions weighted by max(Gamma, 1)", ("controller.weights=paper",), "paper III-C.3; method 7"
+        "paper_weights",
+        "the paper's sum: by max(Gamma, 1), of vectors as long as they are",
+        ("controller.weights=paper",),
+        "paper III-C.3; method 7",
     ),
     Ablation("wide_near_wall_zone", "near-wall zone of 0.10 m", ("controller.near_wall_zone=0.10",), "method 7"),
     Ablation("no_swerve", "straight on where the certificate refuses it", ("controller.max_swerve=0",), "method 9"),

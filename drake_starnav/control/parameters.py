@@ -183,7 +183,7 @@ class ControllerParameters:
         unit="s",
         low=0.0,
         high=1.0,
-        when="set it to the dead time of the robot's drive",
+        when="for a controller wired by hand; else declare drive.delay",
     )
 
     def __post_init__(self) -> None:

@@ -30,7 +30,7 @@ WORLD_PREFIX = "/world"
 
 
 class Recorder:
-    """Records one trial: its scene, and what the robot sees and decides.
+    """Records one run of a diagram: its scene, and what the robot sees and decides.
 
     Attributes:
         film: what is needed to draw pictures of the run, once it has ended.

@@ -1,4 +1,7 @@
-"""The safety star: where the robot's centre may be, by the unsmoothed hits of the last few scans."""
+"""The safety star: where the robot's centre may be, by the hits of the last few scans.
+
+They are as measured, or smoothed or averaged before, where so much noise is declared that the nearest errs too much.
+"""
 
 import math
 from dataclasses import field
@@ -38,8 +41,8 @@ class SafetyStar:
         center: where the last scan was taken, shape (2,).
         bearing_0: bearing of sample 0, rad.
         values: shape (M,), boundary distance at the samples; between two samples the smaller one counts.
-        near_hits: shape (k, 2), filtered hits close to the robot.
-        hits: shape (n, 2), all hits of the remembered scans, unfiltered.
+        near_hits: shape (k, 2), the planner's hits close to the robot, smoothed.
+        hits: shape (n, 2), all hits of the remembered scans, as the certificate sees them.
         half_gaps: shape (n,), half the chord from each to its neighbour on the same surface, m.
         seen: whether `hits` are those of scans: without, they certify no motion.
         time: when the last scan was taken, s.
