@@ -21,7 +21,9 @@ BLOCKED_SLACK = 0.02
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""
 CLOSED_RADIUS = 0.2
-"""Cells this near to a closed place are blocked, m."""
+"""Cells this near to a closed place are blocked, where hits are near enough, m."""
+CLOSED_CORE = 0.75
+"""Cells this near to a closed place are blocked however far hits are, in cells: at least the one it lies in."""
 UNREACHED = 2**30
 """The cost of a cell that is blocked or was not reached."""
 LARGEST_GRID = 5e7
@@ -179,7 +181,8 @@ def cost_to_go(
         low, high: corners of the box that is searched, W, m; it must contain the goal.
         robot_radius: m.
         near_wall_cost: share.
-        closed: shape (k, 2), places around which cells are blocked too, W, m.
+        closed: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
+            third number; all in m.
         cost_to_come: shape (n,), m, to each point. With it the search ends once the point with the least sum of both
             costs is known; the others' cost-to-go may then be a lower bound, with which their sums are no smaller.
         source: shape (2,), W, m: the search goes towards it. No cost-to-come may be less than the straight line from
@@ -195,7 +198,7 @@ def cost_to_go(
     blocked = robot_radius - BLOCKED_SLACK
     weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
     if closed is not None:
-        _close(weight, (closed - origin) / cell + 1.0, CLOSED_RADIUS / cell)
+        _close(weight, distance, (closed[:, :2] - origin) / cell + 1.0, closed[:, 2], CLOSED_RADIUS / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
     cost_to_come_grid = _cost_to_come_grid(weight.shape, points, origin, cell, cost_to_come)
     source_cell = (-1, -1)
@@ -244,12 +247,15 @@ def _cell_weights(distance, blocked, soft, near_wall_cost):
 
 
 @njit(cache=True)
-def _close(weight, places, radius):
+def _close(weight, distance, places, clearance, radius):
+    """Block cells about places, in cells of `weight`, which has a border that `distance` has not."""
     for k in range(len(places)):
         x, y = places[k]
         for i in range(max(math.ceil(x - radius), 1), min(math.floor(x + radius), weight.shape[0] - 2) + 1):
             for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
-                if (i - x) ** 2 + (j - y) ** 2 <= radius * radius:
+                squared = (i - x) ** 2 + (j - y) ** 2
+                narrow = squared <= radius * radius and distance[i - 1, j - 1] < clearance[k]
+                if narrow or squared <= CLOSED_CORE * CLOSED_CORE:
                     weight[i, j] = 0
 
 

@@ -42,7 +42,7 @@ class StarRoadmap:
         frontiers: where the unknown may be entered.
         retired: shape (k, 3), discs (x, y, radius) about targets that led nowhere; frontiers that stand in one are
             dropped.
-        closed: shape (k, 2), probes of these targets; obstacles to the cost-to-go.
+        closed: shape (k, 2), probes of these targets; the cost-to-go takes what is narrow around them for closed.
         looked: shape (v, 2), places from which a target was inspected and not seen past, but kept.
         blocked: shape (b, 2), places before which the robot stalled: in no region does it touch one; obstacles to the
             cost-to-go.

@@ -30,6 +30,8 @@ GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
+CLOSED_SLACK = 0.02
+"""About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
 WAY_ON = 1.0
 """The optimistic path on from a target is kept for this length, m."""
 
@@ -221,11 +223,18 @@ def optimistic_cost(
         high,
         robot_radius,
         parameters.near_wall_cost,
-        np.vstack((roadmap.closed, roadmap.blocked)),
+        np.vstack(
+            (_within(roadmap.closed, robot_radius + roadmap.margin + CLOSED_SLACK), _within(roadmap.blocked, np.inf))
+        ),
         None if cost_to_come is None else np.append(cost_to_come, 0.0 if at_robot else np.inf),
         None if cost_to_come is None else position,
         parameters.hysteresis,
     )
+
+
+def _within(places: np.ndarray, clearance: float) -> np.ndarray:
+    """Places (n, 2) and a clearance as `cost_to_go` takes closed ones, shape (n, 3), m."""
+    return np.column_stack((places, np.full(len(places), clearance)))
 
 
 def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:

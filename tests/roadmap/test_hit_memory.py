@@ -151,8 +151,21 @@ def test_walls_are_gone_around_through_gaps_that_the_robot_fits():
     assert 0.9 * detour < cost < 1.25 * detour
     narrow = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.4), (0.0, 3.5))))
     assert cost_to_go(memory(narrow), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)[0] == np.inf
-    opening = np.array(((0.0, 1.45),))
-    assert cost_to_go(memory(wall), points, goal, LOW, HIGH, RADIUS, 1.0, closed=opening).at(points)[0] == np.inf
+
+
+def test_what_is_closed_closes_what_is_narrow_around_it():
+    wall = memory(np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.8), (0.0, 3.5)))))
+    points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
+
+    def cost(place: tuple[float, float], clearance: float) -> float:
+        closed = np.array(((*place, clearance),))
+        return float(cost_to_go(wall, points, goal, LOW, HIGH, RADIUS, 1.0, closed=closed).at(points)[0])
+
+    corner = (0.0, 1.32)
+    assert cost(corner, math.inf) == math.inf
+    assert cost(corner, RADIUS + 0.2) == math.inf
+    without = cost((2.9, 2.9), math.inf)
+    assert without < cost(corner, RADIUS + 0.05) < without + 0.5  # past the corner, with more room
 
 
 def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_far():
