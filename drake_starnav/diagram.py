@@ -115,8 +115,8 @@ def add_navigation(
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
-    rate = scenario.controller.rate
-    error = sensing_error(scenario.lidar, scenario.localization, scenario.drive, scenario.robot, rate)
+    declared = scenario.lidar, scenario.localization, scenario.drive, scenario.robot
+    error = sensing_error(*declared, scenario.controller, step)
     planner_parameters, controller_parameters = tolerating(
         scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
     )

@@ -8,6 +8,7 @@ from drake_starnav.perception import check_view
 from drake_starnav.scenario import Scenario
 from drake_starnav.station import NavigationStation, RobotEquipment
 from drake_starnav.systems.robot_model import TOLERANCE
+from drake_starnav.tolerance import seen_from
 
 
 def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
@@ -50,6 +51,7 @@ def check_promises(scenario: Scenario) -> None:
         backwards = scenario.movers.max_speed > 0.0 or controller.certified_by == "points"
         check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
         _check_range(scenario, reach)
+        _check_beams(scenario)
     if controller.kind == "mpc":
         for name, value, allowed in (
             ("controller.certified_by", controller.certified_by, "star"),
@@ -70,6 +72,19 @@ def _check_path(scenario: Scenario) -> None:
         raise StarnavError(
             "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
             "planner.path shortest, or to look ahead, as by 1.5 m"
+        )
+
+
+def _check_beams(scenario: Scenario) -> None:
+    """Where the robot decides to stop, it must not fit between two beams: walls would be open there."""
+    robot, lidar = scenario.robot, scenario.lidar
+    distance = seen_from(lidar, scenario.drive, robot, scenario.controller)
+    if distance * lidar.angle_increment > robot.radius:
+        raise StarnavError(
+            f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "
+            f"{robot.max_speed:g} m/s and robot.max_acceleration {robot.max_acceleration:g} m/s^2 must begin to stop, "
+            f"two beams are {distance * lidar.angle_increment:.3g} m apart; allowed: at most robot.radius, "
+            f"{robot.radius:g} m"
         )
 
 

@@ -45,7 +45,7 @@ class RobotParameters:
         0.0, "largest speed gained per metre of clearance; 0: clearance does not limit it", unit="1/s", low=0.0
     )
     mass_error: float = parameter(
-        0.0, "by which share the simulated base is heavier than its model says", above=-1.0, high=10.0
+        0.0, "by which share the simulated base is heavier than its model says", low=-0.9, high=10.0
     )
 
     def __post_init__(self) -> None:

@@ -28,6 +28,8 @@ CORNER = 0.87
 """How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
 NOMINAL_CORNER = 0.01
 """How far a corner may stick out between two beams that the margins allow for as they are, m."""
+TRACK_SHARE = 0.65
+"""The wheels are no farther than this share of the robot's radius from its axis."""
 NOMINAL_STEP = 0.005
 """How far the robot may get off its ramps by commands that are reached at once, that the margins allow for, m."""
 TURN_SHARE = 0.04
@@ -35,7 +37,7 @@ TURN_SHARE = 0.04
 NOMINAL_LATE = 0.003
 """Error of the place where a late command finds the robot that the margins allow for as they are, m."""
 DRIFT_MEMORY = 1.0
-"""Over so much time drift is counted against the safety margin: scans, their delay and braking, s."""
+"""Over so much time, at least, drift is counted against the safety margin: scans and braking, s."""
 LARGEST_ERROR = 0.5
 """What margins may grow by, m."""
 
@@ -45,36 +47,58 @@ def sensing_error(
     localization: LocalizationParameters,
     drive: DriveParameters,
     robot: RobotParameters,
-    rate: float,
+    controller: ControllerParameters,
+    time_step: float = 0.0,
 ) -> float:
     """What the declared faults, and rare commands, add to the error that the margins already allow for, m.
 
         e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
           + quantisation / 2                                 ranges rounded up
-          + max(0, 0.87 r increment - 0.01)                  a corner of 60 degrees between two beams
-          + drift v (1 s + lidar.delay)                      drift between the oldest scan in use and standing still
+          + max(0, 0.87 D increment - 0.01)                  a corner of 60 degrees between two beams
+          + drift v (M + lidar.delay)                        drift between the oldest scan in use and standing still
           + min(jump, 0.02)                                  a jump too small to be noticed
           + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
+          + slip 0.65 r                                      and while turning round on the spot
+          + v max(0, time_step - t / 2)                      a command waits for the next step of the plant
           + max(0, (a + A v^2 / (2 a)) t^2 / 2 - 0.005)      a command is reached at once, not within its period t
           + max(0, 0.04 w d (v d / 2 + v^2 / (2 a)) - 0.003) turning otherwise than told while a command is on its way
 
     with the robot's radius r, largest speeds v and w (turning) and accelerations a and A (turning), t = 1 /
-    controller.rate and d = drive.delay. Lost and stray beams, delays of scans and lost scans need no margin: they
-    are unknown space, predicted motion and a shorter certificate. The servo of the wheels hides the mass. Noise
-    counts by less than its standard deviation: it is smoothed, and the nearest of the hits that several scans leave
-    on a surface bounds the robot, or, with much noise, their mean.
+    controller.rate, d = drive.delay, D of `seen_from`, and M = max(1 s, (1 + scan_patience) / lidar.rate + T). Lost and
+    stray beams, and lost scans but for D, need no margin: they are unknown space and a shorter certificate. The servo
+    of the wheels hides the mass. Noise counts by less than its standard deviation: the nearest of the hits that several
+    scans leave on a surface bounds the robot, or, with much noise, their mean, and it is smoothed.
     """
-    v, a = robot.max_speed, robot.max_acceleration
+    v, a, rate = robot.max_speed, robot.max_acceleration, controller.rate
+    memory = max(DRIFT_MEMORY, (1.0 + controller.scan_patience) / lidar.rate + v / a)
     return (
         0.75 * max(lidar.noise - NOMINAL_NOISE, 0.0)
         + 0.5 * lidar.quantisation
-        + max(CORNER * robot.radius * lidar.angle_increment - NOMINAL_CORNER, 0.0)
-        + localization.drift * v * (DRIFT_MEMORY + lidar.delay)
+        + max(CORNER * seen_from(lidar, drive, robot, controller) * lidar.angle_increment - NOMINAL_CORNER, 0.0)
+        + localization.drift * v * (memory + lidar.delay)
         + min(localization.jump, UNSEEN_JUMP)
-        + drive.slip * v / robot.radius * v * (v / a) ** 2 / 6.0
+        + drive.slip * (v / robot.radius * v * (v / a) ** 2 / 6.0 + TRACK_SHARE * robot.radius)
+        + v * max(time_step - 0.5 / rate, 0.0)
         + max(0.5 * (a + robot.max_yaw_acceleration * 0.5 * v * v / a) / rate**2 - NOMINAL_STEP, 0.0)
         + max(TURN_SHARE * robot.max_yaw_rate * drive.delay * 0.5 * v * (drive.delay + v / a) - NOMINAL_LATE, 0.0)
     )
+
+
+def seen_from(
+    lidar: LidarParameters, drive: DriveParameters, robot: RobotParameters, controller: ControllerParameters
+) -> float:
+    """From how far the lidar may last have looked at what the robot stops in front of, m.
+
+        D = r + min(safety_range, v^2 / (2 a) + v (n / lidar.rate + lidar.delay + drive.delay + t))
+
+    A motion is accepted by a scan that was taken so far away: the robot drives on until the next one has arrived, or
+    the n-th where scans may be lost (n = scan_patience, else 1), and then brakes. What two neighbouring beams leave
+    unseen between them is nowhere wider where it matters.
+    """
+    v, lost = robot.max_speed, lidar.scan_loss > 0.0 or lidar.silence_duration > 0.0
+    periods = controller.scan_patience if lost else 1.0
+    late = periods / lidar.rate + lidar.delay + drive.delay + 1.0 / controller.rate
+    return robot.radius + min(controller.safety_range, 0.5 * v * v / robot.max_acceleration + v * late)
 
 
 def tolerating(

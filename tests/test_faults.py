@@ -16,15 +16,18 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.faults import DriveParameters, LocalizationParameters, drifted, jumped, wheel_shares
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.planar import composed, now_in
+from drake_starnav.promises import check_promises
 from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import load_scenario
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.station import NavigationStation
-from drake_starnav.tolerance import sensing_error, tolerating
+from drake_starnav.tolerance import seen_from, sensing_error, tolerating
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, seeds
 
-RATE = 50.0
+COMMANDS = ControllerParameters()
+RATE = COMMANDS.rate
 NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
 poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1)).map(np.array)
 
@@ -51,7 +54,7 @@ def test_wheels_keep_at_least_what_is_not_declared_lost(seed, slip, index):
 
 def test_without_faults_nothing_changes():
     planner, controller = PlannerParameters(), ControllerParameters()
-    assert sensing_error(*NO_FAULT, RATE) == 0.0
+    assert sensing_error(*NO_FAULT, COMMANDS) == 0.0
     assert tolerating(planner, controller, 0.0) == (planner, controller)
 
 
@@ -61,22 +64,28 @@ def test_without_faults_nothing_changes():
         (0, {"noise": 0.03}, 0.015),
         (0, {"noise": 0.005}, 0.0),
         (0, {"quantisation": 0.1}, 0.05),
-        (0, {"beams": 36}, 0.87 * 0.25 * math.pi / 18 - 0.01),
-        (0, {"beams": 150}, 0.0),
-        (0, {"dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
+        (0, {"beams": 36}, 0.87 * (0.57 + 0.8 * 0.07) * math.pi / 18 - 0.01),
+        (0, {"beams": 345}, 0.0),
+        (0, {"beams": 720, "dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
+        (0, {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        (0, {"scan_loss": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
         (1, {"drift": 0.02}, 0.02 * 0.8),
         (1, {"jump": 0.01}, 0.01),
         (1, {"jump": 1.0}, 0.02),
-        (2, {"delay": 0.1}, 0.0),
-        (2, {"delay": 0.5}, 0.04 * 2.0 * 0.5 * (0.5 * 0.8 * 0.5 + 0.32) - 0.003),
-        (2, {"slip": 0.05}, 0.05 * 0.8 / 0.25 * 0.8 * 0.64 / 6.0),
+        (2, {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        (
+            2,
+            {"delay": 0.5},
+            0.04 * 2.0 * 0.5 * (0.5 * 0.8 * 0.5 + 0.32) - 0.003 + 0.87 * (0.57 + 0.8 * 0.57) * math.pi / 180 - 0.01,
+        ),
+        (2, {"slip": 0.05}, 0.05 * (0.8 / 0.25 * 0.8 * 0.64 / 6.0 + 0.65 * 0.25)),
         (3, {"mass_error": 0.2}, 0.0),
     ],
 )
 def test_each_fault_s_part_of_the_margin(index, changes, error):
     declared = list(NO_FAULT)
     declared[index] = dataclasses.replace(declared[index], **changes)
-    assert sensing_error(*declared, RATE) == pytest.approx(error)
+    assert sensing_error(*declared, COMMANDS) == pytest.approx(error)
     planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error)
     assert planner.margin == pytest.approx(PlannerParameters().margin + error)
     assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
@@ -94,7 +103,9 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
 )
 def test_rare_commands_need_a_margin(rate, changes, error):
     robot = dataclasses.replace(RobotParameters(), **changes)
-    assert sensing_error(*NO_FAULT[:3], robot, rate) == pytest.approx(error, abs=1e-12)
+    controller = dataclasses.replace(COMMANDS, rate=rate)
+    lidar = LidarParameters(beams=720)  # no corner is far enough away
+    assert sensing_error(lidar, *NO_FAULT[1:3], robot, controller) == pytest.approx(error, abs=1e-12)
 
 
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -127,13 +138,14 @@ def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
     robot = RobotParameters(model=model, radius=0.334, **(quick if model == "jackal" else {}))
     away, turned = late_errors(robot, delay, seed=0)
     margin = (
-        sensing_error(*NO_FAULT[:2], DriveParameters(delay=delay), robot, RATE) + ControllerParameters().safety_margin
+        sensing_error(*NO_FAULT[:2], DriveParameters(delay=delay), robot, COMMANDS)
+        + ControllerParameters().safety_margin
     )
     assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin
 
 
 def test_what_no_margin_can_cover_is_refused():
-    error = sensing_error(LidarParameters(noise=2.0), *NO_FAULT[1:], RATE)
+    error = sensing_error(LidarParameters(noise=2.0), *NO_FAULT[1:], COMMANDS)
     with pytest.raises(StarnavError, match="what is declared of lidar, localization and drive adds 1.49 m"):
         tolerating(PlannerParameters(), ControllerParameters(), error)
 
@@ -190,7 +202,7 @@ def wedge_scans(angle, distance, lidar):
 @pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
 def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
     lidar = LidarParameters(noise=noise, beams=beams)
-    error = sensing_error(lidar, *NO_FAULT[1:], RATE)
+    error = sensing_error(lidar, *NO_FAULT[1:], COMMANDS)
     planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     if not controller.smoothed_beams:
         assert math.radians((noise - 0.01) / 0.015) < 0.5 * lidar.angle_increment  # nothing is taken off
@@ -204,7 +216,7 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
 @pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
 def test_the_margin_covers_what_sticks_out_between_two_beams(beams):
     lidar = LidarParameters(beams=beams)
-    error = sensing_error(lidar, *NO_FAULT[1:], RATE)
+    error = sensing_error(lidar, *NO_FAULT[1:], COMMANDS)
     _, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     distance = RADIUS + controller.safety_margin
     for scan in wedge_scans(90.0, distance, lidar):
@@ -222,6 +234,32 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, s
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
         v -= robot.max_acceleration * step
     bound = sensing_error(
-        LidarParameters(), LocalizationParameters(), DriveParameters(slip=max(slip, other)), robot, RATE
+        LidarParameters(), LocalizationParameters(), DriveParameters(slip=max(slip, other)), robot, COMMANDS
     )
     assert abs(pose[1]) <= bound * 1.01 + 1e-6
+
+
+@pytest.mark.parametrize("beams, speed, fits", [(36, 0.8, False), (36, 3.0, True), (90, 3.0, True), (360, 3.0, False)])
+def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams, speed, fits):
+    scenario = load_scenario(
+        "room", overrides=[f"lidar.beams={beams}", f"robot.max_speed={speed}", "controller.safety_range=6"]
+    )
+    if fits:
+        with pytest.raises(
+            StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* allowed: at most robot.radius"
+        ):
+            check_promises(scenario)
+    else:
+        check_promises(scenario)
+
+
+def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop():
+    """A scan from there sees a corner of 60 degrees, pointing at the robot, too far away by less than the margin."""
+    robot, controller = RobotParameters(max_speed=2.0, max_acceleration=1.5), COMMANDS
+    for beams in (90, 180, 360):
+        lidar = LidarParameters(beams=beams)
+        distance = seen_from(lidar, DriveParameters(), robot, controller)
+        assert distance == pytest.approx(0.25 + min(1.2, 4.0 / 3.0 + 2.0 * 0.07))
+        error = sensing_error(lidar, LocalizationParameters(), DriveParameters(), robot, controller)
+        for scan in wedge_scans(60.0, distance, lidar):
+            assert scan.distances.min() - distance < error + controller.safety_margin

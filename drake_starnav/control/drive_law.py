@@ -15,6 +15,8 @@ CREEP_SPEED = 0.08
 def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
     """The twist (v, omega) that turns towards a heading: omega = gain * error, v = speed * cos(error)^3.
 
+    Never faster than from where it can stop turning there, with its largest yaw acceleration.
+
     Args:
         heading: error of the robot's heading, rad.
         speed: with no error, m/s.
@@ -22,13 +24,19 @@ def turning_law(heading: float, speed: float, parameters: ControllerParameters, 
         robot: its limits.
     """
     v = speed * max(math.cos(heading), 0.0) ** 3
-    return np.array((v, limited(parameters.heading_gain * heading, robot.max_yaw_rate)))
+    limits = robot.max_yaw_rate, robot.max_yaw_acceleration
+    return np.array((v, _turning_rate(heading, parameters.heading_gain, *limits)))
 
 
 @njit(cache=True)
-def turning_twist(heading, speed, gain, max_yaw_rate):
+def turning_twist(heading, speed, gain, max_yaw_rate, max_yaw_acceleration):
     """`turning_law` for compiled loops; compiled, the cube may differ in its last bit."""
-    return speed * max(math.cos(heading), 0.0) ** 3, limited(gain * heading, max_yaw_rate)
+    return speed * max(math.cos(heading), 0.0) ** 3, _turning_rate(heading, gain, max_yaw_rate, max_yaw_acceleration)
+
+
+@njit(cache=True)
+def _turning_rate(heading, gain, max_yaw_rate, max_yaw_acceleration):
+    return limited(gain * heading, min(max_yaw_rate, math.sqrt(2.0 * max_yaw_acceleration * abs(heading))))
 
 
 def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:

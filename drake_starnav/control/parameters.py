@@ -85,7 +85,7 @@ class ControllerParameters:
         1.2, "speed per metre of distance to the goal on arrival", unit="1/s", above=0.0, high=50.0
     )
     horizon: float = parameter(1.5, "how far ahead the predictive law looks", unit="s", above=0.0, high=10.0)
-    prediction_step: float = parameter(0.1, "step of the foreseen motion", unit="s", above=0.0, high=1.0)
+    prediction_step: float = parameter(0.1, "step of the foreseen motion", unit="s", low=0.01, high=1.0)
     prediction_hold: float = parameter(
         0.3, "how long a sampled twist is held before the path is followed", unit="s", above=0.0, high=10.0
     )

@@ -196,7 +196,7 @@ def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
                 want_v, want_omega = twists[c, 0], twists[c, 1]
             else:
                 error = wrapped_angle(math.atan2(dy, dx) - yaw)
-                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, omega_max)
+                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, omega_max, limits[3])
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
             next_x, next_y, yaw, v, omega, travelled = foreseen_step(

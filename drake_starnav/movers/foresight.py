@@ -99,13 +99,13 @@ def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
         return a, b
     if kind == HEADING:
         error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
-        return turning_twist(error, b, gain, limits[1])
+        return turning_twist(error, b, gain, limits[1], limits[3])
     k, last = int(row[WAY_POINT]), len(line) - 1
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
     if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
-    want_v, want_omega = turning_twist(error, a * limits[0], gain, limits[1])
+    want_v, want_omega = turning_twist(error, a * limits[0], gain, limits[1], limits[3])
     if k == last:
         want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, want_omega

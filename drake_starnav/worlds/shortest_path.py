@@ -31,7 +31,7 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
     """The shortest way of a disc from the start to the goal of a world.
 
     The passages are found on a grid, so one narrower than the disc plus about two grid steps can be missed, and of
-    two ways around an obstacle whose lengths differ by less than 1 % the longer may be chosen.
+    two ways around an obstacle whose lengths differ by less than 2 % the longer may be chosen.
 
     Args:
         world: the obstacles, start and goal.

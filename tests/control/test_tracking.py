@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_starnav.control.drive_law import turning_law
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.tracking import (
     CREEP_SPEED,
@@ -239,3 +240,15 @@ def test_certified_by_points_it_stops_at_a_hit():
     ahead = near(ROBOT.radius + PARAMETERS.safety_margin, 0.0)
     assert step(star=ahead, parameters=by_points).twist[0] <= 0.0
     assert step(star=near(2.0, 0.0), parameters=by_points).twist[0] > 0.0
+
+
+@pytest.mark.parametrize("acceleration", [0.5, 1.0, 4.0])
+def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
+    robot = RobotParameters(max_yaw_rate=6.0, max_yaw_acceleration=acceleration)
+    parameters, period = ControllerParameters(), 0.02
+    error, twist, least = 3.0, np.zeros(2), 0.0
+    for _ in range(1000):
+        twist = limited_twist(twist, turning_law(error, 0.0, parameters, robot), robot, period)
+        error -= twist[1] * period
+        least = min(least, error)
+    assert abs(error) < 0.01 and least > -0.1
