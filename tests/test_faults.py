@@ -22,7 +22,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import load_scenario
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.station import NavigationStation
-from drake_starnav.tolerance import seen_from, sensing_error, tolerating
+from drake_starnav.tolerance import TRACK_SHARE, seen_from, sensing_error, tolerating
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, seeds
 
@@ -233,28 +233,43 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, s
         left, right = v * (1.0 - slip), v * (1.0 - other)
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
         v -= robot.max_acceleration * step
-    bound = sensing_error(
-        LidarParameters(), LocalizationParameters(), DriveParameters(slip=max(slip, other)), robot, COMMANDS
-    )
+    drive = DriveParameters(slip=max(slip, other))
+    bound = sensing_error(LidarParameters(), LocalizationParameters(), drive, robot, COMMANDS)
+    bound -= drive.slip * TRACK_SHARE * robot.radius  # that of turning on the spot
     assert abs(pose[1]) <= bound * 1.01 + 1e-6
+
+
+@given(st.floats(0.001, 0.1))
+def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_spot(slip):
+    """The left wheel keeps what it is told, the right one loses its share, for half a turn."""
+    robot, step = RobotParameters(), 1e-3
+    half_track, speed = TRACK_SHARE * robot.radius, 0.3
+    pose, away = np.zeros(3), 0.0
+    while pose[2] < math.pi:
+        left, right = -speed, speed * (1.0 - slip)
+        pose = composed(pose, (0.5 * (left + right) * step, 0.0, 0.0))
+        pose[2] += (right - left) / (2.0 * half_track) * step
+        away = max(away, float(np.hypot(*pose[:2])))
+    bound = sensing_error(LidarParameters(), LocalizationParameters(), DriveParameters(slip=slip), robot, COMMANDS)
+    assert 0.9 * slip * half_track < away <= bound * 1.01
 
 
 @pytest.mark.parametrize("beams, speed, fits", [(36, 0.8, False), (36, 3.0, True), (90, 3.0, True), (360, 3.0, False)])
 def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams, speed, fits):
-    scenario = load_scenario(
-        "room", overrides=[f"lidar.beams={beams}", f"robot.max_speed={speed}", "controller.safety_range=6"]
-    )
+    changes = [f"lidar.beams={beams}", f"robot.max_speed={speed}", "controller.safety_range=6"]
+    scenario = load_scenario("room", overrides=changes)
     if fits:
-        with pytest.raises(
-            StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* allowed: at most robot.radius"
-        ):
+        with pytest.raises(StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* at most robot.radius"):
             check_promises(scenario)
     else:
         check_promises(scenario)
 
 
 def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop():
-    """A scan from there sees a corner of 60 degrees, pointing at the robot, too far away by less than the margin."""
+    """A scan from there sees a corner of 60 degrees, pointing at the robot, too far away by the margin at most.
+
+    By first order in the angle between two beams, that is.
+    """
     robot, controller = RobotParameters(max_speed=2.0, max_acceleration=1.5), COMMANDS
     for beams in (90, 180, 360):
         lidar = LidarParameters(beams=beams)
@@ -262,4 +277,5 @@ def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop
         assert distance == pytest.approx(0.25 + min(1.2, 4.0 / 3.0 + 2.0 * 0.07))
         error = sensing_error(lidar, LocalizationParameters(), DriveParameters(), robot, controller)
         for scan in wedge_scans(60.0, distance, lidar):
-            assert scan.distances.min() - distance < error + controller.safety_margin
+            too_far = scan.distances.min() - distance
+            assert too_far < (error + controller.safety_margin) * (1.0 + 2.0 * lidar.angle_increment)
