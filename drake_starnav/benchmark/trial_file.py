@@ -1,5 +1,6 @@
 """Files of trials: a header line that says what was run, then one JSON line for each trial that has ended."""
 
+import contextlib
 import fcntl
 import hashlib
 import json
@@ -149,7 +150,8 @@ class TrialFile:
 
     def close(self) -> None:
         """Close the file; nothing can be appended any more."""
-        self._file.close()
+        with contextlib.suppress(OSError):  # of what could not be written, which has been told
+            self._file.close()
 
     def __enter__(self) -> "TrialFile":
         return self

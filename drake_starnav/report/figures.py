@@ -141,7 +141,7 @@ def _panels(
     for axes in grid.flat[len(results.scenarios) :]:
         axes.set_axis_off()
     for axes, scenario in zip(grid.flat, results.scenarios, strict=False):
-        axes.set_title(scenario, fontsize=11)
+        axes.set_title(scenario, fontsize=11, parse_math=False)
         axes.tick_params(labelbottom=True)
         for y, method in enumerate(methods):
             point = points.get((scenario, method))

@@ -38,7 +38,7 @@ def write_page(report: Report) -> str:
         StarnavError: matplotlib is not installed.
     """
     results = report.results
-    titled = [(title, _table(table)) for title, table in result_tables(results)]
+    titled = [(html.escape(title), _table(table)) for title, table in result_tables(results)]
     (ends, outcomes), *costs = titled
     sections = [
         ("success", "Who reaches the goal", _success(results) + f"<h3>{ends}</h3>{outcomes}"),

@@ -9,7 +9,7 @@ from pathlib import Path
 from drake_starnav.benchmark.jobs import NEVER_RAN, Record
 from drake_starnav.benchmark.workers import local_processes
 from drake_starnav.errors import StarnavError
-from drake_starnav.report.results import Results
+from drake_starnav.report.results import Results, page_name
 from drake_starnav.scenario import Scenario
 
 
@@ -79,7 +79,7 @@ def record_chosen(
         if recording.record["outcome"] != "reached":
             counts[key] = counts.get(key, 0) + 1
         if recording.record["outcome"] == "reached" or counts[key] <= failures:
-            wanted[k] = "{}_{}_{}.html".format(*key, recording.record["trial"])
+            wanted[k] = page_name(recording.record)
     if not wanted:
         return recordings
     folder.mkdir(parents=True, exist_ok=True)

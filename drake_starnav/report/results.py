@@ -1,5 +1,6 @@
 """Trials of one or several files, and what they were trials of."""
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -76,7 +77,15 @@ class Results:
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
-        return f"{SIMULATE} {shlex.join(parts)} --html out/{name}_{method}_{record['trial']}.html"
+        parts += ["--html", f"out/{page_name(record)}"]
+        return f"{SIMULATE} {shlex.join(parts)}"
+
+
+def page_name(record: Record) -> str:
+    """The file name of a trial's recording; of other characters than these, and of long names, something is left."""
+    name, method, trial = record_key(record)
+    plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
+    return f"{plain}_{method}_{trial}.html"
 
 
 def make_results(headers: Sequence[Header], records: Sequence[Record]) -> Results:

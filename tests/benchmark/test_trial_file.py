@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -154,3 +156,27 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
             TrialFile(place, HEADER)
     with pytest.raises(StarnavError, match="cannot read"):
         read_trials(tmp_path / "missing.jsonl")
+
+
+FULL_DISK = """
+import resource, signal, sys
+from pathlib import Path
+from drake_starnav.benchmark import TrialFile, make_cases, make_header
+from drake_starnav.errors import StarnavError
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+header = make_header(make_cases(["room"], ["star"]), 5)
+try:
+    with TrialFile(Path(sys.argv[1]), header) as file:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
+        file.append({"note": "x" * 9000})
+except StarnavError as error:
+    print(error)
+"""
+
+
+def test_a_full_disk_is_told_in_one_sentence(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", FULL_DISK, str(tmp_path / "trials.jsonl")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"cannot write {tmp_path / 'trials.jsonl'}: File too large")

@@ -108,3 +108,12 @@ def test_detour() -> None:
     assert figures.detour(record()) == pytest.approx(13.0 / 12.0)
     assert figures.detour(record(shortest_path_m=None)) is None
     assert math.isclose(figures.gap(record()), 0.9)
+
+
+def test_a_scenario_may_be_called_anything() -> None:
+    name = "we$ir_{d$"
+    results = made_up(("forest",), trials=4)
+    header = results.headers[0]
+    renamed = {**header, "cases": [{**case, "scenario": name} for case in header["cases"]]}
+    strange = make_results([renamed], [{**r, "scenario": name} for r in results.records])
+    assert figures.svg(figures.success_figure(strange))

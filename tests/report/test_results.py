@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.benchmark import TrialFile, make_cases, make_header
 from drake_starnav.errors import StarnavError
-from drake_starnav.report.results import make_results, read_results
+from drake_starnav.report.results import make_results, page_name, read_results
 from tests.report.trials import record
 
 
@@ -90,3 +90,9 @@ def test_a_file_of_another_format_is_refused(tmp_path: Path) -> None:
     path.write_text("\n".join([json.dumps({**json.loads(header), "format": 0}), *lines]) + "\n")
     with pytest.raises(StarnavError, match="has format 0; allowed: 1"):
         read_results([path])
+
+
+def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None:
+    assert page_name(record("forest", "star", 3)) == "forest_star_3.html"
+    assert page_name(record("../../tmp/my forest; echo hi", "star", 3)) == "_tmp_my_forest_echo_hi_star_3.html"
+    assert len(page_name(record("x" * 300, "star", 3))) < 100
