@@ -90,6 +90,11 @@ def distance(world: World, points: np.ndarray) -> np.ndarray:
     return out
 
 
+def length(*points: np.ndarray) -> float:
+    """Length of the polyline over points or rows of points, m."""
+    return float(np.hypot(*np.diff(np.vstack(points), axis=0).T).sum())
+
+
 def segment_distance(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Distance from points to the segments a b; all of shape (..., 2), broadcast against each other."""
     e = b - a

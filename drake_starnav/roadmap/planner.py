@@ -11,8 +11,9 @@ from drake_starnav.roadmap.consistency import block, clear_of, reconcile, seen_w
 from drake_starnav.roadmap.dead_ends import after_trying, has_arrived, place_to_block
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
-from drake_starnav.roadmap.search import Route, barred_in_vain, find_route, last_in_sight
+from drake_starnav.roadmap.search import Route, barred_in_vain, find_route
 from drake_starnav.roadmap.state import NO_PATH, Moment, Observation, PlannerState, PlannerStatus
+from drake_starnav.roadmap.string_pulling import last_in_sight
 from drake_starnav.stars.region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
 
 OUTSIDE_TOLERANCE = 0.03

@@ -2,7 +2,6 @@
 
 import dataclasses
 import heapq
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,15 +11,8 @@ from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
-from drake_starnav.stars.region import (
-    LINE_STEP,
-    RegionStack,
-    StarRegion,
-    covers,
-    first_cover,
-    least_outside,
-    segment_covered,
-)
+from drake_starnav.roadmap.string_pulling import string_pulled
+from drake_starnav.stars.region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
 
 OFF_MAP_PENALTY = 0.1
 """Extra length where the robot is in no region and must first drive to the nearest node, m."""
@@ -215,6 +207,10 @@ def optimistic_cost(
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     points = np.vstack((roadmap.frontiers.probe, position))
+    clearance = np.full(len(roadmap.closed), robot_radius + roadmap.margin + CLOSED_SLACK)
+    closed = np.column_stack(
+        (np.vstack((roadmap.closed, roadmap.blocked)), np.append(clearance, np.full(len(roadmap.blocked), np.inf)))
+    )
     return cost_to_go(
         roadmap.hits,
         points,
@@ -223,18 +219,11 @@ def optimistic_cost(
         high,
         robot_radius,
         parameters.near_wall_cost,
-        np.vstack(
-            (_within(roadmap.closed, robot_radius + roadmap.margin + CLOSED_SLACK), _within(roadmap.blocked, np.inf))
-        ),
+        closed,
         None if cost_to_come is None else np.append(cost_to_come, 0.0 if at_robot else np.inf),
         None if cost_to_come is None else position,
         parameters.hysteresis,
     )
-
-
-def _within(places: np.ndarray, clearance: float) -> np.ndarray:
-    """Places (n, 2) and a clearance as `cost_to_go` takes closed ones, shape (n, 3), m."""
-    return np.column_stack((places, np.full(len(places), clearance)))
 
 
 def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
@@ -283,70 +272,7 @@ def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nd
 def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parameters: PlannerParameters) -> np.ndarray:
     if not parameters.string_pulling or len(path) < 2:
         return path
-    return string_pulled(roadmap, position, path)
-
-
-def string_pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
-    """The path shortened inside the union of regions: from the robot forwards, then, finer, from the end back.
-
-    Args:
-        roadmap: its regions bound the path.
-        position: of the robot, shape (2,), W, m.
-        path: shape (k, 2), way points after the robot, W, m.
-    """
-    regions = roadmap.stack.arrays
-    line = np.vstack((position, path))
-    forward = _pull(_resampled(line, 0.2)[1:], *position, *regions)
-    line = np.vstack((position, forward))
-    backward = _pull(_resampled(line, 0.1)[:-1][::-1].copy(), *line[-1], *regions)
-    if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
-        return forward
-    return np.vstack((backward[:-1][::-1], line[-1:]))
-
-
-def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack) -> int:
-    """Index of the last of the points to which the straight line stays inside the union of regions, or -1.
-
-    Args:
-        points: shape (k, 2), W, m.
-        position: where the lines begin, shape (2,), W, m.
-        regions: that bound them.
-    """
-    return int(_last_in_sight(points, 0, *position, *regions.arrays))
-
-
-def _resampled(line: np.ndarray, step: float) -> np.ndarray:
-    """The polyline with intermediate points at most `step` apart; corners stay."""
-    points = [line[:1]]
-    for a, b in zip(line[:-1], line[1:], strict=True):
-        count = int(math.hypot(b[0] - a[0], b[1] - a[1]) / step) + 1
-        points.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
-    return np.vstack(points)
-
-
-@njit(cache=True)
-def _last_in_sight(points, first, x, y, center, bearing_0, values, reach):
-    """Index of the last of points[first:] in line of sight from (x, y), or -1."""
-    for j in range(len(points) - 1, first - 1, -1):
-        if segment_covered(center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], LINE_STEP):
-            return j
-    return -1
-
-
-@njit(cache=True)
-def _pull(points, x, y, center, bearing_0, values, reach):
-    """From (x, y) always on to the last of the points in line of sight."""
-    count = len(points)
-    out = np.empty((count, 2))
-    n = 0
-    i = np.int64(0)  # a literal would have `_last_in_sight` compiled twice
-    while i < count:
-        j = max(_last_in_sight(points, i, x, y, center, bearing_0, values, reach), i)
-        x, y = points[j, 0], points[j, 1]
-        out[n, 0], out[n, 1] = x, y
-        n += 1
-        i = j + 1
-    return out[:n].copy()
+    return string_pulled(path, position, roadmap.stack)
 
 
 @njit(cache=True)

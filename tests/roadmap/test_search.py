@@ -15,21 +15,15 @@ from drake_starnav.roadmap.search import (
     estimates,
     find_route,
     graph_distances,
-    last_in_sight,
     optimistic_cost,
     optimistic_gate,
-    string_pulled,
 )
 from drake_starnav.stars.region import LINE_STEP, StarRegion, scan_region, segment_covered
 from drake_starnav.worlds.world import World
-from tests.scans import RADIUS, cast, distance, explored, free_point, seeds, wandered
+from tests.scans import RADIUS, cast, distance, explored, free_point, length, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 WITHOUT_GATES = dataclasses.replace(PARAMETERS, gates=False)
-
-
-def length(*points: np.ndarray) -> float:
-    return float(np.hypot(*np.diff(np.vstack(points), axis=0).T).sum())
 
 
 def here(world: World, position: np.ndarray) -> StarRegion:
@@ -70,34 +64,6 @@ def test_off_the_map_the_nearest_node_is_the_way_in():
     roadmap = explored(world, np.array(((0.0, 0.0), (-1.0, 0.0))), PARAMETERS)
     distances, previous = graph_distances(roadmap, here(world, np.array((2.0, 0.0))), np.array((2.0, 0.0)))
     assert distances.tolist() == pytest.approx([2.1, 3.1]) and previous.tolist() == [-1, 0]
-
-
-@settings(max_examples=15)
-@given(seeds)
-def test_pulled_paths_are_not_longer_and_stay_in_the_union(seed):
-    world, roadmap = wandered(seed, nodes=6)
-    path = roadmap.stack.center[[1, 0, 2, 0, 3]]  # every centre is in sight of the origin, which is node 0
-    position = roadmap.stack.center[4]
-    line = np.vstack((position, roadmap.stack.center[0], path))
-    pulled = string_pulled(roadmap, position, line[1:])
-    np.testing.assert_allclose(pulled[-1], path[-1], atol=1e-12)
-    assert length(position, pulled) <= length(line) + 1e-9
-    way = np.vstack((position, pulled))
-    for a, b in zip(way[:-1], way[1:], strict=True):
-        assert segment_covered(*roadmap.stack.arrays, *a, *b, LINE_STEP)
-        fine = a + (b - a) * np.linspace(0.0, 1.0, 300)[:, None]
-        assert distance(world, fine).min() > RADIUS  # the margin covers what lies between two samples of the line
-
-
-@settings(max_examples=10)
-@given(seeds)
-def test_a_path_in_one_region_is_pulled_straight(seed):
-    world, roadmap = wandered(seed, nodes=1)
-    rng = np.random.default_rng(seed)
-    end = roadmap.regions[0].center + 0.3 * rng.uniform(-1.0, 1.0, 2) / np.sqrt(2.0)
-    assert roadmap.regions[0].contains(end)
-    detour = rng.uniform(-0.1, 0.1, (3, 2))
-    np.testing.assert_allclose(string_pulled(roadmap, np.zeros(2), np.vstack((detour, end))), end[None])
 
 
 @settings(max_examples=15)
@@ -214,18 +180,6 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
     assert not len(route.target) and not len(route.way_on)
     parameters = dataclasses.replace(PARAMETERS, anticipation=False)
     assert not len(find_route(roadmap, here(world, position), position, goal, parameters, RADIUS).way_on)
-
-
-@settings(max_examples=20)
-@given(seeds)
-def test_the_last_point_in_sight_is_the_last_that_a_line_reaches(seed):
-    world, roadmap = wandered(seed, nodes=2)
-    rng = np.random.default_rng(seed)
-    position, points = free_point(rng, world, RADIUS), rng.uniform(-6.0, 6.0, (12, 2))
-    seen = [segment_covered(*roadmap.stack.arrays, *position, *point, LINE_STEP) for point in points]
-    expected = max((k for k in range(12) if seen[k]), default=-1)
-    assert last_in_sight(points, position, roadmap.stack) == expected
-    assert last_in_sight(points[:0], position, roadmap.stack) == -1
 
 
 def test_a_way_on_that_leads_back_past_the_robot_is_none():
