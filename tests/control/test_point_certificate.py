@@ -255,6 +255,22 @@ def test_a_robot_inside_its_margin_backs_off():
     assert accepted and v < 0.0
 
 
+def test_a_robot_that_drives_brakes_before_it_looks_for_a_way_out():
+    """A wall behind it, within its margin."""
+    wall, ahead = [(-RADIUS - 0.003, y) for y in np.linspace(-1.0, 1.0, 101)], np.array((1.0, 0.0))
+    for speed, escapes in ((0.0, True), (0.1, False)):
+        twist = np.array((speed, 0.0))
+        result = clear_twist(np.zeros(3), twist, np.array((0.8, 0.0)), ahead, hits_only(wall), PARAMETERS, ROBOT)
+        assert (result[0] > 0.0, result[2]) == (escapes, escapes)
+
+
+def test_a_robot_that_has_nowhere_to_go_looks_for_no_way_round():
+    wall = [(RADIUS + 0.0055, y) for y in np.linspace(-1.0, 1.0, 101)]
+    wanted = np.array((0.8, 0.0))
+    result = clear_twist(np.zeros(3), NOWHERE, wanted, NOWHERE, hits_only(wall), PARAMETERS, ROBOT)
+    assert result == (0.0, 0.0, False)
+
+
 def test_hemmed_in_on_all_sides_it_stands():
     ring = [((RADIUS + 0.003) * math.cos(a), (RADIUS + 0.003) * math.sin(a)) for a in np.linspace(0.0, 6.28, 200)]
     v, _, accepted = clear_twist(
