@@ -12,7 +12,7 @@ from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.metrics import STANDING
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.parameters import MoverParameters
-from drake_starnav.movers.tracks import Tracks
+from drake_starnav.movers.tracks import SETTLED_AFTER, Tracks
 from drake_starnav.robot import RobotParameters
 from tests.movers.scenes import moved
 from tests.scans import RADIUS, seeds
@@ -134,6 +134,25 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
         unknown, tracked = threats(tracks, MoverParameters(max_speed=0.8, caution=caution))
         np.testing.assert_allclose(unknown, (2.0, 2.0, 0.0, 0.0, 0.8, 0.0))
         np.testing.assert_allclose(tracked, (0.8, 0.0, 0.0, 0.5 * (1.0 - caution), 0.65 * caution, 0.0))
+
+
+def test_what_is_hidden_or_not_known_for_long_may_do_anything() -> None:
+    tracks = Tracks(
+        time=0.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.0, 0.5)]),
+        radius=np.array([0.2]),
+        scans=np.array([SETTLED_AFTER - 1]),
+        seen=np.array([0.0]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(0.8, 0.0)]),
+        owner=np.array([0]),
+        hidden=np.array([(3.0, 1.0)]),
+    )
+    assert tracks.counted.all()
+    rows = threats(tracks, MoverParameters(max_speed=0.8, caution=0.5))
+    np.testing.assert_allclose(rows, [(3.0, 1.0, 0.0, 0.0, 0.8, 0.0), (0.8, 0.0, 0.0, 0.0, 0.8, 0.0)])
 
 
 def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
