@@ -69,6 +69,7 @@ def test_without_faults_nothing_changes():
         (0, {"beams": 720, "dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
         (0, {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
         (0, {"scan_loss": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        (0, {"silence_duration": 1.0}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
         (1, {"drift": 0.02}, 0.02 * 0.8),
         (1, {"jump": 0.01}, 0.01),
         (1, {"jump": 1.0}, 0.02),
@@ -106,6 +107,35 @@ def test_rare_commands_need_a_margin(rate, changes, error):
     controller = dataclasses.replace(COMMANDS, rate=rate)
     lidar = LidarParameters(beams=720)  # no corner is far enough away
     assert sensing_error(lidar, *NO_FAULT[1:3], robot, controller) == pytest.approx(error, abs=1e-12)
+
+
+def test_drift_counts_as_long_as_old_scans_do():
+    """At 5 Hz scans may be older than a second before the robot stands."""
+    lidar, drifting = LidarParameters(beams=3600, rate=5.0, delay=0.1), LocalizationParameters(drift=0.02)
+    memory = (1.0 + COMMANDS.scan_patience) / 5.0 + 0.8
+    assert memory > 1.0
+    assert sensing_error(lidar, drifting, *NO_FAULT[2:], COMMANDS) == pytest.approx(0.02 * 0.8 * (memory + 0.1))
+
+
+@pytest.mark.parametrize(("time_step", "error"), [(0.005, 0.0), (0.01, 0.0), (0.02, 0.8 * 0.01), (0.03, 0.8 * 0.02)])
+def test_commands_that_wait_for_the_plant_need_a_margin(time_step, error):
+    assert sensing_error(*NO_FAULT, COMMANDS, time_step) == pytest.approx(error)
+
+
+@pytest.mark.parametrize(
+    ("localization", "before", "contradiction", "drops"),
+    [
+        (LocalizationParameters(), 0.0, 0.0, False),
+        (LocalizationParameters(drift=0.01), 0.0, 0.2, True),
+        (LocalizationParameters(jump=0.1), 0.5, 0.5, True),
+    ],
+)
+def test_without_an_exact_localization_old_regions_are_held_against_new_scans(
+    localization, before, contradiction, drops
+):
+    planner = PlannerParameters(contradiction=before)
+    planner, _ = tolerating(planner, COMMANDS, 0.0, localization)
+    assert (planner.contradiction, planner.drop_seen_through) == (contradiction, drops)
 
 
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -76,6 +76,10 @@ def test_energy_grows_with_the_square_and_the_time() -> None:
         ([0.0, 0.5, 0.05, 0.01, 0.0, 0.5], 1),
         ([0.5, 0.0, 0.05, 0.0, 0.05, 0.0], 1),  # creeping is not driving
         ([0.5, 0.0, -0.5, 0.0], 2),
+        ([0.5, 0.019, 0.5], 1),
+        ([0.5, 0.021, 0.5], 0),
+        ([0.101, 0.0], 1),
+        ([0.099, 0.0], 0),
         ([], 0),
     ],
 )
@@ -94,6 +98,18 @@ def test_time_stuck() -> None:
     assert time_stuck(np.vstack((drive, stand[: round(0.8 * STUCK_TIME / 0.1)], drive + drive[-1])), 0.1) == 0.0
 
 
+def test_a_stretch_begins_where_the_one_before_has_ended() -> None:
+    """At 0.04 m/s a robot leaves a place after four steps of 1.5 s; the step that leaves it counts for neither."""
+    creeping = np.column_stack((0.06 * np.arange(21), np.zeros(21)))
+    assert time_stuck(creeping, 1.5) == pytest.approx(4 * 6.0)
+
+
+@pytest.mark.parametrize(("far", "stuck"), [(0.24, 9.9), (0.26, 0.0)])
+def test_to_and_fro_near_a_place_is_being_stuck_there(far: float, stuck: float) -> None:
+    x = far * (np.arange(100) % 2)
+    assert time_stuck(np.column_stack((x, np.zeros(100))), 0.1) == pytest.approx(stuck)
+
+
 def test_driving_in_a_small_circle_is_being_stuck() -> None:
     angle = np.linspace(0.0, 20.0 * math.pi, 400)
     assert time_stuck(0.1 * np.column_stack((np.cos(angle), np.sin(angle))), 0.1) == pytest.approx(39.9)
@@ -107,3 +123,8 @@ def test_a_trial_of_one_step_has_figures() -> None:
     found = metrics(np.zeros(1), np.zeros(1))
     assert (found.jerk_mps3, found.yaw_rate_change_radps2, found.stops, found.stuck_s) == (0.0, 0.0, 0, 0.0)
     assert metrics(np.zeros(50), np.zeros(50), clearances=np.full(50, math.inf)).mean_clearance_m == math.inf
+
+
+def test_the_mean_clearance_counts_every_moment() -> None:
+    mostly_near = np.repeat((0.1, 0.5), (30, 10))
+    assert metrics(np.zeros(40), np.zeros(40), clearances=mostly_near).mean_clearance_m == pytest.approx(0.2)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.faults import drifted
 from drake_starnav.planar import composed, now_in
-from drake_starnav.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.scan_matching import Keyframe, OdometryError, ScanMap, matched
 from drake_starnav.worlds.world import World
 from tests.scans import cast, noisy, scattered, seeds
 
@@ -135,6 +135,56 @@ def test_a_scan_that_hits_nothing_tells_nothing():
     known = matched(ScanMap(), cast(ROOM), np.zeros(3), OdometryError(0.02, 0.0, NOISE))
     empty = dataclasses.replace(cast(ROOM), ranges=np.full(360, np.inf))
     assert matched(known, empty, np.array((0.1, 0.0, 0.0)), OdometryError(0.02, 0.0, NOISE)) is known
+
+
+@pytest.mark.parametrize(("length", "count"), [(0.6, 2), (0.02, 1)])
+@pytest.mark.parametrize("yaw", [0.0, 1.5, 3.0])
+def test_what_a_screen_hides_is_not_known_on_its_other_side(length, count, yaw):
+    screen = np.array([(-length, -0.01), (length, -0.01), (length, 0.01), (-length, 0.01)]) * (0.5, 1.0) + (0.1, 0.0)
+    world = dataclasses.replace(ROOM, polygons=(screen,))
+    here, there = np.array((0.0, 0.2, 0.3)), np.array((0.0 if count == 2 else -0.1, -0.2, yaw))
+    known = matched(ScanMap(), cast(world, here), here, OdometryError(0.02, 0.0, NOISE))
+    assert len(matched(known, cast(world, there), there, OdometryError(0.02, 0.0, NOISE)).keyframes) == count
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.05, 1), (0.15, 2)])
+def test_a_scan_of_which_little_fits_changes_no_pose(step, count):
+    """Only a piece of a wall is where it was, and the odometry is 5 cm off it."""
+    wall = np.array([(-0.6, -2.1), (0.6, -2.1), (0.6, -2.0), (-0.6, -2.0)])
+    discs = [(0.9, 0.2, 0.3), (-0.5, 0.8, 0.2), (-0.7, -0.3, 0.2)]
+    elsewhere = World("elsewhere", (0, 0, 0), (0, 0), cylinders=discs, polygons=(wall,))
+    error = OdometryError(0.3, 0.0, NOISE)
+    known = matched(ScanMap(), cast(ROOM), np.zeros(3), error)
+    now = np.array((step, 0.0, 0.1))
+    believed = now + (0.0, 0.05, 0.0)
+    known = matched(known, dataclasses.replace(cast(elsewhere, now), time=0.05), believed, error)
+    np.testing.assert_allclose(known.corrected(believed), believed, atol=1e-12)
+    assert len(known.keyframes) == count
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_a_declared_jump_is_only_reckoned_with_at_the_step_that_jumps(jumps):
+    """At the steps before and after it, scans that disagree a little with the odometry correct as much as without."""
+    known = ScanMap()
+    for k in range(6):
+        believed = np.array((0.05 * k, 0.2 if jumps and k >= 4 else 0.0, 0.0))
+        scan = dataclasses.replace(cast(ROOM, (0.05 * k, 0.01 * k, 0.0)), time=0.05 * k)
+        with_jumps, without = (matched(known, scan, believed, OdometryError(0.0, j, NOISE)) for j in (0.25, 0.0))
+        assert np.array_equal(with_jumps.correction, without.correction) == (k != 4 or not jumps)
+        assert k == 0 or with_jumps.speed == pytest.approx([1.0, 0.0])
+        known = with_jumps
+
+
+def test_who_comes_back_takes_the_older_part_of_the_map_for_right():
+    """The newer keyframe, and so the odometry as corrected by it, is 8 cm and 2 degrees off."""
+    off, first, second = np.array((0.08, 0.0, 0.035)), np.zeros(3), np.array((0.6, 0.0, 0.0))
+    wrong = composed(off, second)
+    frames = Keyframe.of(cast(ROOM, first), first, NOISE), Keyframe.of(cast(ROOM, second), wrong, NOISE)
+    known = ScanMap(frames, np.array([first[:2], wrong[:2]]), off, second, 0.0, last=1)
+    now = np.array((0.3, 0.0, 0.2))
+    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, OdometryError(0.0, 0.0, NOISE))
+    assert known.last == 0
+    assert now_in(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.1, 3.1))

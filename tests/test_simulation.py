@@ -8,10 +8,15 @@ import sys
 
 import numpy as np
 import pytest
+from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav import simulation
+from drake_starnav.diagram import add_navigation
 from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.polyline import distance_to_segment
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, trial_record
+from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.worlds import World, make_world
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
@@ -42,6 +47,23 @@ def test_robot_arrives_around_an_obstacle(small_trial) -> None:
         times = getattr(small_trial, step)
         assert times["count"] > 0
         assert 0.0 < times["p50_s"] <= times["p99_s"]
+
+
+def test_the_record_has_the_tightest_gap_and_the_path_that_was_driven(small_trial) -> None:
+    class Follow:
+        def add_to(self, builder, navigation, scenario) -> None: ...
+
+        def start(self) -> None: ...
+
+        def finish(self, lines, motion) -> None:
+            self.poses = motion.poses
+
+    assert small_trial.tightest_gap_m == pytest.approx(1.7, rel=5e-3)  # from the obstacle to the wall
+    follow = Follow()
+    path = np.array(run_trial(parse_scenario(SMALL, name="small"), seed=3, observer=follow).path)
+    away = [distance_to_segment(follow.poses[:, :2], a, b) for a, b in zip(path[:-1], path[1:], strict=True)]
+    assert np.min(away, axis=0).max() <= 0.021
+    assert 3 <= len(path) < 40
 
 
 def test_a_world_of_ones_own_is_driven_in(small_trial) -> None:
@@ -181,6 +203,36 @@ def test_collision_is_noticed() -> None:
     assert trial.outcome == "collision"
     assert trial.min_clearance_m < 0.0
     assert trial.time_s < 10.0
+
+
+@pytest.mark.parametrize("judge", ["add_collision_monitor", "clearance"])
+def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
+    blind = {
+        "add_collision_monitor": lambda builder, navigation: None,
+        "clearance": lambda world, points: np.full(len(points), 9.0),
+    }
+    monkeypatch.setattr(simulation, judge, blind[judge])
+    text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\n" + (
+        "controller: {certificate: false, modulation: false, near_wall_term: false}\nsimulation: {timeout: 3.0}\n"
+        "planner: {erosion: none, smoothing: none, margin: 0.0, cost_to_go: straight}\nlidar: {noise: 0.0}\n"
+    )
+    trial = run_trial(parse_scenario(text, name="blind"), seed=0)
+    assert trial.outcome == "collision"
+    assert (trial.min_clearance_m < 0.0) == (judge != "clearance") == (trial.time_s == 3.0)
+
+
+@pytest.mark.parametrize(("name", "period"), [("crowd_room", 0.005), ("room", simulation.MONITOR_PERIOD)])
+def test_among_movers_contact_is_looked_for_at_every_step(name: str, period: float, monkeypatch) -> None:
+    class Periodic(CollisionMonitor):
+        def __init__(self, *, period: float, **others) -> None:
+            periods.append(period)
+            super().__init__(period=period, **others)
+
+    periods: list[float] = []
+    monkeypatch.setattr(simulation, "CollisionMonitor", Periodic)
+    builder = DiagramBuilder()
+    simulation.add_collision_monitor(builder, add_navigation(builder, load_scenario(name)))
+    assert periods == [period]
 
 
 @pytest.mark.parametrize(("max_speed", "outcome"), [(0.8, "collision"), (0.01, "struck")])

@@ -81,6 +81,28 @@ def test_what_says_nothing_or_sees_nothing_stays_so():
         assert (known == value).all() and (len(known) > 150 or math.isnan(value))
 
 
+@pytest.mark.parametrize("nearest_first", [True, False])
+def test_of_several_things_in_one_beam_the_nearest_counts(nearest_first):
+    """The robot turns to the right by 0.35 of a beam while each is measured, so that beams lie closer together."""
+    ranges = np.linspace(1.0, 4.5, 8)[:: 1 if nearest_first else -1]
+    scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.0, 5.0, ranges, time_increment=PERIOD / 8)
+    seen = taken_at_once(scan, np.array((0.0, 0.0, 8 * 0.35 * 0.25 * math.pi)), 0.0, np.zeros(3))
+    groups = ((), (), (0,), (1,), (2, 3), (4,), (5, 6), (7,))
+    expected = [min((ranges[i] for i in group), default=math.nan) for group in groups]
+    assert seen.ranges == pytest.approx(expected, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("measured", "moved", "seen_as"), [(4.9, -0.4, math.inf), (0.3, 0.2, -math.inf), (4.9, 0.4, 4.5)]
+)
+def test_what_the_sensor_would_not_measure_from_the_end_of_the_sweep_is_beyond_it(measured, moved, seen_as):
+    ranges = np.full(8, math.nan)
+    ranges[4] = measured  # straight ahead, at half the way
+    scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.2, 5.0, ranges, time_increment=PERIOD / 8, lost_beams=True)
+    seen = taken_at_once(scan, np.zeros(3), 0.0, np.array((moved * 8 / 3, 0.0, 0.0)))
+    assert seen.ranges[4] == pytest.approx(seen_as)
+
+
 def test_what_moved_still_moves():
     scan, pose = rolling((0.0, 0.0, 0.2))
     motion = np.where(np.arange(180) < 90, MOVES, STAYS)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.braking import (
@@ -184,6 +184,12 @@ def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
     assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
 
 
+@pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
+def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
+    twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
+    assert certified_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, SafetyStar.none()) == (0.0, turn, False)
+
+
 def test_in_the_open_everything_is_certified():
     desired = np.array((0.8, -1.0))
     assert certified_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
@@ -201,6 +207,44 @@ def test_the_braking_distance_is_never_underestimated(speed):
     assert certified(np.zeros(3), twist, twist, PERIOD, LIMITS, ring(needed + 0.012))
 
 
+@given(st.floats(-0.8, 0.8), st.floats(-1.5, 1.5), st.sampled_from([PERIOD, 0.04, 0.3]))
+@example(0.1, 0.12, 0.04)  # at the wanted speed in the middle of a step
+def test_a_straight_way_is_never_underestimated(speed, wanted, hold):
+    target, a = min(max(wanted, -0.8), 0.8), ROBOT.max_acceleration
+    if speed * target < 0.0:
+        return
+    ramp = min(abs(target - speed) / a, hold)
+    end = speed + math.copysign(a * ramp, target - speed)
+    way = 0.5 * abs(speed + end) * ramp + abs(target) * (hold - ramp) + end**2 / (2.0 * a)
+    path = braking_path(np.zeros(3), np.array((speed, 0.0)), np.array((wanted, 0.0)), hold, LIMITS)
+    assert way - 1e-9 <= np.abs(np.diff(path[:, 0])).sum() <= way + 0.012
+
+
+@pytest.mark.parametrize("omega", [2.0, -0.5])
+def test_a_steady_turn_is_followed_along_its_circle(omega):
+    twist = np.array((0.8, omega))
+    path = braking_path(np.zeros(3), twist, twist, 0.6, LIMITS)
+    held = path[np.abs(path[:, 2]) <= 0.6 * abs(omega) + 1e-9]
+    assert len(held) > 50
+    np.testing.assert_allclose(np.hypot(held[:, 0], held[:, 1] - 0.8 / omega), 0.8 / abs(omega), atol=1e-4)
+
+
+def test_driving_backwards_is_sampled_as_finely_and_mirrors_driving_forwards():
+    back, forth = (braking_path(np.zeros(3), np.zeros(2), np.array((v, 1.0)), 0.8, LIMITS) for v in (-0.8, 0.8))
+    assert np.hypot(*np.diff(back[:, :2], axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    np.testing.assert_allclose(back * (-1.0, -1.0, 1.0), forth, atol=1e-12)
+
+
+def test_what_the_robot_drives_through_during_the_delay_is_checked_too():
+    """A gap in the star that is behind the robot when its command takes effect."""
+    bearing = 2.0 * math.pi / 720 * np.arange(720)
+    cut = SafetyStar(np.zeros(2), 0.0, np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0), np.zeros((0, 2)))
+    pose, ahead = np.array((-0.3, 0.3, 0.0)), np.array((0.8, 0.0))
+    assert certified(pose, ahead, ahead, PERIOD, LIMITS, OPEN, delay=0.5)
+    assert certified(pose + (0.4, 0.0, 0.0), ahead, ahead, PERIOD, LIMITS, cut)
+    assert not certified(pose, ahead, ahead, PERIOD, LIMITS, cut, delay=0.5)
+
+
 def test_a_longer_hold_never_makes_a_straight_approach_safer():
     twist, holds, tried = np.array((0.8, 0.0)), np.array((0.02, 0.1, 0.3, 0.6)), np.arange(0.3, 1.5, 0.01)
     reaches = [next(r for r in tried if certified(np.zeros(3), twist, twist, h, LIMITS, ring(r))) for h in holds]
@@ -211,3 +255,8 @@ def test_the_certified_motion_keeps_the_speed_limits():
     beyond = np.array((2.0, 6.0))
     path = braking_path(np.zeros(3), LIMITS[:2], beyond, 0.3, LIMITS)
     np.testing.assert_allclose(path, braking_path(np.zeros(3), LIMITS[:2], LIMITS[:2], 0.3, LIMITS))
+    for reach in np.arange(0.1, 0.8, 0.05):
+        decided = {
+            certified(np.zeros(3), LIMITS[:2], wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, LIMITS[:2])
+        }
+        assert len(decided) == 1

@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 from drake_starnav.control.braking import limits_array
 from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import KnownHits, clear_twist, keeps_clear, needed_distances
+from drake_starnav.control.point_certificate import (
+    ESCAPE_CLEARANCE,
+    ESCAPE_GAIN,
+    ESCAPE_SLACK,
+    KnownHits,
+    clear_twist,
+    keeps_clear,
+    needed_distances,
+)
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
@@ -174,6 +182,62 @@ def test_nothing_seen_certifies_nothing():
     assert result == (0.0, 0.0, False)
 
 
+def test_between_two_hits_of_a_surface_the_disc_stays_off_their_chord():
+    away = needed_distances(np.array([0.0, 0.07]), RADIUS)
+    np.testing.assert_allclose(away, [RADIUS, math.hypot(RADIUS, 0.07)])
+
+
+@pytest.mark.parametrize(("delay", "way"), [(0.5, 0.4 + 0.4 + 0.32), (0.0, 0.4 + 0.32)])
+def test_what_lies_at_the_end_of_a_long_way_counts(delay, way):
+    """The delay, half a second of driving on, and braking, to a post ahead."""
+    parameters, ahead = dataclasses.replace(PARAMETERS, rate=2.0, delay=delay), np.array((0.8, 0.0))
+    speeds = [
+        clear_twist(np.zeros(3), ahead, ahead, np.array((1.0, 0.0)), hits_only([(x, 0.0)]), parameters, ROBOT)[0]
+        for x in (RADIUS + way - 0.07, RADIUS + way + 0.08)
+    ]
+    assert speeds[0] < speeds[1] == 0.8
+
+
+@pytest.mark.parametrize(("clearance", "speed"), [(0.0215, 0.8), (0.0155, 0.48), (0.0095, 0.2)])
+def test_along_a_wall_the_margin_grows_with_the_speed(clearance, speed):
+    wall = [(x, -RADIUS - clearance) for x in np.linspace(-2.0, 2.0, 801)]
+    ahead = np.array((0.8, 0.0))
+    v, omega, _ = clear_twist(np.zeros(3), NOWHERE, ahead, np.array((1.0, 0.0)), hits_only(wall), PARAMETERS, ROBOT)
+    assert (v, omega) == (pytest.approx(speed), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("clearance", "wanted", "per_speed", "speed"), [(0.0081, 0.8, 0.02, 0.12), (0.00502, 0.05, 0.0, 0.05)]
+)
+def test_off_a_turn_into_a_wall_the_lattice_is_as_careful(clearance, wanted, per_speed, speed):
+    """It drives straight on, no faster than was wanted."""
+    parameters = dataclasses.replace(PARAMETERS, rate=4.0, margin_per_speed=per_speed)
+    wall = [(x, -RADIUS - clearance) for x in np.linspace(-2.0, 2.0, 801)]
+    v, omega, accepted = clear_twist(
+        np.zeros(3), NOWHERE, np.array((wanted, -2.0)), np.array((1.0, 0.0)), hits_only(wall), parameters, ROBOT
+    )
+    assert (v, omega, accepted) == (pytest.approx(speed), 0.0, True)
+
+
+@settings(max_examples=150)
+@given(seeds, st.sampled_from([0.0, 0.1]))
+def test_who_is_within_the_margin_gains_clearance_and_never_loses_the_last_of_it(seed, delay):
+    rng = np.random.default_rng(seed)
+    angle, away = rng.uniform(-math.pi, math.pi, 4), RADIUS + rng.uniform(0.0025, 0.012, 4)
+    away[0] = RADIUS + rng.uniform(0.0025, 0.0045)
+    star = hits_only(list(zip(away * np.cos(angle), away * np.sin(angle), strict=True)))
+    parameters, twist = dataclasses.replace(PARAMETERS, rate=10.0, delay=delay), np.array((rng.uniform(-0.04, 0.04), 0))
+    *tried, accepted = clear_twist(
+        np.zeros(3), twist, np.array((0.8, 0.0)), np.array((1.0, 0.0)), star, parameters, ROBOT
+    )
+    if accepted:
+        needed = needed_distances(star.half_gaps, RADIUS)
+        path = motion(np.zeros(3), twist, np.array(tried), 0.1, LIMITS, delay)
+        now = least_clearance(path[:1], star.hits, needed)
+        assert least_clearance(path, star.hits, needed) >= max(now - ESCAPE_SLACK, ESCAPE_CLEARANCE) - 1e-12
+        assert delay or least_clearance(path[-1:], star.hits, needed) >= now + ESCAPE_GAIN - 1e-12
+
+
 def test_a_blocked_robot_turns_to_where_it_can_go():
     """A wall ahead, the guiding vector along it: the lattice turns the robot, the straight line being refused."""
     wall = [(RADIUS + 0.0055, y) for y in np.linspace(-1.0, 1.0, 101)]
@@ -189,6 +253,22 @@ def test_a_robot_inside_its_margin_backs_off():
         np.zeros(3), NOWHERE, np.array((0.8, 0.0)), np.array((1.0, 0.0)), hits_only(wall), PARAMETERS, ROBOT
     )
     assert accepted and v < 0.0
+
+
+def test_a_robot_that_drives_brakes_before_it_looks_for_a_way_out():
+    """A wall behind it, within its margin."""
+    wall, ahead = [(-RADIUS - 0.003, y) for y in np.linspace(-1.0, 1.0, 101)], np.array((1.0, 0.0))
+    for speed, escapes in ((0.0, True), (0.1, False)):
+        twist = np.array((speed, 0.0))
+        result = clear_twist(np.zeros(3), twist, np.array((0.8, 0.0)), ahead, hits_only(wall), PARAMETERS, ROBOT)
+        assert (result[0] > 0.0, result[2]) == (escapes, escapes)
+
+
+def test_a_robot_that_has_nowhere_to_go_looks_for_no_way_round():
+    wall = [(RADIUS + 0.0055, y) for y in np.linspace(-1.0, 1.0, 101)]
+    wanted = np.array((0.8, 0.0))
+    result = clear_twist(np.zeros(3), NOWHERE, wanted, NOWHERE, hits_only(wall), PARAMETERS, ROBOT)
+    assert result == (0.0, 0.0, False)
 
 
 def test_hemmed_in_on_all_sides_it_stands():

@@ -3,15 +3,16 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking import limits_array
+from drake_starnav.control.braking import limits_array, simulated_step
 from drake_starnav.control.drive_law import limited_twist
 from drake_starnav.metrics import STANDING
 from drake_starnav.movers.certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.movers.parameters import MoverParameters
-from drake_starnav.movers.tracks import Tracks
+from drake_starnav.movers.tracks import SETTLED_AFTER, Tracks
 from drake_starnav.robot import RobotParameters
 from tests.movers.scenes import moved
 from tests.scans import RADIUS, seeds
@@ -80,6 +81,35 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
         assert not certified(0.4, 0.1)
 
 
+def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray, age: float) -> float:
+    """Least distance (m) of a robot that follows `desired` and brakes to where a threat may be, at every sample."""
+    state, time, least = (*pose, *twist), age, math.inf
+    while delay > 0.0 or hold > 0.0 or abs(state[3]) >= STANDING_SPEED:
+        before, left = abs(state[3]), delay if delay > 0.0 else hold
+        if delay > 0.0:
+            *state, delay = simulated_step(*state, *twist, delay, LIMITS)
+            time += left - delay
+        else:
+            *state, hold = simulated_step(*state, *desired, hold, LIMITS)
+            time += left - hold if left > 0.0 else (before - abs(state[3])) / ROBOT.max_acceleration
+        if max(abs(state[3]), before) >= STANDING_SPEED:
+            places, grown = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
+            least = min(least, float((np.hypot(*(places - state[:2]).T) - grown).min()))
+    return least
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]), st.sampled_from([0.0, 0.05, 0.2]))
+def test_threats_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: float, delay: float) -> None:
+    rng = np.random.default_rng(seed)
+    rows = np.hstack((rng.uniform(-3.0, 3.0, (6, 2)), rng.uniform(-1.0, 1.0, (6, 2)), rng.uniform(0.0, 0.5, (6, 2))))
+    twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
+    pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
+    room = least_room(pose, twist, desired, hold, delay, rows, age)
+    assert stays_clear(pose, twist, desired, hold, LIMITS, rows, room - 1e-9, age, delay)
+    assert not stays_clear(pose, twist, desired, hold, LIMITS, rows, room + 1e-9, age, delay)
+
+
 def test_standing_and_turning_is_always_certified() -> None:
     rows = threats(seen(np.array([(0.4, 0.0)]), 0.2), MOVERS)
     turning = np.array((0.0, 1.0))
@@ -106,6 +136,25 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
         np.testing.assert_allclose(tracked, (0.8, 0.0, 0.0, 0.5 * (1.0 - caution), 0.65 * caution, 0.0))
 
 
+def test_what_is_hidden_or_not_known_for_long_may_do_anything() -> None:
+    tracks = Tracks(
+        time=0.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.0, 0.5)]),
+        radius=np.array([0.2]),
+        scans=np.array([SETTLED_AFTER - 1]),
+        seen=np.array([0.0]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(0.8, 0.0)]),
+        owner=np.array([0]),
+        hidden=np.array([(3.0, 1.0)]),
+    )
+    assert tracks.counted.all()
+    rows = threats(tracks, MoverParameters(max_speed=0.8, caution=0.5))
+    np.testing.assert_allclose(rows, [(3.0, 1.0, 0.0, 0.0, 0.8, 0.0), (0.8, 0.0, 0.0, 0.0, 0.8, 0.0)])
+
+
 def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
     tracks = Tracks(
         time=1.0,
@@ -123,7 +172,11 @@ def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
     assert len(rows) == 2
     (disc,) = near(rows, np.zeros(2), 3.0)
     np.testing.assert_allclose(disc[:2], (1.0, 0.0))
-    assert disc[5] >= 0.2
+    assert len(near(rows, np.zeros(2), 0.75)) == 1  # its edge counts
+    assert len(near(rows, np.zeros(2), 0.72)) == 0
+    for caution in (1.0, 0.5, 0.0):  # it has not been seen for half a second
+        *_, disc = threats(tracks, MoverParameters(max_speed=0.8, caution=caution, speed_change=0.15))
+        assert disc[5] == pytest.approx(0.2 + 0.5 * 0.15 * caution)
 
 
 def test_a_robot_that_creeps_does_not_count_as_standing() -> None:

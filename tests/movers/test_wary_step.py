@@ -1,5 +1,6 @@
 """Among obstacles that move: never into one, out of their way, and as ever where there are none."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import Command, control_step
+from drake_starnav.control.braking import limits_array
 from drake_starnav.guidance import Guidance
+from drake_starnav.movers.certificate import stays_clear, threats
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.movers.wary_step import wary_step
@@ -64,6 +67,26 @@ def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
     told = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
     now = (np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
     assert wary_step(lambda *_: told, *now, CONTROLLER, ROBOT, tracks=Tracks(), age=0.0, movers=STRICT) is told
+
+
+@pytest.mark.parametrize("delay", [0.0, 1.0 / CONTROLLER.rate])
+def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -> None:
+    """A hit ahead, that may come at full speed, from ever farther away."""
+    movers, controller = MoverParameters(max_speed=0.8, margin=0.1), dataclasses.replace(CONTROLLER, delay=delay)
+    pose, twist = np.zeros(3), np.array((0.4, 0.0))
+    told = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
+    now, period = (pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none()), 1.0 / controller.rate
+    held = []
+    for x in np.arange(0.4, 1.4, 0.01):
+        tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
+        holds = stays_clear(
+            *(pose, twist, told.twist, period, limits_array(ROBOT)),
+            *(threats(tracks, movers), ROBOT.radius + movers.margin, 0.05, delay),
+        )
+        command = wary_step(lambda *_: told, *now, controller, ROBOT, tracks=tracks, age=0.05, movers=movers)
+        assert (command is told) == holds
+        held.append(holds)
+    assert 20 < sum(held) < 80
 
 
 def test_it_brakes_where_nothing_can_be_certified() -> None:

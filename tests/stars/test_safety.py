@@ -1,6 +1,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -110,6 +111,40 @@ def test_a_robot_too_close_to_a_hit_may_only_move_away():
     angle = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     assert (star.values[np.cos(angle) > -1e-9] == 0.0).all()
     assert (star.values[np.cos(angle) < -1e-9] == REACH).all()
+
+
+def safe_star(scan: LaserScan, reach: float = REACH) -> SafetyStar:
+    memory = ScanMemory().remembered(scan, np.zeros(3), reach + 2.0 * SAFE, 5)
+    return safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, reach, PARAMETERS)
+
+
+def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
+    """A scan that sees nothing, but for some beams, b<number>_<number> with their range, m."""
+    seen = np.full(360, np.inf)
+    for name, value in ranges.items():
+        first, last = map(int, name[1:].split("_"))
+        seen[first:last] = value
+    return LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, range_max, seen, lost_beams=True)
+
+
+def test_behind_lost_beams_nothing_is_certified() -> None:
+    """A round wall 0.8 m away, an eighth of which says nothing."""
+    star = safe_star(all_around(b0_360=0.8, b160_205=math.nan))
+    assert star.values.max() <= 0.8 - SAFE + 1e-9
+    assert np.diff(np.sort(np.arctan2(star.hits[:, 1], star.hits[:, 0]))).max() < 1.01 * 2.0 * math.pi / 360
+    assert len(safe_star(all_around(b180_181=math.nan)).hits) == 0  # nothing is made up in the open
+
+
+@pytest.mark.parametrize(("range_max", "reach", "known"), [(0.9, 1.2, 0.9), (5.0, 1.2, 1.72), (5.0, 9.0, 5.0)])
+def test_no_more_is_certified_than_the_lidar_sees(range_max: float, reach: float, known: float) -> None:
+    star = safe_star(all_around(range_max), reach)
+    assert star.reach == pytest.approx(known)
+    assert star.values == pytest.approx(np.full(len(star.values), min(range_max - SAFE, reach)))
+
+
+def test_hits_know_how_far_apart_they_are() -> None:
+    star = safe_star(all_around(b0_360=0.8))
+    assert star.half_gaps == pytest.approx(np.full(360, 0.8 * math.sin(math.pi / 360)))
 
 
 def test_no_scan_certifies_no_motion():

@@ -11,10 +11,12 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.guidance import Guidance
+from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import RegionStack
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems import certified_controller
 from drake_starnav.systems.certified_controller import TWIST
 from drake_starnav.systems.dsm_controller import DsmController
 
@@ -170,6 +172,23 @@ def test_a_context_owns_the_last_twist() -> None:
     assert np.array_equal(
         controlling.system.GetOutputPort("twist_command").Eval(controlling.system.CreateDefaultContext()), np.zeros(2)
     )
+
+
+@pytest.mark.parametrize("lead", [0.0, 0.3])
+def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(lead: float, monkeypatch) -> None:
+    def note(step, *now, tracks: Tracks, age: float, movers: MoverParameters):
+        ages.append(age)
+        return step(*now)
+
+    ages: list[float] = []
+    monkeypatch.setattr(certified_controller, "wary_step", note)
+    system = DsmController(ROBOT, PARAMETERS, offset=0.5, movers=MoverParameters(max_speed=0.5), lead=lead)
+    simulator = Simulator(system)
+    inputs = {"guidance": Value(AHEAD), "safety_star": Value(WIDE), "state": np.zeros(5), "tracks": Value(Tracks(0.45))}
+    for name, value in inputs.items():
+        system.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
+    simulator.AdvanceTo(0.5 + 1.5 * PERIOD)
+    assert ages == pytest.approx([0.05 + lead, 0.05 + PERIOD + lead])
 
 
 def test_each_period_is_one_command() -> None:

@@ -36,6 +36,17 @@ def test_a_corridor_is_as_wide_as_its_bounds() -> None:
     assert tightest_gap(world(bounds=(-9.0, -1.0, 9.0, 1.5)), STRAIGHT) == pytest.approx(2.5)
 
 
+def test_thin_posts_between_two_places_of_a_coarser_look_are_found() -> None:
+    posts = [(3.25, 0.5, 0.06), (3.25, -0.5, 0.06)]
+    assert tightest_gap(world(cylinders=posts), STRAIGHT) == pytest.approx(0.88, rel=0.1)
+
+
+@pytest.mark.parametrize(("away", "gap"), [(19.9, 39.8), (20.1, math.inf)])
+def test_what_is_too_far_away_narrows_nothing(away: float, gap: float) -> None:
+    walls = tuple(np.array([(-90.0, y), (90.0, y), (0.0, 1.1 * y)]) for y in (away, -away))
+    assert tightest_gap(world(polygons=walls), STRAIGHT) == pytest.approx(gap)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_shortest_path_leads_through_gaps_that_its_disc_fits_in(seed: int) -> None:
     forest = make_world(Forest(), seed, 0.25)

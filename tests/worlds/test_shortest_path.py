@@ -50,6 +50,20 @@ def test_around_one_disc(radius, goal):
     assert exact - 1e-9 <= length <= 1.001 * exact
 
 
+def test_an_open_plane_has_room_for_a_large_disc_on_its_way_round():
+    world = World("plane", (-6.0, 0.05, 0.0), (6.0, 0.0), cylinders=[(0.0, 0.0, 1.0)])
+    length, path = shortest_path(world, 3.0)
+    check_path(world, 3.0, length, path)
+    exact = 2.0 * math.sqrt(36.0 - 16.0) + 4.0 * (math.pi - 2.0 * math.acos(4.0 / 6.0))
+    assert length == pytest.approx(exact, rel=0.01)
+
+
+def test_a_path_from_a_coarse_grid_is_pulled_taut_all_the_way():
+    a = 4.5 * np.array((math.cos(0.5), math.sin(0.5)))
+    world = World("disc", (*-a, 0.0), (a[0], a[1] + 0.1), cylinders=[(0.0, 0.0, 3.0)])
+    assert shortest_path(world, 0.25, 0.8)[0] == pytest.approx(shortest_path(world, 0.25, 0.05)[0], rel=1e-3)
+
+
 def test_through_a_door():
     # a thin wall at x = 0 with a door above the straight line: round the door's lower corner, two corners 0.1 m apart
     radius, door = 0.25, 2.0
