@@ -8,35 +8,20 @@ import lzma
 import os
 import platform
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from drake_starnav.benchmark.jobs import NEVER_RAN, Case, Key, Record
+from drake_starnav.benchmark.jobs import Case, Key, Record
+from drake_starnav.benchmark.trial_checks import header_fault, record_fault
 from drake_starnav.errors import StarnavError
-from drake_starnav.stopwatch import STEPS
 
 FORMAT = 1
 """Of the file; a header has it under the key `format`."""
 Header = dict[str, Any]
-Kinds = Mapping[str, type | tuple[type, ...]]
-TEXT, NUMBER, MAYBE = (str, type(None)), (int, float), (int, float, type(None))
-HEADER_KINDS: Kinds = {
-    "format": int, "versions": dict, "machine": dict, "seed": int, "suite": TEXT, "overrides": list, "cases": list,
-}  # fmt: skip
-CASE_KINDS: Kinds = {"scenario": str, "method": str, "text": str}
-RECORD_KINDS: Kinds = {"scenario": str, "method": str, "trial": int, "seed": int, "outcome": str}
-RUN_KINDS: Kinds = {
-    "time_s": NUMBER, "path_length_m": NUMBER, "shortest_path_m": MAYBE, "straight_line_m": MAYBE,
-    "tightest_gap_m": MAYBE, "min_clearance_m": MAYBE, "score": MAYBE, "wall_s": NUMBER,
-    "state_hash": str, "path": list,
-}  # fmt: skip
-STEP_KINDS: Kinds = {"count": int, "p50_s": MAYBE, "p99_s": MAYBE}
-"""What must at least be in a header, in each of its cases, in a record, in one of a trial that ran, and in its steps'
-times."""
 
 
 def make_header(
@@ -226,11 +211,12 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
     for number, line in enumerate(data.splitlines(), start=1):
         try:
             entry = json.loads(line)
+            fault = header_fault(entry) if number == 1 else record_fault(entry)
         except (ValueError, RecursionError):
-            entry = None
-        if not (_is_header(entry) if number == 1 else _is_record(entry)):
+            fault = "it is not JSON; allowed: a file written by benchmark.py"
+        if fault:
             what = "the header of a file of trials" if number == 1 else "a trial"
-            raise StarnavError(f"{place} line {number} is not {what}; allowed: a file written by benchmark.py")
+            raise StarnavError(f"{place} line {number} is not {what}: {fault}")
         entries.append(entry)
     if not entries:
         raise StarnavError(f"{place} is empty; allowed: a file written by benchmark.py")
@@ -246,27 +232,6 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
             raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
         seen.add(record_key(record))
     return header, records
-
-
-def _is_header(entry: Any) -> bool:
-    if not _holds(entry, HEADER_KINDS) or not all(isinstance(text, str) for text in entry["overrides"]):
-        return False
-    return all(_holds(case, CASE_KINDS) for case in entry["cases"])
-
-
-def _is_record(entry: Any) -> bool:
-    if not _holds(entry, RECORD_KINDS):
-        return False
-    ran = _holds(entry, RUN_KINDS) and all(_holds(entry.get(step), STEP_KINDS) for step in STEPS)
-    return ran or entry["outcome"] in NEVER_RAN
-
-
-def _holds(entry: Any, kinds: Kinds) -> bool:
-    """Whether an entry is a mapping that has certain keys, with values of their kinds."""
-    return isinstance(entry, dict) and all(
-        key in entry and isinstance(entry[key], kind) and not isinstance(entry[key], bool)
-        for key, kind in kinds.items()
-    )
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:

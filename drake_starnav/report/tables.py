@@ -35,7 +35,7 @@ UNITS = {
 
 def further_figures(records: Sequence[Record]) -> list[str]:
     """Names of the other numbers that some record has, in their order there."""
-    names = (name for record in records for name, value in record.items() if type(value) in (int, float))
+    names = (name for record in records for name, value in record.items() if _is_number(value))
     return [name for name in dict.fromkeys(names) if name not in TABLED]
 
 
@@ -82,8 +82,12 @@ def summary_csv(results: Results) -> str:
 
 def mean_of(records: Sequence[Record], name: str) -> float | None:
     """The mean of a figure over the trials that reached the goal and have it."""
-    values = [r[name] for r in records if r["outcome"] == "reached" and r.get(name) is not None]
+    values = [r[name] for r in records if r["outcome"] == "reached" and _is_number(r.get(name))]
     return float(np.mean(values)) if values else None
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float)
 
 
 def label_of(name: str) -> str:

@@ -76,6 +76,62 @@ def test_a_trial_that_ran_has_its_figures(tmp_path: Path, field: str, value: obj
         read_trials(path)
 
 
+STEP = record()["command"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"time_s": "20"}, 'time_s is "20"; allowed: a finite number'),
+        ({"time_s": float("nan")}, "time_s is NaN; allowed: a finite number"),
+        ({"path_length_m": float("inf")}, "path_length_m is Infinity; allowed: a finite number"),
+        ({"wall_s": 10**400}, r"wall_s is 10+\.\.\.; allowed: a finite number"),
+        ({"score": "0.5"}, 'score is "0.5"; allowed: a finite number or null'),
+        ({"nodes": "9"}, 'nodes is "9"; allowed: a finite number or null'),
+        ({"laps": float("nan")}, "laps is NaN; allowed: a finite number"),
+        ({"command": {**STEP, "p50_s": None}}, "command.p50_s is null; allowed: a finite number"),
+        ({"plan": {"count": 1, "p50_s": 1.0}}, "it has no plan.p99_s; allowed: a finite number"),
+        ({"scan": []}, r"scan is \[\]; allowed: a mapping"),
+        ({"path": [[0.0, 1.0, 2.0]]}, r"path is .*; allowed: a list of \[x, y\]"),
+        ({"seed": -1}, "seed is -1; allowed: a whole number >= 0"),
+        ({"world": "3"}, 'world is "3"; allowed: a whole number >= 0'),
+        ({"outcome": "error", "shortest_path_m": "x"}, 'shortest_path_m is "x"; allowed'),
+    ],
+)
+def test_a_record_of_others_is_refused_by_its_field_and_value(tmp_path: Path, fields: dict, words: str) -> None:
+    path = tmp_path / "trials.jsonl"
+    path.write_text("\n".join(map(json.dumps, (HEADER, record(trial=1), {**record(), **fields}))) + "\n")
+    with pytest.raises(StarnavError, match=rf"trials.jsonl line 3 is not a trial: {words}"):
+        read_trials(path)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"versions": {}}, "it has no versions.drake_starnav; allowed: a text"),
+        ({"versions": None}, "versions is null; allowed: a mapping"),
+        ({"versions": {**HEADER["versions"], "drake": 1}}, "versions.drake is 1; allowed: a text"),
+        ({"machine": {}}, "it has no machine.processor; allowed: a text"),
+        ({"in_worlds": "no"}, 'in_worlds is "no"; allowed: true or false'),
+        ({"cases": [{**vars(CASES[0]), "text": None}]}, r"cases\[0\].text is null; allowed: a text"),
+        ({"cases": ["forest"]}, r'cases\[0\] is "forest"; allowed: a mapping'),
+    ],
+)
+def test_a_header_of_others_is_refused_by_its_field_and_value(tmp_path: Path, fields: dict, words: str) -> None:
+    path = tmp_path / "trials.jsonl"
+    path.write_text(json.dumps({**HEADER, **fields}) + "\n" + json.dumps(record()) + "\n")
+    with pytest.raises(StarnavError, match=f"line 1 is not the header of a file of trials: {words}"):
+        read_trials(path)
+
+
+def test_what_was_not_timed_or_found_may_be_null(tmp_path: Path) -> None:
+    none = {"count": 0, "mean_s": None, "p50_s": None, "p99_s": None}
+    unknown = dict.fromkeys(("shortest_path_m", "straight_line_m", "tightest_gap_m", "min_clearance_m", "score"))
+    path, entry = tmp_path / "trials.jsonl", {**record(), **unknown, "plan": none}
+    path.write_text(json.dumps(HEADER) + "\n" + json.dumps(entry) + "\n")
+    assert read_trials(path) == (HEADER, [entry])
+
+
 def test_a_file_is_not_overwritten(path: Path) -> None:
     before = path.read_bytes()
     with pytest.raises(StarnavError, match="not empty; allowed: a new file, or --resume"):
