@@ -97,7 +97,6 @@ class TrialFile:
     """A file of trials that is being written: what has been appended is on the disk, whatever happens next.
 
     Attributes:
-        records: those in the file, in its order.
         repaired: what had to be repaired on opening, as a sentence; empty if nothing.
     """
 
@@ -114,8 +113,8 @@ class TrialFile:
                 of trials, or one of other versions or settings. It is left as it was.
         """
         self.path = path
-        self.records: list[Record] = []
         self.repaired = ""
+        self._records: dict[Key, Record] = {}
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = open(path, "a+b")  # noqa: SIM115 (closed by close)
@@ -128,10 +127,15 @@ class TrialFile:
             self.close()
             raise
 
+    @property
+    def records(self) -> list[Record]:
+        """Those in the file: each trial once, in the order of their first lines."""
+        return list(self._records.values())
+
     def append(self, record: Record) -> None:
-        """Add the record of a trial that has ended, and see it onto the disk."""
+        """Add the record of a trial that has ended, and see it onto the disk; it replaces one with `error`."""
         self._write(record)
-        self.records.append(record)
+        self._records[record_key(record)] = record
 
     def close(self) -> None:
         """Close the file; nothing can be appended any more."""
@@ -161,7 +165,8 @@ class TrialFile:
             raise StarnavError(f"{self.path} exists and is not empty; allowed: a new file, or --resume to continue it")
         size = data.rfind(b"\n") + 1
         if size > 0:
-            found, self.records = parse_trials(data[:size], str(self.path))
+            found, records = parse_trials(data[:size], str(self.path))
+            self._records = {record_key(record): record for record in records}
             check_same(found, header, str(self.path))
         elif not json.dumps(header).encode().startswith(data):
             raise StarnavError(f"{self.path} is not a file of trials; allowed: one written by benchmark.py")
@@ -206,7 +211,10 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
 
 
 def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
-    """Header and records of whole lines; `place` names them in the messages of a `StarnavError`."""
+    """Header and records of whole lines; `place` names them in the messages of a `StarnavError`.
+
+    A trial with the outcome `error` may have run again: its later line counts.
+    """
     entries = []
     for number, line in enumerate(data.splitlines(), start=1):
         try:
@@ -222,16 +230,16 @@ def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
         raise StarnavError(f"{place} is empty; allowed: a file written by benchmark.py")
     header, *records = entries
     cases = [(case["scenario"], case["method"]) for case in header["cases"]]
-    seen: set[Key] = set()
+    trials: dict[Key, Record] = {}
     for number, record in enumerate(records, start=2):
         if record_key(record)[:2] not in cases:
             names = f"{record['scenario']} {record['method']}"
             known = ", ".join(" ".join(case) for case in cases)
             raise StarnavError(f"{place} line {number} is a trial of {names}; allowed: as its header has, {known}")
-        if record_key(record) in seen:
+        if trials.get(record_key(record), {"outcome": "error"})["outcome"] != "error":
             raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
-        seen.add(record_key(record))
-    return header, records
+        trials[record_key(record)] = record
+    return header, list(trials.values())
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:

@@ -132,6 +132,18 @@ def test_what_was_not_timed_or_found_may_be_null(tmp_path: Path) -> None:
     assert read_trials(path) == (HEADER, [entry])
 
 
+def test_a_trial_that_could_not_run_is_replaced_by_one_that_did(path: Path) -> None:
+    again = record(trial=1, seed=RECORDS[1]["seed"])
+    with TrialFile(path, HEADER, resume=True) as file:
+        file.append(again)
+        assert file.records == [RECORDS[0], again, RECORDS[2]]
+    assert read_trials(path) == (HEADER, [RECORDS[0], again, RECORDS[2]])
+    with path.open("a") as text:
+        text.write(json.dumps(RECORDS[1]) + "\n")
+    with pytest.raises(StarnavError, match="line 6 repeats a trial"):
+        read_trials(path)
+
+
 def test_a_file_is_not_overwritten(path: Path) -> None:
     before = path.read_bytes()
     with pytest.raises(StarnavError, match="not empty; allowed: a new file, or --resume"):
@@ -187,7 +199,7 @@ def test_the_machine_may_change(path: Path) -> None:
             "line 2 is a trial of forest apf",
         ),
         (json.dumps(HEADER) + "\nnonsense\n" + json.dumps(RECORDS[0]) + "\n", "line 2 is not a trial"),
-        (json.dumps(HEADER) + "\n" + 2 * (json.dumps(RECORDS[0]) + "\n"), "line 3 repeats a trial"),
+        (json.dumps(HEADER) + "\n" + 2 * (json.dumps(record()) + "\n"), "line 3 repeats a trial"),
     ],
 )
 def test_other_files_are_refused_and_kept(tmp_path: Path, content: str, words: str) -> None:
