@@ -19,6 +19,8 @@ from drake_starnav.benchmark.jobs import Case, Key, Record
 from drake_starnav.benchmark.trial_checks import header_fault, record_fault
 from drake_starnav.errors import StarnavError
 
+PACKED = ".xz"
+"""Files whose names end so are read compressed."""
 FORMAT = 1
 """Of the file; a header has it under the key `format`."""
 Header = dict[str, Any]
@@ -112,6 +114,9 @@ class TrialFile:
             StarnavError: the file cannot be written, is in use, holds something and `resume` is false, is not a file
                 of trials, or one of other versions or settings. It is left as it was.
         """
+        if path.suffix == PACKED:
+            raise StarnavError(f"cannot write {path}: files of trials are written as they are; allowed: a name that "
+                               f"does not end in {PACKED}, of which only compressed ones are read")  # fmt: skip
         self.path = path
         self.repaired = ""
         self._records: dict[Key, Record] = {}
@@ -200,7 +205,7 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
     try:
-        data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
+        data = lzma.decompress(path.read_bytes()) if path.suffix == PACKED else path.read_bytes()
     except (OSError, lzma.LZMAError) as error:
         reason = getattr(error, "strerror", None) or error
         raise StarnavError(f"cannot read {path}: {reason}; allowed: a file written by benchmark.py") from None

@@ -144,6 +144,12 @@ def test_a_trial_that_could_not_run_is_replaced_by_one_that_did(path: Path) -> N
         read_trials(path)
 
 
+def test_a_name_that_is_read_compressed_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(StarnavError, match=r"cannot write .*trials.jsonl.xz: .*does not end in .xz"):
+        TrialFile(tmp_path / "trials.jsonl.xz", HEADER)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_file_is_not_overwritten(path: Path) -> None:
     before = path.read_bytes()
     with pytest.raises(StarnavError, match="not empty; allowed: a new file, or --resume"):
