@@ -18,6 +18,8 @@ from typing import Any
 from drake_starnav.benchmark.jobs import Case, Key, Record
 from drake_starnav.benchmark.trial_checks import header_fault, record_fault
 from drake_starnav.errors import StarnavError
+from drake_starnav.models import model_path
+from drake_starnav.scenario import parse_scenario
 
 PACKED = ".xz"
 """Files whose names end so are read compressed."""
@@ -50,7 +52,30 @@ def make_header(
         "in_worlds": in_worlds,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
+        "files": file_hashes(cases),
     }
+
+
+def file_hashes(cases: Sequence[Case]) -> dict[str, str]:
+    """Hashes of the files that cases name as their world or robot, and of those beside them that these name, by path.
+
+    What is shipped is left out: see `models_hash`.
+    """
+    paths: set[Path] = set()
+    for case in cases:
+        scenario = parse_scenario(case.text, name=case.scenario, method=case.method)
+        names = (value for value in (*vars(scenario.world).values(), scenario.robot.model) if isinstance(value, str))
+        for path in (Path(name) for name in names if os.path.isabs(name) and _readable(name)):
+            text = path.read_bytes()
+            paths |= {
+                path,
+                *(p for p in path.parent.iterdir() if p.suffix and p.name.encode() in text and _readable(p)),
+            }
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest()[:12] for path in sorted(paths)}
+
+
+def _readable(path: Path | str) -> bool:
+    return os.path.isfile(path) and os.access(path, os.R_OK)
 
 
 def versions() -> dict[str, str]:
@@ -58,6 +83,7 @@ def versions() -> dict[str, str]:
     return {
         "drake_starnav": _version("drake-starnav"),
         "source": source_hash(),
+        "models": models_hash(),
         "python": platform.python_version(),
         **{name: _version(name) for name in ("drake", "numpy", "scipy", "numba", "scikit-learn")},
     }
@@ -66,9 +92,18 @@ def versions() -> dict[str, str]:
 @cache
 def source_hash() -> str:
     """The first 12 digits of the SHA-256 of the package's code: its version number does not change with every edit."""
-    folder = Path(__file__).parents[1]
+    return _folder_hash(Path(__file__).parents[1], "*.py")
+
+
+@cache
+def models_hash() -> str:
+    """The same of the shipped robots, worlds, maps and scenarios."""
+    return _folder_hash(model_path(), "*")
+
+
+def _folder_hash(folder: Path, pattern: str) -> str:
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
+    for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:12]
 
@@ -266,6 +301,8 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     else:
         differences += [f"other parameters of {name} ({_lines(before[name], now[name])})" for name in now if
                         before[name] != now[name]]  # fmt: skip
+    files = found.get("files", {})
+    differences += [f"other content of {name}" for name, value in wanted["files"].items() if files.get(name) != value]
     if differences:
         raise StarnavError(
             f"{place} was written with {'; '.join(differences)}; allowed: --resume with the same, or another file"

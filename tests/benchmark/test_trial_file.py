@@ -2,15 +2,18 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from drake_starnav.benchmark.jobs import Case, error_record, make_jobs
+from drake_starnav.benchmark import trial_file
+from drake_starnav.benchmark.jobs import Case, error_record, make_cases, make_jobs
 from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
 from drake_starnav.errors import StarnavError
+from drake_starnav.models import model_path
 from tests.report.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
@@ -164,6 +167,7 @@ def test_a_file_is_not_overwritten(path: Path) -> None:
         ({"format": 0}, "format 0, now 1"),
         ({"versions": {**HEADER["versions"], "drake_starnav": "0.0.1"}}, "drake_starnav 0.0.1, now"),
         ({"versions": {**HEADER["versions"], "drake": "1.0"}}, "drake 1.0, now"),
+        ({"versions": {**HEADER["versions"], "models": "0123"}}, "models 0123, now"),
         (
             {"cases": [vars(CASES[0]), dict(vars(CASES[0]), method="star_paper")]},
             "cases forest star, forest star_paper, now forest star",
@@ -182,6 +186,32 @@ def test_other_settings_are_refused(path: Path, change: dict, words: str) -> Non
     with pytest.raises(StarnavError, match=re.escape(words)):
         TrialFile(path, HEADER, resume=True)
     assert path.read_bytes() == before
+
+
+def test_an_edited_shipped_model_is_noticed(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "robots" / "starbot.urdf").write_text("<robot/>")
+    monkeypatch.setattr(trial_file, "model_path", lambda: tmp_path)
+    before = trial_file.models_hash.__wrapped__()
+    assert before == trial_file.models_hash.__wrapped__() != HEADER["versions"]["models"]
+    (tmp_path / "robots" / "starbot.urdf").write_text("<robot />")
+    assert trial_file.models_hash.__wrapped__() != before
+
+
+@pytest.mark.parametrize("edited", ["yard.yaml", "yard.pgm"])
+def test_an_edited_world_of_one_s_own_is_noticed(tmp_path: Path, edited: str) -> None:
+    folder = tmp_path / "maps"
+    shutil.copytree(model_path("maps"), folder)
+    (folder / "studio.pgm").rename(folder / "yard.pgm")
+    world = folder / "yard.yaml"
+    world.write_text((folder / "studio.yaml").read_text().replace("studio.pgm", "yard.pgm"))
+    path, cases = tmp_path / "trials.jsonl", make_cases(["map"], ["star"], [f"world.file={world}"])
+    TrialFile(path, make_header(cases, 3)).close()
+    TrialFile(path, make_header(cases, 3), resume=True).close()
+    with (folder / edited).open("ab") as file:
+        file.write(b"\n")
+    with pytest.raises(StarnavError, match=f"was written with other content of {folder / edited}; allowed"):
+        TrialFile(path, make_header(cases, 3), resume=True)
 
 
 def test_the_machine_may_change(path: Path) -> None:
