@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.console import INTERRUPTED, add_overrides, exit_code
@@ -26,6 +26,7 @@ from drake_starnav.roadmap import PlannerStatus
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.simulation import add_collision_monitor, omniscient_path
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.collision_monitor import COLLISION, STRUCK
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.worlds import clearance
 from drake_starnav.worlds.world import World
@@ -105,8 +106,8 @@ class Soak:
         status = navigation.planner.GetOutputPort("status")
         while root.get_time() < limit:
             ended = self.simulator.AdvanceTo(root.get_time() + STEP)
-            if "collision" in ended.message():
-                outcome = "collision"
+            if ended.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                outcome = ended.message().split()[0]
                 break
             if np.hypot(*(pose.Eval(here)[:2] - goal)) < self.scenario.simulation.goal_tolerance:
                 outcome = "reached"
@@ -173,7 +174,7 @@ def run(options: argparse.Namespace) -> int:
             legs.append(soak.drive(number))
             rows.writerow(dataclasses.asdict(legs[-1]))
             file.flush()
-            if legs[-1].outcome == "collision":
+            if legs[-1].outcome in (COLLISION, STRUCK):
                 break
     if not legs:
         return INTERRUPTED

@@ -8,7 +8,7 @@ from pathlib import Path
 from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
-from drake_starnav.console import exit_code
+from drake_starnav.console import NOT_REACHED, REACHED, exit_code
 from drake_starnav.files import check_outputs
 from drake_starnav.parameters import unknown_name
 
@@ -33,15 +33,15 @@ def experiment_parser(prog: str, description: str, scenarios: Sequence[str], out
 
 
 def experiment(
-    parser: argparse.ArgumentParser, measure: Callable[[argparse.Namespace], None], arguments: Sequence[str] | None
+    parser: argparse.ArgumentParser, measure: Callable[[argparse.Namespace], Results], arguments: Sequence[str] | None
 ) -> int:
-    """Parse the arguments and measure; returns the exit code."""
+    """Parse the arguments and measure; returns the exit code, as of `benchmark`."""
     options = parser.parse_args(arguments)
 
     def work() -> int:
         check_batch_options(options)
-        measure(options)
-        return 0
+        results = measure(options)
+        return NOT_REACHED if any(count(records, "error") for records in results.values()) else REACHED
 
     return exit_code(parser.prog, work, f"interrupted; what has run is in {options.out}, --resume goes on")
 

@@ -244,6 +244,27 @@ def scenario_text(scenario: Scenario) -> str:
     return "\n".join(lines) + "\n"
 
 
+def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
+    """What two texts as of `scenario_text` have otherwise in some sections: "robot.radius 0.3 and 0.25".
+
+    Keys that only one of them has, as of another version, do not count, nor do the folders of the files they name.
+    """
+    both, found = [_read(part, place) for part in (text, other)], []
+    for section in sections:
+        ours, theirs = (sides.get(section) or {} for sides in both)
+        tags = [getattr(side, "tag", "") for side in (ours, theirs)]
+        if tags[0] != tags[1]:
+            found.append(f"{section} !{tags[0]} and !{tags[1]}")
+        elif isinstance(ours, dict) and isinstance(theirs, dict):
+            pairs = [(key, ours[key], theirs[key]) for key in ours if key in theirs]
+            found += [f"{section}.{key} {a} and {b}" for key, a, b in pairs if _without_folder(a) != _without_folder(b)]
+    return found
+
+
+def _without_folder(value: Any) -> Any:
+    return Path(value).name if isinstance(value, str) else value
+
+
 def _flow(values: dict[str, Any]) -> str:
     return yaml.safe_dump(values, default_flow_style=True, sort_keys=False, width=math.inf).strip()
 

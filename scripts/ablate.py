@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return experiment(parser, ablate, arguments)
 
 
-def ablate(options: argparse.Namespace) -> None:
+def ablate(options: argparse.Namespace) -> Results:
     """Run the rows, one file of trials each, then write table and plot."""
     table, picture = options.out / "ablation.md", options.out / "ablation.png"
     check_rows(options, BY_NAME)
@@ -50,6 +50,7 @@ def ablate(options: argparse.Namespace) -> None:
     if not options.quiet:
         print(text)
         print(f"wrote {table}, {picture} and a file of trials for each row")
+    return results
 
 
 def ablation_table(results: Results, scenarios: list[str]) -> str:

@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return experiment(parser, measure_faults, arguments)
 
 
-def measure_faults(options: argparse.Namespace) -> None:
+def measure_faults(options: argparse.Namespace) -> Results:
     """Run the rows, one file of trials each, then write the table."""
     table = options.out / "faults.md"
     check_rows(options, ROWS)
@@ -72,6 +72,7 @@ def measure_faults(options: argparse.Namespace) -> None:
     if not options.quiet:
         print(text)
         print(f"wrote {table} and a file of trials for each row")
+    return results
 
 
 def fault_table(results: Results, scenarios: Sequence[str]) -> str:

@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return experiment(parser, measure_curve, arguments)
 
 
-def measure_curve(options: argparse.Namespace) -> None:
+def measure_curve(options: argparse.Namespace) -> Results:
     """Run the trials, one file for each caution, then write the table and draw the curve."""
     table, figure = options.out / "movers.md", options.out / "movers.svg"
     keys = (BLIND, *(f"movers.caution={caution:g}" for caution in options.cautions))
@@ -41,6 +41,7 @@ def measure_curve(options: argparse.Namespace) -> None:
     if not options.quiet:
         print(text)
         print(f"wrote {table}, {figure} and a file of trials for each row")
+    return results
 
 
 def curve_table(results: Results, scenarios: Sequence[str]) -> str:

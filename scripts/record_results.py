@@ -20,6 +20,7 @@ from drake_starnav.benchmark.summary import (
 )
 from drake_starnav.console import exit_code
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import replacing
 from drake_starnav.report.results import Results, read_results
 from drake_starnav.report.tables import tables_markdown
 
@@ -67,10 +68,12 @@ def store(files: Sequence[Path]) -> None:
         data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
         packed[name] = lzma.compress(data[: data.rfind(b"\n") + 1], preset=9)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for path in stored():
-        path.unlink()
     for name, data in packed.items():
-        (FOLDER / name).write_bytes(data)
+        with replacing(FOLDER / name) as temporary:
+            temporary.write_bytes(data)
+    for path in stored():
+        if path.name not in packed:
+            path.unlink()
 
 
 def stored() -> list[Path]:

@@ -90,6 +90,20 @@ def test_what_is_no_file_of_trials_replaces_nothing(place: Path, capsys) -> None
     assert [path.name for path in record_results.stored()] == ["run.jsonl.xz"]
 
 
+def test_a_full_disk_loses_no_result(place: Path, capsys, monkeypatch) -> None:
+    record_results.main([str(file_of_trials(place / "run.jsonl"))])
+    before = record_results.stored()[0].read_bytes()
+    file_of_trials(place / "new" / "run.jsonl", nodes=3)
+
+    def full(path: Path, data: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert record_results.main([str(place / "new" / "run.jsonl")]) == 2
+    assert "No space left on device" in capsys.readouterr().err
+    assert [(path.name, path.read_bytes()) for path in record_results.stored()] == [("run.jsonl.xz", before)]
+
+
 def test_a_text_without_the_section_is_told() -> None:
     with pytest.raises(StarnavError, match="there is no section between <!-- results"):
         record_results.with_section("text", *record_results.SECTION, "content")

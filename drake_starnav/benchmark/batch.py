@@ -22,7 +22,7 @@ def run_batch(
     quiet: bool = False,
     title: str = "",
 ) -> list[Record]:
-    """Run the trials that `file` does not hold yet, append each as it ends, and return all.
+    """Run the trials that `file` does not hold yet or that could not be run, append each as it ends, and return all.
 
     Args:
         cases: see `make_cases`.
@@ -36,17 +36,17 @@ def run_batch(
     Raises:
         StarnavError: the file cannot be written any more, or the workers not be started or reached.
     """
-    records = list(file.records) if file else []
-    done = {record_key(record) for record in records}
+    records = {record_key(record): record for record in file.records} if file else {}
+    done = {key for key, record in records.items() if record["outcome"] != "error"}
     jobs = make_jobs(cases, trials, seed, done)
     total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
     untried: set[tuple[str, str]] = set()
     bar = tqdm(total=total, initial=total - len(jobs), desc=title, unit="trial", disable=quiet or None, leave=False)
     with bar, closing(run_jobs(jobs, pool)) as results:
         for record in results:
-            if file:
+            if file and record != records.get(record_key(record)):
                 file.append(record)
-            records.append(record)
+            records[record_key(record)] = record
             bar.update()
             case = record["scenario"], record["method"]
             known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
@@ -54,7 +54,7 @@ def run_batch(
                 bar.write(f"{title} {_failure(record)}".lstrip(), file=sys.stderr)
             if record["outcome"] == UNSUPPORTED:
                 untried.add(case)
-    return records
+    return list(records.values())
 
 
 def _failure(record: Record) -> str:

@@ -8,35 +8,24 @@ import lzma
 import os
 import platform
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from drake_starnav.benchmark.jobs import NEVER_RAN, Case, Key, Record
+from drake_starnav.benchmark.jobs import Case, Key, Record
+from drake_starnav.benchmark.trial_checks import header_fault, record_fault
 from drake_starnav.errors import StarnavError
-from drake_starnav.stopwatch import STEPS
+from drake_starnav.models import model_path
+from drake_starnav.scenario import parse_scenario
 
+PACKED = ".xz"
+"""Files whose names end so are read compressed."""
 FORMAT = 1
 """Of the file; a header has it under the key `format`."""
 Header = dict[str, Any]
-Kinds = Mapping[str, type | tuple[type, ...]]
-TEXT, NUMBER, MAYBE = (str, type(None)), (int, float), (int, float, type(None))
-HEADER_KINDS: Kinds = {
-    "format": int, "versions": dict, "machine": dict, "seed": int, "suite": TEXT, "overrides": list, "cases": list,
-}  # fmt: skip
-CASE_KINDS: Kinds = {"scenario": str, "method": str, "text": str}
-RECORD_KINDS: Kinds = {"scenario": str, "method": str, "trial": int, "seed": int, "outcome": str}
-RUN_KINDS: Kinds = {
-    "time_s": NUMBER, "path_length_m": NUMBER, "shortest_path_m": MAYBE, "straight_line_m": MAYBE,
-    "tightest_gap_m": MAYBE, "min_clearance_m": MAYBE, "score": MAYBE, "wall_s": NUMBER,
-    "state_hash": str, "path": list,
-}  # fmt: skip
-STEP_KINDS: Kinds = {"count": int, "p50_s": MAYBE, "p99_s": MAYBE}
-"""What must at least be in a header, in each of its cases, in a record, in one of a trial that ran, and in its steps'
-times."""
 
 
 def make_header(
@@ -63,7 +52,30 @@ def make_header(
         "in_worlds": in_worlds,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
+        "files": file_hashes(cases),
     }
+
+
+def file_hashes(cases: Sequence[Case]) -> dict[str, str]:
+    """Hashes of the files that cases name as their world or robot, and of those beside them that these name, by path.
+
+    What is shipped is left out: see `models_hash`.
+    """
+    paths: set[Path] = set()
+    for case in cases:
+        scenario = parse_scenario(case.text, name=case.scenario, method=case.method)
+        names = (value for value in (*vars(scenario.world).values(), scenario.robot.model) if isinstance(value, str))
+        for path in (Path(name) for name in names if os.path.isabs(name) and _readable(name)):
+            text = path.read_bytes()
+            paths |= {
+                path,
+                *(p for p in path.parent.iterdir() if p.suffix and p.name.encode() in text and _readable(p)),
+            }
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest()[:12] for path in sorted(paths)}
+
+
+def _readable(path: Path | str) -> bool:
+    return os.path.isfile(path) and os.access(path, os.R_OK)
 
 
 def versions() -> dict[str, str]:
@@ -71,6 +83,7 @@ def versions() -> dict[str, str]:
     return {
         "drake_starnav": _version("drake-starnav"),
         "source": source_hash(),
+        "models": models_hash(),
         "python": platform.python_version(),
         **{name: _version(name) for name in ("drake", "numpy", "scipy", "numba", "scikit-learn")},
     }
@@ -79,9 +92,18 @@ def versions() -> dict[str, str]:
 @cache
 def source_hash() -> str:
     """The first 12 digits of the SHA-256 of the package's code: its version number does not change with every edit."""
-    folder = Path(__file__).parents[1]
+    return _folder_hash(Path(__file__).parents[1], "*.py")
+
+
+@cache
+def models_hash() -> str:
+    """The same of the shipped robots, worlds, maps and scenarios."""
+    return _folder_hash(model_path(), "*")
+
+
+def _folder_hash(folder: Path, pattern: str) -> str:
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
+    for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:12]
 
@@ -112,7 +134,6 @@ class TrialFile:
     """A file of trials that is being written: what has been appended is on the disk, whatever happens next.
 
     Attributes:
-        records: those in the file, in its order.
         repaired: what had to be repaired on opening, as a sentence; empty if nothing.
     """
 
@@ -128,9 +149,12 @@ class TrialFile:
             StarnavError: the file cannot be written, is in use, holds something and `resume` is false, is not a file
                 of trials, or one of other versions or settings. It is left as it was.
         """
+        if path.suffix == PACKED:
+            raise StarnavError(f"cannot write {path}: files of trials are written as they are; allowed: a name that "
+                               f"does not end in {PACKED}, of which only compressed ones are read")  # fmt: skip
         self.path = path
-        self.records: list[Record] = []
         self.repaired = ""
+        self._records: dict[Key, Record] = {}
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = open(path, "a+b")  # noqa: SIM115 (closed by close)
@@ -143,10 +167,15 @@ class TrialFile:
             self.close()
             raise
 
+    @property
+    def records(self) -> list[Record]:
+        """Those in the file: each trial once, in the order of their first lines."""
+        return list(self._records.values())
+
     def append(self, record: Record) -> None:
-        """Add the record of a trial that has ended, and see it onto the disk."""
+        """Add the record of a trial that has ended, and see it onto the disk; it replaces one with `error`."""
         self._write(record)
-        self.records.append(record)
+        self._records[record_key(record)] = record
 
     def close(self) -> None:
         """Close the file; nothing can be appended any more."""
@@ -176,7 +205,8 @@ class TrialFile:
             raise StarnavError(f"{self.path} exists and is not empty; allowed: a new file, or --resume to continue it")
         size = data.rfind(b"\n") + 1
         if size > 0:
-            found, self.records = parse_trials(data[:size], str(self.path))
+            found, records = parse_trials(data[:size], str(self.path))
+            self._records = {record_key(record): record for record in records}
             check_same(found, header, str(self.path))
         elif not json.dumps(header).encode().startswith(data):
             raise StarnavError(f"{self.path} is not a file of trials; allowed: one written by benchmark.py")
@@ -210,7 +240,7 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
     try:
-        data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
+        data = lzma.decompress(path.read_bytes()) if path.suffix == PACKED else path.read_bytes()
     except (OSError, lzma.LZMAError) as error:
         reason = getattr(error, "strerror", None) or error
         raise StarnavError(f"cannot read {path}: {reason}; allowed: a file written by benchmark.py") from None
@@ -221,52 +251,35 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
 
 
 def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
-    """Header and records of whole lines; `place` names them in the messages of a `StarnavError`."""
+    """Header and records of whole lines; `place` names them in the messages of a `StarnavError`.
+
+    A trial with the outcome `error` may have run again: its later line counts.
+    """
     entries = []
     for number, line in enumerate(data.splitlines(), start=1):
         try:
             entry = json.loads(line)
+            fault = header_fault(entry) if number == 1 else record_fault(entry)
         except (ValueError, RecursionError):
-            entry = None
-        if not (_is_header(entry) if number == 1 else _is_record(entry)):
+            fault = "it is not JSON; allowed: a file written by benchmark.py"
+        if fault:
             what = "the header of a file of trials" if number == 1 else "a trial"
-            raise StarnavError(f"{place} line {number} is not {what}; allowed: a file written by benchmark.py")
+            raise StarnavError(f"{place} line {number} is not {what}: {fault}")
         entries.append(entry)
     if not entries:
         raise StarnavError(f"{place} is empty; allowed: a file written by benchmark.py")
     header, *records = entries
     cases = [(case["scenario"], case["method"]) for case in header["cases"]]
-    seen: set[Key] = set()
+    trials: dict[Key, Record] = {}
     for number, record in enumerate(records, start=2):
         if record_key(record)[:2] not in cases:
             names = f"{record['scenario']} {record['method']}"
             known = ", ".join(" ".join(case) for case in cases)
             raise StarnavError(f"{place} line {number} is a trial of {names}; allowed: as its header has, {known}")
-        if record_key(record) in seen:
+        if trials.get(record_key(record), {"outcome": "error"})["outcome"] != "error":
             raise StarnavError(f"{place} line {number} repeats a trial; allowed: each once")
-        seen.add(record_key(record))
-    return header, records
-
-
-def _is_header(entry: Any) -> bool:
-    if not _holds(entry, HEADER_KINDS) or not all(isinstance(text, str) for text in entry["overrides"]):
-        return False
-    return all(_holds(case, CASE_KINDS) for case in entry["cases"])
-
-
-def _is_record(entry: Any) -> bool:
-    if not _holds(entry, RECORD_KINDS):
-        return False
-    ran = _holds(entry, RUN_KINDS) and all(_holds(entry.get(step), STEP_KINDS) for step in STEPS)
-    return ran or entry["outcome"] in NEVER_RAN
-
-
-def _holds(entry: Any, kinds: Kinds) -> bool:
-    """Whether an entry is a mapping that has certain keys, with values of their kinds."""
-    return isinstance(entry, dict) and all(
-        key in entry and isinstance(entry[key], kind) and not isinstance(entry[key], bool)
-        for key, kind in kinds.items()
-    )
+        trials[record_key(record)] = record
+    return header, list(trials.values())
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:
@@ -288,6 +301,8 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     else:
         differences += [f"other parameters of {name} ({_lines(before[name], now[name])})" for name in now if
                         before[name] != now[name]]  # fmt: skip
+    files = found.get("files", {})
+    differences += [f"other content of {name}" for name, value in wanted["files"].items() if files.get(name) != value]
     if differences:
         raise StarnavError(
             f"{place} was written with {'; '.join(differences)}; allowed: --resume with the same, or another file"

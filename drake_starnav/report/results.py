@@ -10,9 +10,11 @@ from pathlib import Path
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.trial_file import Header, read_trials, record_key
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import Scenario, in_world, parse_scenario, scenario_names
+from drake_starnav.scenario import Scenario, differences, in_world, parse_scenario, scenario_names
 
 RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
+SHARED = ("world", "robot", "simulation")
+"""Sections of a scenario that all methods must have alike: trials of the same number then are of the same task."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +102,13 @@ def read_results(paths: Sequence[Path]) -> Results:
     """The trials of files, which may be compressed.
 
     Raises:
-        StarnavError: a file is none of trials, has another seed than the first, or repeats a trial of another.
+        StarnavError: a file is none of trials, has another seed than the first, repeats a trial of another, or has a
+            scenario of another in other worlds, with another robot, or judged otherwise.
     """
     headers: list[Header] = []
     records: list[Record] = []
     origin: dict[tuple[str, str], Path] = {}
+    tasks: dict[str, _Task] = {}
     for path in paths:
         header, found = read_trials(path)
         if headers and header["seed"] != headers[0]["seed"]:
@@ -117,11 +121,37 @@ def read_results(paths: Sequence[Path]) -> Results:
             if name in origin:
                 raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
             origin[name] = path
+            task = _Task(path, case, bool(header.get("in_worlds")))
+            if (first := tasks.setdefault(case["scenario"], task)) is not task:
+                _check_same_task(first, task)
         headers.append(header)
         records += found
     if not records:
         raise StarnavError(f"{', '.join(map(str, paths))}: no trial has ended yet; allowed: at least one")
     return make_results(headers, records)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What the methods of a scenario are compared in: a case of a file, and whether its trials are by world."""
+
+    path: Path
+    case: Mapping[str, str]
+    in_worlds: bool
+
+
+def _check_same_task(first: _Task, other: _Task) -> None:
+    """Raise `StarnavError` unless trials of the same number of two cases of a scenario are of the same task."""
+    found = differences(first.case["text"], other.case["text"], SHARED, f"{first.path} or {other.path}")
+    if first.in_worlds != other.in_worlds:
+        ways = ["trials by world" if task.in_worlds else "trials by seed" for task in (first, other)]
+        found.insert(0, " and ".join(ways))
+    if found:
+        name, methods = first.case["scenario"], (first.case["method"], other.case["method"])
+        raise StarnavError(
+            f"{first.path} ({methods[0]}) and {other.path} ({methods[1]}) have {'; '.join(found)} in scenario {name}; "
+            "allowed: the same worlds, robot and simulation for all methods, as else their trials are not comparable"
+        )
 
 
 def _has(header: Header, record: Record) -> bool:

@@ -35,16 +35,20 @@ UNITS = {
 
 def further_figures(records: Sequence[Record]) -> list[str]:
     """Names of the other numbers that some record has, in their order there."""
-    names = (name for record in records for name, value in record.items() if type(value) in (int, float))
+    names = (name for record in records for name, value in record.items() if _is_number(value))
     return [name for name in dict.fromkeys(names) if name not in TABLED]
 
 
-def result_tables(results: Results) -> list[tuple[str, Table]]:
-    """Title and cells of each table."""
-    summaries = summarise(results.records)
+def suite_tables(results: Results) -> list[tuple[str, Table]]:
+    """Title and cells of the table of each suite that the trials are of."""
     suites = [SUITES[name] for name in results.suites if name in SUITES]
+    return [(suite.meaning, suite_table(suite, results.records)) for suite in suites]
+
+
+def result_tables(results: Results) -> list[tuple[str, Table]]:
+    """Title and cells of each other table; how the trials ended is told by the first."""
+    summaries = summarise(results.records)
     tables = [
-        *((suite.meaning, suite_table(suite, results.records)) for suite in suites),
         ("How the trials ended", outcome_table(summaries)),
         ("Paths, times and clearances", cost_table(summaries)),
     ]
@@ -59,17 +63,20 @@ def result_tables(results: Results) -> list[tuple[str, Table]]:
 
 def tables_markdown(results: Results) -> str:
     """The tables with their titles."""
-    return "\n\n".join(f"**{title}**\n\n{markdown_table(*table)}" for title, table in result_tables(results))
+    tables = suite_tables(results) + result_tables(results)
+    return "\n\n".join(f"**{title}**\n\n{markdown_table(*table)}" for title, table in tables)
 
 
 def summary_csv(results: Results) -> str:
     """One line for each scenario and method, with every figure at full precision."""
     rows = []
     further = further_figures(results.records)
-    for summary in summarise(results.records):
+    summaries = summarise(results.records)
+    failures = dict.fromkeys(name for summary in summaries for name in summary.failures)
+    for summary in summaries:
         row: dict[str, Any] = {}
         for name, value in asdict(summary).items():
-            row |= value if isinstance(value, dict) else {name: value}
+            row |= {name: value.get(name, 0) for name in failures} if isinstance(value, dict) else {name: value}
         row["success_low"], row["success_high"] = row.pop("interval")
         case = results.of(summary.scenario, summary.method)
         rows.append(row | {name: mean_of(case, name) for name in further if name not in row})
@@ -82,8 +89,12 @@ def summary_csv(results: Results) -> str:
 
 def mean_of(records: Sequence[Record], name: str) -> float | None:
     """The mean of a figure over the trials that reached the goal and have it."""
-    values = [r[name] for r in records if r["outcome"] == "reached" and r.get(name) is not None]
+    values = [r[name] for r in records if r["outcome"] == "reached" and _is_number(r.get(name))]
     return float(np.mean(values)) if values else None
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float)
 
 
 def label_of(name: str) -> str:

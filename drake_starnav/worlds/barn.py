@@ -22,7 +22,7 @@ _KEYS = ("cylinders", "start", "goal", "path_length_official")
 class Barn:
     """A numbered world of a file in the BARN benchmark's form, or of the shipped one with worlds of the same kind.
 
-    Source: D. Perille et al., Benchmarking metric ground navigation, 2020; score of the BARN challenge, 2022.
+    Source: D. Perille et al., Benchmarking metric ground navigation, 2020; score of the BARN challenge since 2024.
     """
 
     file: str = parameter("barn_like", "shipped file of worlds by name, or the path of a JSON file", path=True)

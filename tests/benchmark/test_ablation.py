@@ -60,3 +60,13 @@ def test_script_leaves_table_plot_and_trials(tmp_path: Path, capsys) -> None:
     assert "not empty" in capsys.readouterr().err
     assert main([*arguments, "--rows", "no_certificat"]) == 2
     assert "did you mean no_certificate" in capsys.readouterr().err
+
+
+def test_script_tells_by_its_exit_code_that_trials_could_not_run(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    main = runpy.run_path(str(SCRIPT))["main"]
+    scenario = tmp_path / "broken.yaml"
+    scenario.write_text("world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n")
+    arguments = [str(scenario), "--rows", "star", "--trials", "1", "--jobs", "1", "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--quiet"]) == 1
+    assert (tmp_path / "out" / "ablation.md").is_file()

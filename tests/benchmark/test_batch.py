@@ -135,6 +135,29 @@ def test_trials_that_cannot_run_are_recorded_and_told(tmp_path: Path, capsys) ->
     assert "broken star trial 1 seed" in capsys.readouterr().err
 
 
+def test_trials_that_could_not_run_run_again_on_resume(whole: Path, tiny: Path, tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl"
+    header, *lines = whole.read_text().splitlines()
+    trials = [json.loads(line) for line in lines]
+    keys = ("trial", "scenario", "method", "seed")
+    lost = [{**{key: r[key] for key in keys}, "outcome": "error", "message": "its worker died"} for r in trials[1:3]]
+    entries = [trials[0], *lost, trials[3]]
+    path.write_text("\n".join([header, *map(json.dumps, entries)]) + "\n")
+    assert benchmark(arguments(tiny, path, "--jobs", "1", "--resume")) == 0
+    assert results(path) == results(whole)
+    assert [r["trial"] for r in read_trials(path)[1]] == [r["trial"] for r in trials]
+
+
+def test_the_same_error_is_not_written_again(tmp_path: Path) -> None:
+    scenario, path = tmp_path / "broken.yaml", tmp_path / "trials.jsonl"
+    scenario.write_text(BROKEN)
+    options = [str(scenario), "--trials", "1", "--json", str(path), "--jobs", "1", "--quiet"]
+    assert benchmark(options) == 1
+    before = path.read_bytes()
+    assert benchmark([*options, "--resume"]) == 1
+    assert path.read_bytes() == before
+
+
 def test_what_cannot_be_tried_is_told_once(tiny: Path, capsys) -> None:
     assert benchmark([str(tiny), "--method", "mpc", "--trials", "3", "--set", "planner.path=fastest"]) == 0
     captured = capsys.readouterr()

@@ -120,3 +120,9 @@ def test_comparison_uses_trials_that_both_reached() -> None:
 
 def test_table_is_markdown() -> None:
     assert markdown_table(("a", "bcd"), [("100", "2")]) == "| a   | bcd |\n| --- | --- |\n| 100 | 2   |"
+
+
+def test_a_bar_in_a_name_does_not_end_its_cell() -> None:
+    head, line, row = markdown_table(("scenario", "n"), [("a|b", "1")]).splitlines()
+    assert row == r"| a\|b     | 1 |"
+    assert len(head) == len(line) == len(row)

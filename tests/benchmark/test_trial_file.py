@@ -2,15 +2,18 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from drake_starnav.benchmark.jobs import Case, error_record, make_jobs
+from drake_starnav.benchmark import trial_file
+from drake_starnav.benchmark.jobs import Case, error_record, make_cases, make_jobs
 from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
 from drake_starnav.errors import StarnavError
+from drake_starnav.models import model_path
 from tests.report.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
@@ -76,6 +79,80 @@ def test_a_trial_that_ran_has_its_figures(tmp_path: Path, field: str, value: obj
         read_trials(path)
 
 
+STEP = record()["command"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"time_s": "20"}, 'time_s is "20"; allowed: a finite number'),
+        ({"time_s": float("nan")}, "time_s is NaN; allowed: a finite number"),
+        ({"path_length_m": float("inf")}, "path_length_m is Infinity; allowed: a finite number"),
+        ({"wall_s": 10**400}, r"wall_s is 10+\.\.\.; allowed: a finite number"),
+        ({"score": "0.5"}, 'score is "0.5"; allowed: a finite number or null'),
+        ({"nodes": "9"}, 'nodes is "9"; allowed: a finite number or null'),
+        ({"laps": float("nan")}, "laps is NaN; allowed: a finite number"),
+        ({"command": {**STEP, "p50_s": None}}, "command.p50_s is null; allowed: a finite number"),
+        ({"plan": {"count": 1, "p50_s": 1.0}}, "it has no plan.p99_s; allowed: a finite number"),
+        ({"scan": []}, r"scan is \[\]; allowed: a mapping"),
+        ({"path": [[0.0, 1.0, 2.0]]}, r"path is .*; allowed: a list of \[x, y\]"),
+        ({"seed": -1}, "seed is -1; allowed: a whole number >= 0"),
+        ({"world": "3"}, 'world is "3"; allowed: a whole number >= 0'),
+        ({"outcome": "error", "shortest_path_m": "x"}, 'shortest_path_m is "x"; allowed'),
+    ],
+)
+def test_a_record_of_others_is_refused_by_its_field_and_value(tmp_path: Path, fields: dict, words: str) -> None:
+    path = tmp_path / "trials.jsonl"
+    path.write_text("\n".join(map(json.dumps, (HEADER, record(trial=1), {**record(), **fields}))) + "\n")
+    with pytest.raises(StarnavError, match=rf"trials.jsonl line 3 is not a trial: {words}"):
+        read_trials(path)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"versions": {}}, "it has no versions.drake_starnav; allowed: a text"),
+        ({"versions": None}, "versions is null; allowed: a mapping"),
+        ({"versions": {**HEADER["versions"], "drake": 1}}, "versions.drake is 1; allowed: a text"),
+        ({"machine": {}}, "it has no machine.processor; allowed: a text"),
+        ({"in_worlds": "no"}, 'in_worlds is "no"; allowed: true or false'),
+        ({"cases": [{**vars(CASES[0]), "text": None}]}, r"cases\[0\].text is null; allowed: a text"),
+        ({"cases": ["forest"]}, r'cases\[0\] is "forest"; allowed: a mapping'),
+    ],
+)
+def test_a_header_of_others_is_refused_by_its_field_and_value(tmp_path: Path, fields: dict, words: str) -> None:
+    path = tmp_path / "trials.jsonl"
+    path.write_text(json.dumps({**HEADER, **fields}) + "\n" + json.dumps(record()) + "\n")
+    with pytest.raises(StarnavError, match=f"line 1 is not the header of a file of trials: {words}"):
+        read_trials(path)
+
+
+def test_what_was_not_timed_or_found_may_be_null(tmp_path: Path) -> None:
+    none = {"count": 0, "mean_s": None, "p50_s": None, "p99_s": None}
+    unknown = dict.fromkeys(("shortest_path_m", "straight_line_m", "tightest_gap_m", "min_clearance_m", "score"))
+    path, entry = tmp_path / "trials.jsonl", {**record(), **unknown, "plan": none}
+    path.write_text(json.dumps(HEADER) + "\n" + json.dumps(entry) + "\n")
+    assert read_trials(path) == (HEADER, [entry])
+
+
+def test_a_trial_that_could_not_run_is_replaced_by_one_that_did(path: Path) -> None:
+    again = record(trial=1, seed=RECORDS[1]["seed"])
+    with TrialFile(path, HEADER, resume=True) as file:
+        file.append(again)
+        assert file.records == [RECORDS[0], again, RECORDS[2]]
+    assert read_trials(path) == (HEADER, [RECORDS[0], again, RECORDS[2]])
+    with path.open("a") as text:
+        text.write(json.dumps(RECORDS[1]) + "\n")
+    with pytest.raises(StarnavError, match="line 6 repeats a trial"):
+        read_trials(path)
+
+
+def test_a_name_that_is_read_compressed_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(StarnavError, match=r"cannot write .*trials.jsonl.xz: .*does not end in .xz"):
+        TrialFile(tmp_path / "trials.jsonl.xz", HEADER)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_file_is_not_overwritten(path: Path) -> None:
     before = path.read_bytes()
     with pytest.raises(StarnavError, match="not empty; allowed: a new file, or --resume"):
@@ -90,6 +167,7 @@ def test_a_file_is_not_overwritten(path: Path) -> None:
         ({"format": 0}, "format 0, now 1"),
         ({"versions": {**HEADER["versions"], "drake_starnav": "0.0.1"}}, "drake_starnav 0.0.1, now"),
         ({"versions": {**HEADER["versions"], "drake": "1.0"}}, "drake 1.0, now"),
+        ({"versions": {**HEADER["versions"], "models": "0123"}}, "models 0123, now"),
         (
             {"cases": [vars(CASES[0]), dict(vars(CASES[0]), method="star_paper")]},
             "cases forest star, forest star_paper, now forest star",
@@ -108,6 +186,32 @@ def test_other_settings_are_refused(path: Path, change: dict, words: str) -> Non
     with pytest.raises(StarnavError, match=re.escape(words)):
         TrialFile(path, HEADER, resume=True)
     assert path.read_bytes() == before
+
+
+def test_an_edited_shipped_model_is_noticed(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "robots" / "starbot.urdf").write_text("<robot/>")
+    monkeypatch.setattr(trial_file, "model_path", lambda: tmp_path)
+    before = trial_file.models_hash.__wrapped__()
+    assert before == trial_file.models_hash.__wrapped__() != HEADER["versions"]["models"]
+    (tmp_path / "robots" / "starbot.urdf").write_text("<robot />")
+    assert trial_file.models_hash.__wrapped__() != before
+
+
+@pytest.mark.parametrize("edited", ["yard.yaml", "yard.pgm"])
+def test_an_edited_world_of_one_s_own_is_noticed(tmp_path: Path, edited: str) -> None:
+    folder = tmp_path / "maps"
+    shutil.copytree(model_path("maps"), folder)
+    (folder / "studio.pgm").rename(folder / "yard.pgm")
+    world = folder / "yard.yaml"
+    world.write_text((folder / "studio.yaml").read_text().replace("studio.pgm", "yard.pgm"))
+    path, cases = tmp_path / "trials.jsonl", make_cases(["map"], ["star"], [f"world.file={world}"])
+    TrialFile(path, make_header(cases, 3)).close()
+    TrialFile(path, make_header(cases, 3), resume=True).close()
+    with (folder / edited).open("ab") as file:
+        file.write(b"\n")
+    with pytest.raises(StarnavError, match=f"was written with other content of {folder / edited}; allowed"):
+        TrialFile(path, make_header(cases, 3), resume=True)
 
 
 def test_the_machine_may_change(path: Path) -> None:
@@ -131,7 +235,7 @@ def test_the_machine_may_change(path: Path) -> None:
             "line 2 is a trial of forest apf",
         ),
         (json.dumps(HEADER) + "\nnonsense\n" + json.dumps(RECORDS[0]) + "\n", "line 2 is not a trial"),
-        (json.dumps(HEADER) + "\n" + 2 * (json.dumps(RECORDS[0]) + "\n"), "line 3 repeats a trial"),
+        (json.dumps(HEADER) + "\n" + 2 * (json.dumps(record()) + "\n"), "line 3 repeats a trial"),
     ],
 )
 def test_other_files_are_refused_and_kept(tmp_path: Path, content: str, words: str) -> None:

@@ -75,6 +75,16 @@ def test_comparison_is_of_trials_that_both_reached() -> None:
     assert figures.comparison_figure(made_up(methods=("star",)), "time_s", "time") is None
 
 
+def test_an_interval_that_cannot_be_told_is_not_drawn() -> None:
+    header = made_up().headers[0]
+    records = [record(trial=k) for k in range(12)]
+    records += [record(method="star_paper", trial=k, time_s=21.0 if k == 0 else 20.0) for k in range(12)]
+    figure = figures.comparison_figure(make_results([header], records), "time_s", "time")
+    low, high = figure.axes[0].get_xlim()
+    assert 99.0 < low < 100.4 < high < 102.0
+    assert "100.4 %" in figures.svg(figure)
+
+
 def test_trajectories_lie_over_their_worlds_and_failures_are_marked() -> None:
     results = made_up(trials=5)
     figure = figures.trajectory_figure(results, "forest", 3)

@@ -95,6 +95,14 @@ def test_what_no_record_tells_is_left_out(report) -> None:
         assert f'id="{section}"' not in text
 
 
+def test_a_suite_s_table_stands_in_a_section_of_its_own(report) -> None:
+    assert 'id="published"' not in write_page(report)
+    header = {**report.results.headers[0], "suite": "table1"}
+    text = write_page(replace(report, results=replace(report.results, headers=(header,))))
+    published, success, cost = (text.index(f'<section id="{name}">') for name in ("published", "success", "cost"))
+    assert published < text.index("<h3>Table I of") < success < text.index("<h3>How the trials ended") < cost
+
+
 def test_the_page_is_the_same_each_time(report, text) -> None:
     assert write_page(report) == text
 

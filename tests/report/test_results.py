@@ -12,8 +12,11 @@ from drake_starnav.report.results import make_results, page_name, read_results
 from tests.report.trials import record
 
 
-def written(path: Path, method: str = "star", *, seed: int = 5, trials: int = 2, scenario: str = "forest") -> Path:
-    header = make_header(make_cases([scenario], [method], ["robot.radius=0.3"]), seed, ["robot.radius=0.3"])
+def written(
+    path: Path, method: str = "star", *more: str, seed: int = 5, trials: int = 2, scenario: str = "forest", **header
+) -> Path:
+    overrides = ["robot.radius=0.3", *more]
+    header = {**make_header(make_cases([scenario], [method], overrides), seed, overrides), **header}
     with TrialFile(path, header) as file:
         for trial in reversed(range(trials)):
             file.append(record(scenario, method, trial))
@@ -82,6 +85,38 @@ def test_what_does_not_belong_together_is_refused(tmp_path: Path, other: dict, w
     else:
         with pytest.raises(StarnavError, match=words):
             read_results([first, second])
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("world.width=40", "world.width 20.0 and 40.0"),
+        ("robot.radius=0.2", "robot.radius 0.3 and 0.2"),
+        ("simulation.goal_tolerance=0.5", "simulation.goal_tolerance 0.3 and 0.5"),
+    ],
+)
+def test_trials_of_other_tasks_are_not_compared(tmp_path: Path, override: str, words: str) -> None:
+    first, second = written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper", override)
+    with pytest.raises(StarnavError, match=r"a.jsonl \(star\) and .*b.jsonl \(star_paper\) have ") as told:
+        read_results([first, second])
+    assert f"have {words} in scenario forest; allowed" in str(told.value)
+
+
+def test_trials_by_world_are_not_compared_with_trials_by_seed(tmp_path: Path) -> None:
+    first = written(tmp_path / "a.jsonl", scenario="barn")
+    second = written(tmp_path / "b.jsonl", "star_paper", scenario="barn", in_worlds=True)
+    with pytest.raises(StarnavError, match="have trials by seed and trials by world in scenario barn"):
+        read_results([first, second])
+
+
+def test_methods_may_have_other_settings_and_files_lie_elsewhere(tmp_path: Path) -> None:
+    """Each of these differs in what a comparison is for, or in where the same thing lies."""
+    paths = []
+    for folder, method, override in (("a", "star", "lidar.noise=0"), ("b", "dsm", "controller.rate=50")):
+        file = tmp_path / folder / "worlds.json"
+        file.parent.mkdir()
+        paths.append(written(file.with_name("t.jsonl"), method, f"world.file={file}", override, scenario="barn"))
+    assert read_results(paths).methods == ["star", "dsm"]
 
 
 def test_a_file_of_another_format_is_refused(tmp_path: Path) -> None:

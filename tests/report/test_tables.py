@@ -25,6 +25,13 @@ def test_csv_has_a_line_for_each_case_with_all_figures() -> None:
         assert float(row["mean_clearance_m"]) == pytest.approx(0.5)
 
 
+def test_csv_counts_0_where_an_outcome_is_only_another_case_s() -> None:
+    records = [record(), record("room", trial=0), record("room", trial=1, outcome="struck")]
+    results = make_results(made_up(methods=("star",)).headers, records)
+    forest, room = csv.DictReader(io.StringIO(summary_csv(results)))
+    assert (forest["struck"], room["struck"]) == ("0", "1")
+
+
 def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
     header = made_up().headers[0]
     records = [
