@@ -38,6 +38,8 @@ NOMINAL_LATE = 0.003
 """Error of the place where a late command finds the robot that the margins allow for as they are, m."""
 DRIFT_MEMORY = 1.0
 """Over so much time, at least, drift is counted against the safety margin: scans and braking, s."""
+ASTRAY = 0.4
+"""How far a drifting heading leads astray: by this share of drift, speed, yaw rate and time since the scan squared."""
 LARGEST_ERROR = 0.5
 """What margins may grow by, m."""
 
@@ -55,33 +57,54 @@ def sensing_error(
         e = 3/4 max(0, noise - 0.01)                         range noise beyond the nominal
           + quantisation / 2                                 ranges rounded up
           + max(0, 0.87 D increment - 0.01)                  a corner of 60 degrees between two beams
-          + drift v (M + lidar.delay)                        drift between the oldest scan in use and standing still
-          + min(jump, 0.02)                                  a jump too small to be noticed
-          + slip v / r  v T^2 / 6,   T = v / a               sideways deviation while braking, one wheel slipping
+          + drift v max(M + lidar.delay, R + 0.4 w R^2)      drift between the oldest scan in use and standing still
+          + min(jump, 0.02) (1 + floor((L + T) / interval))  jumps too small to be noticed
+          + slip max(v^2 T^2 / 6, S^2 / 2) / r,   T = v / a  sideways deviation until it stands, one wheel slipping
           + slip 0.65 r                                      and while turning round on the spot
           + v max(0, time_step - t / 2)                      a command waits for the next step of the plant
           + max(0, (a + A v^2 / (2 a)) t^2 / 2 - 0.005)      a command is reached at once, not within its period t
           + max(0, 0.04 w d (v d / 2 + v^2 / (2 a)) - 0.003) turning otherwise than told while a command is on its way
 
     with the robot's radius r, largest speeds v and w (turning) and accelerations a and A (turning), t = 1 /
-    controller.rate, d = drive.delay, D of `seen_from`, and M = max(1 s, (1 + scan_patience) / lidar.rate + T). Lost and
-    stray beams, and lost scans but for D, need no margin: they are unknown space and a shorter certificate. The servo
-    of the wheels hides the mass. Noise counts by less than its standard deviation: the nearest of the hits that several
-    scans leave on a surface bounds the robot, or, with much noise, their mean, and it is smoothed.
+    controller.rate, d = drive.delay, D of `seen_from`, M = max(1 s, (1 + scan_patience) / lidar.rate + T), L =
+    `driven_blind`, R = L + T / 2, and S = v (d + t) + v T / 2. So far as S the robot drives until a command to brake
+    stops it, and a heading that errs by slip / r for each metre of it leads S^2 / 2 of that astray. The heading errs by
+    drift w for each second, too: at worst the robot turns first, since its last scan, and drives then; 0.4 w R^2 is no
+    less than what that adds up to, by numerical search, where it matters beside M. Lost and stray beams, and lost scans
+    but for L, need no margin: they are unknown space and a shorter certificate. The servo of the wheels hides the mass.
+    Noise counts by less than its standard deviation: the nearest of the hits that several scans leave on a surface
+    bounds the robot, or, with much noise, their mean, and it is smoothed.
     """
     v, a, rate = robot.max_speed, robot.max_acceleration, controller.rate
     memory = max(DRIFT_MEMORY, (1.0 + controller.scan_patience) / lidar.rate + v / a)
+    blind = driven_blind(lidar, drive, controller)
+    run = blind + 0.5 * v / a
+    stopping = v * (drive.delay + 1.0 / rate) + 0.5 * v * v / a
+    astray = max(v / robot.radius * v * (v / a) ** 2 / 6.0, 0.5 * stopping * stopping / robot.radius)
+    jumps = 1 + math.floor((blind + v / a) / localization.jump_interval)
     return (
         0.75 * max(lidar.noise - NOMINAL_NOISE, 0.0)
         + 0.5 * lidar.quantisation
         + max(CORNER * seen_from(lidar, drive, robot, controller) * lidar.angle_increment - NOMINAL_CORNER, 0.0)
-        + localization.drift * v * (memory + lidar.delay)
-        + min(localization.jump, UNSEEN_JUMP)
-        + drive.slip * (v / robot.radius * v * (v / a) ** 2 / 6.0 + TRACK_SHARE * robot.radius)
+        + localization.drift * v * max(memory + lidar.delay, run + ASTRAY * robot.max_yaw_rate * run * run)
+        + jumps * min(localization.jump, UNSEEN_JUMP)
+        + drive.slip * (astray + TRACK_SHARE * robot.radius)
         + v * max(time_step - 0.5 / rate, 0.0)
         + max(0.5 * (a + robot.max_yaw_acceleration * 0.5 * v * v / a) / rate**2 - NOMINAL_STEP, 0.0)
         + max(TURN_SHARE * robot.max_yaw_rate * drive.delay * 0.5 * v * (drive.delay + v / a) - NOMINAL_LATE, 0.0)
     )
+
+
+def driven_blind(lidar: LidarParameters, drive: DriveParameters, controller: ControllerParameters) -> float:
+    """For how long a robot may drive by one scan before a command brakes it, s.
+
+        L = n / lidar.rate + lidar.delay + drive.delay + t
+
+    It drives on until the next scan has arrived, or the n-th where scans may be lost (n = scan_patience, else 1).
+    """
+    lost = lidar.scan_loss > 0.0 or lidar.silence_duration > 0.0
+    periods = controller.scan_patience if lost else 1.0
+    return periods / lidar.rate + lidar.delay + drive.delay + 1.0 / controller.rate
 
 
 def seen_from(
@@ -89,16 +112,13 @@ def seen_from(
 ) -> float:
     """From how far the lidar may last have looked at what the robot stops in front of, m.
 
-        D = r + min(safety_range, v^2 / (2 a) + v (n / lidar.rate + lidar.delay + drive.delay + t))
+        D = r + min(safety_range, v^2 / (2 a) + v L)
 
-    A motion is accepted by a scan that was taken so far away: the robot drives on until the next one has arrived, or
-    the n-th where scans may be lost (n = scan_patience, else 1), and then brakes. What two neighbouring beams leave
-    unseen between them is nowhere wider where it matters.
+    A motion is accepted by a scan that was taken so far away: the robot drives on for L = `driven_blind` and then
+    brakes. What two neighbouring beams leave unseen between them is nowhere wider where it matters.
     """
-    v, lost = robot.max_speed, lidar.scan_loss > 0.0 or lidar.silence_duration > 0.0
-    periods = controller.scan_patience if lost else 1.0
-    late = periods / lidar.rate + lidar.delay + drive.delay + 1.0 / controller.rate
-    return robot.radius + min(controller.safety_range, 0.5 * v * v / robot.max_acceleration + v * late)
+    v, blind = robot.max_speed, driven_blind(lidar, drive, controller)
+    return robot.radius + min(controller.safety_range, 0.5 * v * v / robot.max_acceleration + v * blind)
 
 
 def tolerating(

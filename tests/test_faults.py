@@ -80,6 +80,7 @@ def test_without_faults_nothing_changes():
             0.04 * 2.0 * 0.5 * (0.5 * 0.8 * 0.5 + 0.32) - 0.003 + 0.87 * (0.57 + 0.8 * 0.57) * math.pi / 180 - 0.01,
         ),
         (2, {"slip": 0.05}, 0.05 * (0.8 / 0.25 * 0.8 * 0.64 / 6.0 + 0.65 * 0.25)),
+        (1, {"jump": 0.015, "jump_interval": 0.2}, 0.015 * (1 + 4)),
         (3, {"mass_error": 0.2}, 0.0),
     ],
 )
@@ -267,6 +268,36 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, s
     bound = sensing_error(LidarParameters(), LocalizationParameters(), drive, robot, COMMANDS)
     bound -= drive.slip * TRACK_SHARE * robot.radius  # that of turning on the spot
     assert abs(pose[1]) <= bound * 1.01 + 1e-6
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.5, 1.0])
+def test_the_slip_s_part_bounds_the_sideways_deviation_of_late_braking(delay):
+    """One wheel slips, and what brakes the robot from full speed is on its way."""
+    robot, slip, step = RobotParameters(), 0.05, 1e-3
+    pose, v, late = np.zeros(3), robot.max_speed, delay + 1.0 / RATE
+    while v > 0.0:
+        pose = composed(pose, (v * step, 0.0, slip * v / robot.radius * step))
+        late -= step
+        v -= robot.max_acceleration * step if late < 0.0 else 0.0
+    drive = DriveParameters(slip=slip, delay=delay)
+    bound = sensing_error(LidarParameters(beams=1440), LocalizationParameters(), drive, robot, COMMANDS)
+    bound -= sensing_error(LidarParameters(beams=1440), *NO_FAULT[1:2], DriveParameters(delay=delay), robot, COMMANDS)
+    bound -= slip * TRACK_SHARE * robot.radius
+    assert pose[1] <= bound * 1.01
+
+
+@pytest.mark.parametrize("turning", [0.25, 0.5, 0.75])
+@pytest.mark.parametrize("rate, lost, yaw_rate", [(20.0, 0.0, 2.0), (20.0, 0.5, 2.0), (5.0, 0.7, 15.0), (1.0, 0.0, 6)])
+def test_the_drift_s_part_bounds_how_far_the_believed_heading_leads_astray(rate, lost, yaw_rate, turning):
+    """Since the last scan the robot has turned on the spot for a share of the time, then it drives on, and brakes."""
+    robot = RobotParameters(max_acceleration=4.0, max_yaw_rate=yaw_rate)
+    lidar, drift = LidarParameters(beams=1440, rate=rate, scan_loss=lost), 0.05
+    time = (COMMANDS.scan_patience if lost else 1.0) / rate + 1.0 / RATE
+    turned = yaw_rate * time * turning
+    way = robot.max_speed * time * (1.0 - turning) + 0.5 * robot.max_speed**2 / robot.max_acceleration
+    astray = way * 2.0 * math.sin(0.5 * drift * turned)
+    bound = sensing_error(lidar, LocalizationParameters(drift=drift), DriveParameters(), robot, COMMANDS)
+    assert math.hypot(astray, drift * way) <= bound
 
 
 @given(st.floats(0.001, 0.1))
