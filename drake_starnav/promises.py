@@ -10,6 +10,9 @@ from drake_starnav.station import NavigationStation, RobotEquipment
 from drake_starnav.systems.robot_model import TOLERANCE
 from drake_starnav.tolerance import seen_from
 
+HARDEST_BRAKING = 6.0
+"""The wheels of the shipped robots grip so much, m/s^2: braking takes load off them."""
+
 
 def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
     """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
@@ -52,6 +55,7 @@ def check_promises(scenario: Scenario) -> None:
         check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
         _check_range(scenario, reach)
         _check_beams(scenario)
+        _check_braking(scenario)
     if controller.kind == "mpc":
         for name, value, allowed in (
             ("controller.certified_by", controller.certified_by, "star"),
@@ -85,6 +89,16 @@ def _check_beams(scenario: Scenario) -> None:
             f"{robot.max_speed:g} m/s and robot.max_acceleration {robot.max_acceleration:g} m/s^2 must begin to stop, "
             f"two beams are {distance * lidar.angle_increment:.3g} m apart; allowed: at most robot.radius, "
             f"{robot.radius:g} m"
+        )
+
+
+def _check_braking(scenario: Scenario) -> None:
+    """Who slides when he brakes stops later than certified."""
+    hardest = scenario.robot.max_acceleration
+    if hardest > HARDEST_BRAKING:
+        raise StarnavError(
+            f"robot.max_acceleration is {hardest:g} m/s^2, with controller.certificate; allowed: at most "
+            f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
         )
 
 

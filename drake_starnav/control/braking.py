@@ -8,6 +8,7 @@ motion brings a static obstacle that the scans have hit nearer to the robot's ce
      SAMPLE_SPACING / 2), is at most the safety margin,
  (3) the robot keeps the simulated accelerations, and starts from the twist that was last commanded,
  (4) a command takes effect after the declared delay, which is at most one control period.
+To keep (3), a motion in which the wheels would slide is not accepted; see `slides`.
 When nothing can be certified the command is to brake: the robot then follows the tail of the motion that was
 certified last, so by induction it never touches anything. Turning on the spot is always allowed at a speed from which
 the robot stops within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
@@ -18,7 +19,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.drive_law import limited, ramped
+from drake_starnav.control.drive_law import limited, ramped, slides
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.region import covers
 from drake_starnav.stars.safety import SafetyStar
@@ -114,7 +115,7 @@ def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, c
             return False
     while True:
         x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
-        if not covers(center, bearing_0, values, x, y):
+        if slides(v, omega, limits) or not covers(center, bearing_0, values, x, y):
             return False
         if hold <= 0.0 and abs(v) < 1e-9:
             return True

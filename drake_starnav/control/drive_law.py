@@ -10,6 +10,10 @@ from drake_starnav.robot import RobotParameters
 
 CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
+GRIP = 8.0
+"""Acceleration across the robot, speed times yaw rate, that its wheels follow without sliding, m/s^2."""
+GRIP_WHILE_BRAKING = 3.0
+"""So it is up to this acceleration along it, m/s^2; beyond it falls with the third power, as simulated robots show."""
 
 
 def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
@@ -74,3 +78,10 @@ def ramped(value, target, change):
 def wrapped_angle(angle):
     """The angle in [-pi, pi), rad."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@njit(cache=True)
+def slides(v, omega, limits):
+    """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
+    share = min(GRIP_WHILE_BRAKING / limits[2], 1.0)
+    return abs(v * omega) > GRIP * share**3 + 1e-9

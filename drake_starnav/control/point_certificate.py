@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.braking import SPEED_SHARES, limits_array, simulated_step
-from drake_starnav.control.drive_law import limited, wrapped_angle
+from drake_starnav.control.drive_law import limited, slides, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
@@ -185,6 +185,8 @@ def keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, kn
             x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
         else:
             x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+            if slides(v, omega, limits):
+                return False
         spare -= math.hypot(x - before_x, y - before_y)
 
 
