@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_starnav.control import Command, ControllerParameters
 from drake_starnav.control.braking import braking_path, limits_array
 from drake_starnav.control.certificate import Certificate
+from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.movers.wary_step import wary_step
@@ -34,7 +35,8 @@ class CertifiedController(LeafSystem):
         guiding_vector: unit vector (x, y) in W that a robot without wheels would follow; zero when there is none.
         certificate: abstract, `Certificate`.
 
-    Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped.
+    Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped. A pose
+    that is not finite ends the simulation with a `StarnavError`.
     """
 
     step: Callable[..., Command]
@@ -79,6 +81,8 @@ class CertifiedController(LeafSystem):
         guidance = self._guidance.Eval(context)
         star = self._safety_star.Eval(context)
         pose = self._state.Eval(context)[:3].copy()
+        if not np.isfinite(pose).all():
+            raise StarnavError(f"the controller's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         held = context.get_discrete_state()
         twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):

@@ -10,6 +10,7 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.robot import RobotParameters
@@ -19,6 +20,7 @@ from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems import certified_controller
 from drake_starnav.systems.certified_controller import TWIST
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.mpc_controller import MpcController
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
@@ -195,3 +197,17 @@ def test_each_period_is_one_command() -> None:
     stopwatch = Stopwatch()
     Controlling(stopwatch=stopwatch).update(7)
     assert len(stopwatch.seconds["command"]) == 7
+
+
+@pytest.mark.parametrize("lost", [math.nan, math.inf])
+@pytest.mark.parametrize("kind, by", [(DsmController, "star"), (DsmController, "points"), (MpcController, "star")])
+def test_a_pose_that_is_not_finite_ends_the_simulation(kind, by, lost) -> None:
+    system = kind(RobotParameters(), ControllerParameters(certified_by=by), offset=0.0)
+    context = system.CreateDefaultContext()
+    hits = np.array([(2.0, 0.0)])
+    star = SafetyStar(np.zeros(2), 0.0, np.ones(360), hits, hits, np.zeros(1), seen=True)
+    system.GetInputPort("guidance").FixValue(context, Value(Guidance.none()))
+    system.GetInputPort("safety_star").FixValue(context, Value(star))
+    system.GetInputPort("state").FixValue(context, [0.0, lost, 0.0, 0.0, 0.0])
+    with pytest.raises(StarnavError, match="controller's pose is .*allowed: finite x, y, m, and yaw, rad"):
+        Simulator(system, context).AdvanceTo(0.1)
