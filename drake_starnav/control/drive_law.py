@@ -81,7 +81,12 @@ def wrapped_angle(angle):
 
 
 @njit(cache=True)
+def gripped(acceleration):
+    """Largest speed times yaw rate of a robot that may brake with this acceleration, m/s^2: more, and it slides."""
+    return GRIP * min(GRIP_WHILE_BRAKING / acceleration, 1.0) ** 3
+
+
+@njit(cache=True)
 def slides(v, omega, limits):
     """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
-    share = min(GRIP_WHILE_BRAKING / limits[2], 1.0)
-    return abs(v * omega) > GRIP * share**3 + 1e-9
+    return abs(v * omega) > gripped(limits[2]) + 1e-9

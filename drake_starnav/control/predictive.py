@@ -27,7 +27,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.braking import certified_twist, limits_array, stops_inside
-from drake_starnav.control.drive_law import CREEP_SPEED, limited_twist, turning_twist, wrapped_angle
+from drake_starnav.control.drive_law import CREEP_SPEED, gripped, limited_twist, turning_twist, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import (
     ARRIVED,
@@ -134,6 +134,8 @@ def candidates(
     share = np.linspace(-1.0, 1.0, parameters.turn_samples)
     turns = robot.max_yaw_rate * np.sign(share) * np.abs(share) ** TURN_EXPONENT
     lattice = np.column_stack((np.repeat(speeds, len(turns)), np.tile(turns, len(speeds))))
+    fastest = gripped(robot.max_acceleration) / np.maximum(lattice[:, 0], 1e-9)
+    lattice[:, 1] = np.clip(lattice[:, 1], -fastest, fastest)
     return np.vstack((reactive, twist, (0.0, twist[1]), lattice))
 
 
