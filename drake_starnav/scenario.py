@@ -84,6 +84,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "hysteresis": 0.0,
             "string_pulling": False,
             "anticipation": False,
+            "replanning": False,
             "contradiction": 0.0,
             "margin": 0.0,
             "margin_shrinking": False,

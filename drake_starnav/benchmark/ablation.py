@@ -53,6 +53,7 @@ ABLATIONS = (
     ),
     Ablation("no_string_pulling", "the path runs over the nodes", ("planner.string_pulling=false",), "method 6"),
     Ablation("no_anticipation", "each frontier is driven to first", ("planner.anticipation=false",), "method 6"),
+    Ablation("no_replanning", "a barred way on is no cause to plan", ("planner.replanning=false",), "method 6"),
     Ablation("no_closer_look", "dead ends are told from afar", ("planner.closer_look=20",), "method 6"),
     Ablation("any_bend", "modulation turns as far as it likes", ("controller.max_bend=3.2",), "method 7"),
     Ablation("no_margin_shrinking", "the margin stays", ("planner.margin_shrinking=false",), "method 6"),

@@ -115,6 +115,11 @@ class PlannerParameters(StarParameters):
         "on the way to a frontier, turn towards the way on from there as soon as a scan shows it",
         when="turn it off to drive to each frontier before turning, as the paper does",
     )
+    replanning: bool = parameter(
+        True,
+        "plan anew as soon as a scan bars the optimistic path on from the target: grid",
+        when="turn it off for fewer plans on a slow computer",
+    )
     contradiction: float = parameter(
         0.2,  # twice the distance of two beams at 5 m: less is contradicted by what the older scan saw too coarsely
         "regions that a new scan's hits cut deeper into than this, as those of a table's leg too thin to be seen from "

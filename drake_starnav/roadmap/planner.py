@@ -10,10 +10,12 @@ from drake_starnav.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.roadmap.consistency import block, clear_of, reconcile, seen_with_margin
 from drake_starnav.roadmap.dead_ends import after_trying, has_arrived, place_to_block
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
+from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
 from drake_starnav.roadmap.search import Route, barred_in_vain, find_route
 from drake_starnav.roadmap.state import NO_PATH, Moment, Observation, PlannerState, PlannerStatus
 from drake_starnav.roadmap.string_pulling import last_in_sight
+from drake_starnav.roadmap.way_on import is_barred
+from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
 
 OUTSIDE_TOLERANCE = 0.03
@@ -28,6 +30,8 @@ NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
+BARRED_AFTER = 0.1
+"""A way on that is barred is cause for another plan only this far from where the last was made, m."""
 
 
 class Cause(Flag):
@@ -62,8 +66,8 @@ def plan_step(
 ) -> PlannerState:
     """One update of the planner: the roadmap grows if there is cause, and where that leaves no path one is planned.
 
-    With `anticipation` the robot turns, on its way to a target frontier, towards the way on from there as soon as the
-    latest scan shows it.
+    With `replanning` one is planned, too, as soon as the latest scan bars the way on past the target frontier. With
+    `anticipation` the robot turns, on its way to that, towards the way on as soon as the latest scan shows it.
 
     Args:
         state: before; it is not changed.
@@ -86,6 +90,8 @@ def plan_step(
     state, stalled = _watched(state, now)
     cause = _why_grow(state, region, stalled, now)
     state, region = _grown(state, region, cause, now)
+    if len(state.path) and now.parameters.replanning:
+        state = _unless_barred(state, now)
     if len(state.path):
         state = _along_path(state, position, parameters)
     if not len(state.path):
@@ -217,6 +223,19 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
     return False
 
 
+def _unless_barred(state: PlannerState, now: Moment) -> PlannerState:
+    """The state; where the latest scan bars the way on from the target, with the scan's hits and without path."""
+    if not len(state.way_on) or _distance(now.position, state.plan_position) <= BARRED_AFTER:
+        return state
+    scan, roadmap = now.seen.scan, state.roadmap
+    points = impassable_points(scan, smoothed_distances(scan, now.parameters), now.seen.pose, now.robot_radius)
+    if not is_barred(state.way_on, points, now.robot_radius):
+        return state
+    return dataclasses.replace(
+        state, roadmap=dataclasses.replace(roadmap, hits=roadmap.hits.stamped(points)), path=NO_PATH
+    )
+
+
 def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> PlannerState:
     """The state with what is left of its path; without path if the robot has lost sight of it."""
     path = _path_ahead(state.roadmap, state.path, position, parameters)
@@ -273,7 +292,9 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Mom
         target=target,
         rounds=rounds,
         plans=state.plans + 1,
+        plan_position=now.position.copy(),
         way_on=route.way_on,
+        next_on=route.next_on,
     )
 
 
@@ -317,8 +338,8 @@ def _anticipated(state: PlannerState, region: StarRegion, now: Moment) -> Guidan
     if not now.parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None
     regions = RegionStack.of([clear_of(region, state.roadmap.blocked, now.parameters, now.robot_radius)])
-    last = last_in_sight(state.way_on, now.position, regions)
-    return Guidance(state.way_on[last : last + 1], False, regions) if last >= 0 else None
+    last = last_in_sight(state.next_on, now.position, regions)
+    return Guidance(state.next_on[last : last + 1], False, regions) if last >= 0 else None
 
 
 def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:

@@ -12,6 +12,7 @@ from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
 from drake_starnav.roadmap.string_pulling import string_pulled
+from drake_starnav.roadmap.way_on import next_part, optimistic_path
 from drake_starnav.stars.region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
 
 OFF_MAP_PENALTY = 0.1
@@ -24,8 +25,6 @@ GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
 CLOSED_SLACK = 0.02
 """About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
-WAY_ON = 1.0
-"""The optimistic path on from a target is kept for this length, m."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +35,16 @@ class Route:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
         hopeless: whether no way leads from the target to the goal, even if all unknown space were free.
-        way_on: shape (m, 2), from the target's probe on, where the optimistic path leads, W, m; for anticipation.
+        way_on: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone where none
+            leads, nothing where the target is the goal.
+        next_on: shape (n, 2), the part of it to which the robot may turn.
     """
 
     path: np.ndarray
     target: Frontiers
     hopeless: bool = False
     way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    next_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 def find_route(
@@ -64,7 +66,7 @@ def find_route(
         here: region of the latest scan.
         position: of the robot, shape (2,), W, m.
         goal: shape (2,), W, m.
-        parameters: cost_to_go, gates, hysteresis, string_pulling, anticipation.
+        parameters: cost_to_go, gates, hysteresis, string_pulling.
         robot_radius: m.
         current: stand of the present target frontier, shape (2,), which gets a bonus.
 
@@ -82,8 +84,13 @@ def find_route(
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
         gate, path = optimistic_gate(roadmap, to_go.path(position))
         if len(gate):
-            way_on = _way_on(to_go, position, gate, parameters)
-            return Route(_pulled(roadmap, position, path, parameters), gate, way_on=way_on)
+            way_on = optimistic_path(to_go, gate)
+            return Route(
+                _pulled(roadmap, position, path, parameters),
+                gate,
+                way_on=way_on,
+                next_on=next_part(way_on, to_go, position),
+            )
         # the search may have ended at the robot, where the frontiers' costs are lower bounds
         best, cost, direct, to_go = _cheapest(*known, False)
     if best < 0:
@@ -91,24 +98,9 @@ def find_route(
     target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
     path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
-    way_on = _way_on(to_go, position, target, parameters)
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on)
-
-
-def _way_on(
-    to_go: CostField | None, position: np.ndarray, target: Frontiers, parameters: PlannerParameters
-) -> np.ndarray:
-    """The probe of a target and, with a cost-to-go, WAY_ON of the optimistic path from there; if it is wanted.
-
-    Only the probe where that is no nearer to the goal than the robot: the path would lead back past the robot.
-    """
-    if not parameters.anticipation:
-        return np.zeros((0, 2))
-    if to_go is None or to_go.at(target.probe)[0] >= to_go.at(position[None, :])[0]:
-        return target.probe
-    path = np.vstack((target.probe, to_go.path(target.probe[0])))
-    along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
-    return path[: 1 + int(np.searchsorted(along, WAY_ON))]
+    way_on = optimistic_path(to_go, target)
+    next_on = next_part(way_on, to_go, position)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on)
 
 
 def barred_in_vain(

@@ -46,8 +46,10 @@ class PlannerState:
         plans: how often a path was planned.
         headway: the watch over a robot on the fastest path.
         began_with_map: whether the goal was set when the roadmap had nodes already.
-        way_on: shape (m, 2), from the target frontier's probe on, where the optimistic path leads, W, m.
-        anticipated: what to follow in place of the path, where the latest scan shows part of `way_on`; or None.
+        plan_position: of the robot when the latest path was planned, shape (2,).
+        way_on: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
+        next_on: shape (n, 2), the part of it to which the robot may turn.
+        anticipated: what to follow in place of the path, where the latest scan shows part of `next_on`; or None.
     """
 
     roadmap: StarRoadmap
@@ -61,7 +63,9 @@ class PlannerState:
     plans: int
     headway: Headway = field(default_factory=Headway)
     began_with_map: bool = False
+    plan_position: np.ndarray = field(default_factory=lambda: NOWHERE)
     way_on: np.ndarray = field(default_factory=lambda: NO_PATH)
+    next_on: np.ndarray = field(default_factory=lambda: NO_PATH)
     anticipated: Guidance | None = None
 
     @staticmethod

@@ -94,7 +94,10 @@ def drive(
     return states
 
 
-@pytest.mark.parametrize("change", [{}, {"string_pulling": False}, {"cost_to_go": "straight"}, {"anticipation": False}])
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"string_pulling": False}, {"cost_to_go": "straight"}, {"anticipation": False}, {"replanning": False}],
+)
 def test_the_goal_is_reached(change):
     states = drive(BAFFLES, dataclasses.replace(PARAMETERS, **change), steps=700)
     assert states[-1].status is PlannerStatus.APPROACHING and states[-1].target is None
@@ -303,7 +306,7 @@ def test_the_robot_turns_to_the_way_on_as_soon_as_the_latest_scan_shows_it():
     for state in early:
         aim = state.guidance.path[0]
         assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
-        assert (state.way_on == aim).all(axis=1).any() and len(state.guidance.regions) == 1
+        assert (state.next_on == aim).all(axis=1).any() and len(state.guidance.regions) == 1
         assert segment_covered(*state.guidance.regions.arrays, *state.guidance.regions.center[0], *aim, LINE_STEP)
     assert states[-1].anticipated is None and states[-1].with_new_goal().anticipated is None
 

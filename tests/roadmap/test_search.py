@@ -10,7 +10,6 @@ from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, retire
 from drake_starnav.roadmap.search import (
     GATE_LENGTH,
-    WAY_ON,
     barred_in_vain,
     estimates,
     find_route,
@@ -18,6 +17,7 @@ from drake_starnav.roadmap.search import (
     optimistic_cost,
     optimistic_gate,
 )
+from drake_starnav.roadmap.way_on import NEXT
 from drake_starnav.stars.region import LINE_STEP, StarRegion, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance, explored, free_point, length, seeds, wandered
@@ -163,7 +163,7 @@ def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
 
 
 def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
-    """Around the end of a wall: from the probe across the jump on towards the goal behind the wall, for a metre."""
+    """Around the end of a wall: from the probe across the jump on to the goal behind the wall, the next metre first."""
     wall = [(1.0, -3.0), (1.1, -3.0), (1.1, 0.5), (1.0, 0.5)]
     world = World("wall", (0.0, 0.0, 0.0), (3.0, -2.0), polygons=(wall,), bounds=(-3.0, -3.0, 6.0, 4.0))
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
@@ -172,17 +172,17 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
         parameters = dataclasses.replace(PARAMETERS, gates=gates)
         route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
         np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
-        assert WAY_ON - 0.15 < length(route.way_on) < WAY_ON + 0.3  # the first step is from the probe to a cell
+        assert np.hypot(*(route.way_on[-1] - goal)) < 2.0 * PARAMETERS.grid_resolution
         assert distance(world, route.way_on[1:]).min() > RADIUS - 0.05  # the probe may lie nearer, out of sight
-        to_go = np.hypot(*(route.way_on - goal).T)
-        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.way_on[-1] - route.target.stand[0])) > 0.5
+        np.testing.assert_array_equal(route.next_on, route.way_on[: len(route.next_on)])
+        assert NEXT - 0.15 < length(route.next_on) < NEXT + 0.3  # the first step is from the probe to a cell
+        to_go = np.hypot(*(route.next_on - goal).T)
+        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_on[-1] - route.target.stand[0])) > 0.5
     route = find_route(roadmap, here(world, position), position, np.array((0.5, 0.5)), parameters, RADIUS)
-    assert not len(route.target) and not len(route.way_on)
-    parameters = dataclasses.replace(PARAMETERS, anticipation=False)
-    assert not len(find_route(roadmap, here(world, position), position, goal, parameters, RADIUS).way_on)
+    assert not len(route.target) and not len(route.way_on) and not len(route.next_on)
 
 
-def test_a_way_on_that_leads_back_past_the_robot_is_none():
+def test_a_way_on_that_leads_back_past_the_robot_has_no_next_part_but_the_probe():
     """The last frontier lies behind a post, away from the goal: the robot must go and see, not turn at once."""
     world = split_room(door=1.0)
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
@@ -191,7 +191,8 @@ def test_a_way_on_that_leads_back_past_the_robot_is_none():
     to_go = optimistic_cost(roadmap, position, goal, PARAMETERS, RADIUS)
     assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
     route = find_route(roadmap, here(world, position), position, goal, WITHOUT_GATES, RADIUS)
-    np.testing.assert_array_equal(route.way_on, route.target.probe)
+    np.testing.assert_array_equal(route.next_on, route.target.probe)
+    assert length(route.way_on) > 3.0
 
 
 def split_room(door: float) -> World:
