@@ -81,22 +81,16 @@ def find_route(
         return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
     known = (roadmap, distance, position, goal, parameters, robot_radius, current)
     best, cost, direct, to_go = _cheapest(*known, parameters.gates)
+    target = Frontiers.none()
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
-        gate, path = optimistic_gate(roadmap, to_go.path(position))
-        if len(gate):
-            way_on = optimistic_path(to_go, gate)
-            return Route(
-                _pulled(roadmap, position, path, parameters),
-                gate,
-                way_on=way_on,
-                next_on=next_part(way_on, to_go, position),
-            )
-        # the search may have ended at the robot, where the frontiers' costs are lower bounds
-        best, cost, direct, to_go = _cheapest(*known, False)
-    if best < 0:
-        return None
-    target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
-    path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
+        target, path = optimistic_gate(roadmap, to_go.path(position))
+        if not len(target):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
+            best, cost, direct, to_go = _cheapest(*known, False)
+    if not len(target):
+        if best < 0:
+            return None
+        target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
+        path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
     way_on = optimistic_path(to_go, target)
     next_on = next_part(way_on, to_go, position)
