@@ -18,6 +18,7 @@ from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, trial_record
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.worlds import World, make_world
+from tests.head_on import head_on
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 TIMES = ("wall_s", "command", "scan", "fit", "plan")
@@ -237,16 +238,7 @@ def test_among_movers_contact_is_looked_for_at_every_step(name: str, period: flo
 
 @pytest.mark.parametrize(("max_speed", "outcome"), [(0.8, "collision"), (0.01, "struck")])
 def test_what_runs_into_a_robot_ends_the_trial(tmp_path, max_speed: float, outcome: str) -> None:
-    """Something comes head on, faster than the robot can know: it has a collision if it drives."""
-    content = {
-        "meta": {"start": [0, 0, 0], "goal": [6, 0]},
-        "worlds": [{"id": 0, "plugins": ["a"], "walls": []}],
-        "trajectories": {"a": {"total": 10.0, "keys": [[0.0, 4.0, 0.0], [10.0, -16.0, 0.0]]}},
-    }
-    (tmp_path / "worlds.json").write_text(json.dumps(content))
-    text = f"world: !DynaBarn {{file: {tmp_path / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
-    text += "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
-    trial = run_trial(parse_scenario(text, name="head on"), seed=0)
+    trial = run_trial(head_on(tmp_path, max_speed), seed=0)
     assert trial.outcome == outcome
     assert trial.min_clearance_m == pytest.approx(0.0, abs=0.02)
     assert trial.min_clearance_m < 0.0

@@ -10,7 +10,6 @@ from drake_starnav.roadmap.planner import check_beams, node_is_due, node_spacing
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points
 from drake_starnav.roadmap.state import NO_PATH, Observation, PlannerState, PlannerStatus
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.free_range import smoothed_distances
 
 NO_PLACES = np.zeros((0, 2))
 
@@ -74,7 +73,7 @@ def _grown(
 ) -> PlannerState:
     """The state with the scan's hits in the memory and, where one is due, a node more."""
     assert seen.region is not None
-    points = impassable_points(seen.scan, smoothed_distances(seen.scan, parameters), seen.pose, robot.radius)
+    points = impassable_points(seen.scan, seen.pose, parameters, robot.radius)
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
     node_position = state.node_position
     if node_is_due(state, seen.region, position, parameters):

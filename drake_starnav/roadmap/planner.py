@@ -15,7 +15,6 @@ from drake_starnav.roadmap.search import Route, barred_in_vain, find_route
 from drake_starnav.roadmap.state import NO_PATH, Moment, Observation, PlannerState, PlannerStatus
 from drake_starnav.roadmap.string_pulling import last_in_sight
 from drake_starnav.roadmap.way_on import is_barred
-from drake_starnav.stars.free_range import smoothed_distances
 from drake_starnav.stars.region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
 
 OUTSIDE_TOLERANCE = 0.03
@@ -227,13 +226,11 @@ def _unless_barred(state: PlannerState, now: Moment) -> PlannerState:
     """The state; where the latest scan bars the way on from the target, with the scan's hits and without path."""
     if not len(state.way_on) or _distance(now.position, state.plan_position) <= BARRED_AFTER:
         return state
-    scan, roadmap = now.seen.scan, state.roadmap
-    points = impassable_points(scan, smoothed_distances(scan, now.parameters), now.seen.pose, now.robot_radius)
+    points = impassable_points(now.seen.scan, now.seen.pose, now.parameters, now.robot_radius)
     if not is_barred(state.way_on, points, now.robot_radius):
         return state
-    return dataclasses.replace(
-        state, roadmap=dataclasses.replace(roadmap, hits=roadmap.hits.stamped(points)), path=NO_PATH
-    )
+    roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
+    return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
 
 
 def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> PlannerState:

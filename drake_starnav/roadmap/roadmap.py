@@ -114,8 +114,7 @@ def extended(
         lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
     hits = roadmap.hits
     if stamp:
-        distance = smoothed_distances(scan, parameters)
-        hits = hits.stamped(impassable_points(scan, distance, pose, robot_radius))
+        hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     old, slack = roadmap.frontiers, PROBE_REACHED * parameters.probe_distance
     if len(old) and not parameters.prune_covered:
         old = old.where(np.hypot(*(old.stand - region.center).T) > parameters.arrival_distance)
@@ -143,7 +142,9 @@ def extended(
     )
 
 
-def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
+def impassable_points(
+    scan: LaserScan, pose: np.ndarray, parameters: PlannerParameters, robot_radius: float
+) -> np.ndarray:
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a flat angle thus stays a wall although its hits are far apart. Only beams that are worth
@@ -151,13 +152,14 @@ def impassable_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, r
 
     Args:
         scan: in S.
-        distance: shape (n,), its `smoothed_distances`, m.
         pose: (x, y, yaw) of S in W.
+        parameters: how its ranges are smoothed.
         robot_radius: m.
     """
     lasting = scan.lasting
     if not lasting.any():
         return np.zeros((0, 2))
+    distance = smoothed_distances(scan, parameters)
     points = scan.points_at(distance, lasting, pose)
     return _impassable(points, distance[lasting] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
 

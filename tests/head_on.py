@@ -1,0 +1,19 @@
+"""Something comes head on at a robot that drives without its certificate, faster than it can know."""
+
+import json
+from pathlib import Path
+
+from drake_starnav.scenario import Scenario, parse_scenario
+
+
+def head_on(folder: Path, max_speed: float) -> Scenario:
+    """The scenario, with its worlds in a file of the folder, for a robot of some speed, m/s."""
+    content = {
+        "meta": {"start": [0, 0, 0], "goal": [6, 0]},
+        "worlds": [{"id": 0, "plugins": ["a"], "walls": []}],
+        "trajectories": {"a": {"total": 10.0, "keys": [[0.0, 4.0, 0.0], [10.0, -16.0, 0.0]]}},
+    }
+    (folder / "worlds.json").write_text(json.dumps(content))
+    text = f"world: !DynaBarn {{file: {folder / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
+    text += "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
+    return parse_scenario(text, name="head on")
