@@ -1,7 +1,6 @@
 """The planner in a closed loop with a robot that moves along the path exactly."""
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -17,81 +16,12 @@ from drake_starnav.roadmap import (
 )
 from drake_starnav.roadmap.planner import node_is_due
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import LINE_STEP, first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
-from tests.scans import RADIUS, cast, distance
+from tests.path_follower import BAFFLES, VAULT, drive
+from tests.scans import RADIUS, cast
 
 PARAMETERS = PlannerParameters()
-FRONTIER_FIRST = dataclasses.replace(PARAMETERS, anticipation=False)
-PERIOD = 0.05
-SLACK = 0.03
-"""What smoothed corners and the sampling of lines cost at most; it is the certificate that rules out contact, m."""
-BAFFLES = World(
-    "baffles",
-    (0.0, 0.0, 0.0),
-    (5.0, 1.0),
-    polygons=([(1.4, -2.0), (1.6, -2.0), (1.6, 1.0), (1.4, 1.0)], [(3.2, 0.0), (3.4, 0.0), (3.4, 3.0), (3.2, 3.0)]),
-    cylinders=[(4.3, -0.9, 0.3)],
-    bounds=(-1.0, -2.0, 6.0, 3.0),
-)
-VAULT = World(
-    "vault",
-    (0.0, 0.0, 0.0),
-    (3.0, 0.0),
-    polygons=(
-        [(2.2, -0.8), (3.8, -0.8), (3.8, -0.7), (2.2, -0.7)],
-        [(2.2, 0.7), (3.8, 0.7), (3.8, 0.8), (2.2, 0.8)],
-        [(2.1, -0.8), (2.2, -0.8), (2.2, 0.8), (2.1, 0.8)],
-        [(3.8, -0.8), (3.9, -0.8), (3.9, 0.8), (3.8, 0.8)],
-    ),
-    bounds=(-1.0, -2.0, 5.0, 2.0),
-)
-
-
-def drive(
-    world: World,
-    parameters: PlannerParameters,
-    steps: int,
-    speed: float = 0.8,
-    refused: Callable[[np.ndarray], bool] = lambda place: False,
-    silent: bool = False,
-    averted: float = 0.0,
-    stop: bool = True,
-    begin: PlannerState | None = None,
-) -> list[PlannerState]:
-    """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
-
-    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing; it looks
-    `averted` (rad) from its way, swaying. `begin` is the state to begin with, if it is not the first one.
-    """
-    position, goal = np.array(world.start[:2]), np.array(world.goal)
-    state, states = begin or PlannerState.initial(parameters, RADIUS), []
-    first = round(state.roadmap.scans[-1][0].time / PERIOD) + 1 if len(state.roadmap) else 0
-    for k in range(first, first + steps):
-        path = state.guidance.path
-        way = path[0] - position if len(path) else np.array((1.0, 0.0))
-        pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
-        if k == first or not silent:
-            scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
-            seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
-        state = plan_step(state, seen, position, goal, PERIOD * k, parameters, RADIUS)
-        states.append(state)
-        if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):
-            break
-        left = speed * PERIOD
-        for point in state.guidance.path:
-            offset = point - position
-            away = float(np.hypot(*offset))
-            step = min(left, away)
-            moved = position + offset * (step / max(away, 1e-12))
-            if refused(moved):
-                break
-            position = moved
-            left -= step
-        if state.roadmap.margin == parameters.margin:
-            assert distance(world, position[None])[0] > RADIUS - SLACK
-    return states
 
 
 @pytest.mark.parametrize(
@@ -138,82 +68,6 @@ def test_equal_inputs_give_equal_states():
         np.testing.assert_array_equal(a.roadmap.stack.values, b.roadmap.stack.values)
         np.testing.assert_array_equal(a.roadmap.frontiers.stand, b.roadmap.frontiers.stand)
         np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
-
-
-def test_a_robot_that_makes_no_progress_gives_up_its_target():
-    states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
-    first, last = states[0], states[-1]
-    assert not len(first.roadmap.retired) and len(last.roadmap.retired) == 1
-    np.testing.assert_allclose(last.roadmap.retired[0, :2], first.target[0])
-    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
-
-
-def test_where_it_cannot_go_on_no_region_leads_any_more():
-    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
-    (place,) = last.roadmap.blocked
-    assert RADIUS + PARAMETERS.margin < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
-    ring = RADIUS * np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 60)])
-    for region in last.roadmap.regions:
-        assert not region.contains(place + ring).any()
-        assert region.contains(BAFFLES.start[:2])
-
-
-def test_a_robot_that_only_turns_blocks_nothing():
-    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0, averted=1.0)[-1]
-    assert len(last.roadmap.retired) == 1 and not len(last.roadmap.blocked)
-
-
-def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
-    blocked = drive(BAFFLES, PARAMETERS, steps=int(20.0 / PERIOD), speed=0.01)[-1].roadmap.blocked
-    offset = blocked - BAFFLES.start[:2]
-    assert len(blocked) >= 1
-    assert (offset @ offset.T > 0.0).all()  # the way back from each is open
-
-
-def test_where_the_robot_came_along_it_blocks_nothing():
-    world = World("corridor", (0, 0, 0), (3.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = dataclasses.replace(drive(world, PARAMETERS, steps=300)[-1].with_new_goal(), began_with_map=False)
-    back = dataclasses.replace(world, start=(3.0, 0, 0), goal=(0.0, 0.0))
-    tries = iter(range(10**6))
-    states = drive(
-        back, PARAMETERS, 400, refused=lambda at: at[0] < 1.8 and next(tries) < int(5.0 / PERIOD), begin=there
-    )
-    assert next(tries) > int(5.0 / PERIOD) and len(states) < 400
-    assert not len(states[-1].roadmap.blocked) and states[-1].status is PlannerStatus.APPROACHING
-    aside = dataclasses.replace(back, bounds=(-1.0, -0.6, 4.0, 2.0), goal=(2.0, 1.6))
-    elsewhere = drive(aside, PARAMETERS, 400, refused=lambda at: at[1] > 0.2, begin=there)
-    assert any(len(state.roadmap.blocked) for state in elsewhere)
-
-
-def test_a_passage_that_cannot_be_driven_is_left_for_another():
-    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 1.2), (2.0, 3.0))]
-    world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
-    states = drive(world, PARAMETERS, 900, refused=lambda place: 1.9 < place[0] < 2.2 and place[1] < 1.0)
-    assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
-    assert 1 <= len(states[-1].roadmap.blocked) <= 3
-    open_door = drive(world, PARAMETERS, 900)
-    assert len(open_door) < 150 and not len(open_door[-1].roadmap.blocked)
-
-
-def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help():
-    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-4, -0.4), (0.4, 4))]
-    posts = [(x, y, 0.2) for x in (-3.0, -1.5, 0.5) for y in (-3.0, -1.8, 1.8, 3.0)]
-    world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
-    tries = iter(range(10**6))
-    states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
-    again = next(k for k, state in enumerate(states) if state.rounds)
-    assert len(states[again - 1].roadmap.blocked)
-    assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
-    assert states[again].roadmap.margin == PARAMETERS.margin and not len(states[again].roadmap.blocked)
-    assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
-
-
-def test_a_robot_with_reason_to_stand_gives_nothing_up():
-    unseen = drive(BAFFLES, PARAMETERS, steps=200, speed=0.0, silent=True)[-1]
-    assert len(unseen.roadmap) == 1 and not len(unseen.roadmap.retired) and not len(unseen.roadmap.blocked)
-    world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
-    arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
-    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.blocked)
 
 
 def test_nodes_are_added_every_node_spacing():
@@ -298,37 +152,6 @@ def test_guidance_hands_on_the_path_and_the_regions():
     assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance.path) == 0
 
 
-def test_the_robot_turns_to_the_way_on_as_soon_as_the_latest_scan_shows_it():
-    bare, states = (drive(BAFFLES, parameters, steps=700) for parameters in (FRONTIER_FIRST, PARAMETERS))
-    assert not any(state.anticipated for state in bare)
-    early = [state for state in states if state.anticipated]
-    assert len(early) >= 5 and len(states) < len(bare)
-    for state in early:
-        aim = state.guidance.path[0]
-        assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
-        assert (state.next_on == aim).all(axis=1).any() and len(state.guidance.regions) == 1
-        assert segment_covered(*state.guidance.regions.arrays, *state.guidance.regions.center[0], *aim, LINE_STEP)
-    assert states[-1].anticipated is None and states[-1].with_new_goal().anticipated is None
-
-
-def test_the_robot_does_not_turn_to_a_way_on_past_a_blocked_place():
-    states = drive(BAFFLES, PARAMETERS, steps=700)
-    k = next(k for k in range(1, len(states)) if states[k].anticipated and states[k].plans == states[k - 1].plans)
-    before, after = states[k - 1 : k + 1]
-    position, aim = after.guidance.regions.center[0], after.guidance.path[0]
-    pose = np.array((*position, 0.0))
-    scan = cast(BAFFLES, pose)
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-    goal, time = np.array(BAFFLES.goal), PERIOD * k
-    np.testing.assert_array_equal(
-        plan_step(before, seen, position, goal, time, PARAMETERS, RADIUS).guidance.path[0], aim
-    )
-    barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, blocked=aim[None]))
-    later = plan_step(barred, seen, position, goal, time, PARAMETERS, RADIUS)
-    assert later.plans == before.plans
-    assert later.anticipated is None or distance_to(later.guidance.path[0], aim) > RADIUS
-
-
 def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap():
     half = RADIUS + 0.6 * PARAMETERS.margin
     walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
@@ -387,28 +210,3 @@ def test_a_scan_with_another_number_of_beams_than_those_before_is_refused(step, 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.hypot(*(a - b)))
-
-
-def waited(motion: np.ndarray | None) -> PlannerState:
-    """The planner's state after its robot has not moved for longer than the progress watch allows."""
-    position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
-    pose = np.array(VAULT.start)
-    scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
-    region = scan_region(scan, pose, RADIUS, PARAMETERS)
-    state = PlannerState.initial(PARAMETERS, RADIUS)
-    for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
-        seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
-        state = plan_step(state, seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
-    return state
-
-
-def test_a_robot_that_gives_way_is_not_stuck() -> None:
-    behind = np.arange(360) < 20  # the wall behind it is 1 m away
-    assert len(waited(None).roadmap.retired)
-    assert len(waited(np.where(behind, MOVES, STAYS)).roadmap.retired) == 0
-
-
-def test_only_what_stays_is_remembered_as_an_obstacle() -> None:
-    state = waited(np.full(360, UNKNOWN))
-    assert not state.roadmap.hits.tiles
-    assert waited(None).roadmap.hits.tiles

@@ -1,4 +1,4 @@
-"""What a robot expects past its target, and that it plans anew when a scan shows otherwise."""
+"""What a robot expects past its target: it turns to it as soon as it is seen, and plans anew when a scan bars it."""
 
 import dataclasses
 
@@ -11,11 +11,13 @@ from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, 
 from drake_starnav.roadmap.planner import BARRED_AFTER
 from drake_starnav.roadmap.way_on import BARRED_SLACK, is_barred
 from drake_starnav.scan import MOVES
-from drake_starnav.stars.region import scan_region
+from drake_starnav.stars.region import LINE_STEP, scan_region, segment_covered
 from drake_starnav.worlds.world import World
+from tests.path_follower import BAFFLES, PERIOD, drive
 from tests.scans import RADIUS, cast, noisy
 
 PARAMETERS = PlannerParameters()
+FRONTIER_FIRST = dataclasses.replace(PARAMETERS, anticipation=False)
 PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3.0))
 """What lies farther than 5 m is not seen, and taken for free."""
 POST = dataclasses.replace(PLAIN, cylinders=[(5.35, 0.0, 0.3)])
@@ -75,3 +77,34 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     points = rng.uniform(-1.0, 1.0, (rng.integers(0, 4), 2))
     away = np.linalg.norm(path[1::2, None] - points[None], axis=2)
     assert is_barred(path, points, RADIUS) == bool((away < RADIUS - BARRED_SLACK).any())
+
+
+def test_the_robot_turns_to_the_way_on_as_soon_as_the_latest_scan_shows_it():
+    bare, states = (drive(BAFFLES, parameters, steps=700) for parameters in (FRONTIER_FIRST, PARAMETERS))
+    assert not any(state.anticipated for state in bare)
+    early = [state for state in states if state.anticipated]
+    assert len(early) >= 5 and len(states) < len(bare)
+    for state in early:
+        aim = state.guidance.path[0]
+        assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
+        assert (state.next_on == aim).all(axis=1).any() and len(state.guidance.regions) == 1
+        assert segment_covered(*state.guidance.regions.arrays, *state.guidance.regions.center[0], *aim, LINE_STEP)
+    assert states[-1].anticipated is None and states[-1].with_new_goal().anticipated is None
+
+
+def test_the_robot_does_not_turn_to_a_way_on_past_a_blocked_place():
+    states = drive(BAFFLES, PARAMETERS, steps=700)
+    k = next(k for k in range(1, len(states)) if states[k].anticipated and states[k].plans == states[k - 1].plans)
+    before, after = states[k - 1 : k + 1]
+    position, aim = after.guidance.regions.center[0], after.guidance.path[0]
+    pose = np.array((*position, 0.0))
+    scan = cast(BAFFLES, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    goal, time = np.array(BAFFLES.goal), PERIOD * k
+    np.testing.assert_array_equal(
+        plan_step(before, seen, position, goal, time, PARAMETERS, RADIUS).guidance.path[0], aim
+    )
+    barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, blocked=aim[None]))
+    later = plan_step(barred, seen, position, goal, time, PARAMETERS, RADIUS)
+    assert later.plans == before.plans
+    assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > RADIUS
