@@ -87,7 +87,7 @@ def reconcile(
 
     Regions are cut back where the new hits lie deeper in them than that; nodes of which too little is left are dropped,
     and with `drop_seen_through` those whose hits the new scan saw through. If anything changed, the roadmap is made
-    anew from what is left, and its hits too.
+    anew from what is left, and with `drop_seen_through` its hits too.
 
     Args:
         roadmap: before.
@@ -170,9 +170,14 @@ def _remade(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> StarRoadmap:
-    """A roadmap of these nodes (region, scan, pose) in which all stays retired, closed, looked at and blocked."""
+    """A roadmap of these nodes (region, scan, pose) in which all stays retired, closed, looked at and blocked.
+
+    All hits are remembered, too, unless the pose may err: then only those of these nodes' scans.
+    """
+    forgets, empty = parameters.drop_seen_through, StarRoadmap.empty(parameters, robot_radius)
     out = dataclasses.replace(
-        StarRoadmap.empty(parameters, robot_radius),
+        empty,
+        hits=empty.hits if forgets else roadmap.hits,
         margin=roadmap.margin,
         retired=roadmap.retired,
         closed=roadmap.closed,
@@ -180,5 +185,5 @@ def _remade(
         blocked=roadmap.blocked,
     )
     for region, scan, pose in nodes:
-        out = extended(out, region, scan, pose, parameters, robot_radius)
+        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=forgets)
     return out

@@ -46,7 +46,7 @@ class StarRoadmap:
         looked: shape (v, 2), places from which a target was inspected and not seen past, but kept.
         blocked: shape (b, 2), places before which the robot stalled: in no region does it touch one; obstacles to the
             cost-to-go.
-        hits: distances to the hits of all node scans.
+        hits: distances to the hits of all node scans, and of those that barred a way on.
         margin: clearance that the regions keep beyond the robot's radius, m.
     """
 

@@ -123,3 +123,19 @@ def test_what_a_scan_sees_through_is_kept_where_the_pose_is_true():
     assert seen_through(*roadmap.scans[0], through, HERE, PARAMETERS.contradiction) > 0.1
     assert reconcile(roadmap, through, HERE, trusting, RADIUS) is roadmap
     assert len(reconcile(roadmap, through, HERE, PARAMETERS, RADIUS)) == 0
+
+
+@pytest.mark.parametrize("pose_errs", [False, True])
+def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_errs):
+    """Behind a wall with a door is a post that only the node in the doorway has seen."""
+    walls = [[(0.5, low), (0.6, low), (0.6, high), (0.5, high)] for low, high in ((-2.0, 0.5), (1.5, 2.0))]
+    world = dataclasses.replace(ROOM, cylinders=[(2.0, -1.2, 0.2)], polygons=walls)
+    parameters = dataclasses.replace(PARAMETERS, drop_seen_through=pose_errs)
+    doorway = np.array((0.55, 1.0))
+    roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), parameters)
+    post = lasting_hits(*roadmap.scans[1])[0]
+    post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
+    assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
+    after = block(roadmap, doorway + (0.1, 0.0), parameters, RADIUS)
+    assert len(after) == 1
+    assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()
