@@ -89,7 +89,7 @@ def plan_step(
     state, stalled = _watched(state, now)
     cause = _why_grow(state, region, stalled, now)
     state, region = _grown(state, region, cause, now)
-    if len(state.path) and now.parameters.replanning:
+    if len(state.path):
         state = _unless_barred(state, now)
     if len(state.path):
         state = _along_path(state, position, parameters)
@@ -224,7 +224,9 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
 
 def _unless_barred(state: PlannerState, now: Moment) -> PlannerState:
     """The state; where the latest scan bars the way on from the target, with the scan's hits and without path."""
-    if not len(state.way_on) or _distance(now.position, state.plan_position) <= BARRED_AFTER:
+    if not now.parameters.replanning or len(state.way_on) < 2:  # there is nothing beyond the probe
+        return state
+    if _distance(now.position, state.plan_position) <= BARRED_AFTER:
         return state
     points = impassable_points(now.seen.scan, now.seen.pose, now.parameters, now.robot_radius)
     if not is_barred(state.way_on, points, now.robot_radius):
