@@ -66,7 +66,7 @@ def find_route(
         here: region of the latest scan.
         position: of the robot, shape (2,), W, m.
         goal: shape (2,), W, m.
-        parameters: cost_to_go, gates, hysteresis, string_pulling.
+        parameters: cost_to_go, gates, growth, hysteresis, string_pulling.
         robot_radius: m.
         current: stand of the present target frontier, shape (2,), which gets a bonus.
 
@@ -77,7 +77,11 @@ def find_route(
         return Route(goal[None, :].copy(), Frontiers.none())
     goal_node = _entry_node(roadmap, distance, goal)
     if goal_node >= 0:
-        path = _node_path(roadmap, previous, goal_node, goal)
+        # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again.
+        direct = parameters.growth == "continuous" and segment_covered(
+            *roadmap.stack.arrays, *position, *goal, LINE_STEP
+        )
+        path = goal[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, goal)
         return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
     known = (roadmap, distance, position, goal, parameters, robot_radius, current)
     best, cost, direct, to_go = _cheapest(*known, parameters.gates)

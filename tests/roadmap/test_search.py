@@ -90,6 +90,17 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
     assert nothing is None
 
 
+@pytest.mark.parametrize(("growth", "way"), [("continuous", [(3, 0)]), ("arrival", [(0, 0), (3, 0)])])
+def test_without_string_pulling_a_goal_in_sight_is_not_approached_by_the_node_behind(growth, way):
+    goal, position = np.array((3.0, 0.0)), np.array((0.7, 0.0))
+    roadmap = explored(World("open", (0, 0, 0), tuple(goal)), np.zeros((1, 2)), PARAMETERS)
+    hidden = here(World("post", (0, 0, 0), tuple(goal), cylinders=[(2.0, 0.0, 0.05)]), position)
+    assert not hidden.contains(goal)
+    parameters = dataclasses.replace(PARAMETERS, string_pulling=False, growth=growth)
+    route = find_route(roadmap, hidden, position, goal, parameters, RADIUS)
+    np.testing.assert_allclose(route.path, way, atol=1e-12)
+
+
 @settings(max_examples=15)
 @given(seeds, st.booleans())
 @example(9, False)
