@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav.diagram import Navigation, add_navigation
@@ -25,6 +25,7 @@ from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import COLLISION, CollisionMonitor
 from drake_starnav.systems.model_world import make_world_with_footprints
 from drake_starnav.systems.planar_localization import planar_states
+from drake_starnav.systems.release import release
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
 from drake_starnav.worlds.movers import mover_clearance
@@ -144,49 +145,54 @@ def run_trial(
     timeout = scenario.simulation.timeout or world.timeout
     stopwatch = Stopwatch()
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
-    add_collision_monitor(builder, navigation)
-    _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
-    log = LogVectorOutput(navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step)
-    observers: list[Observer] = [] if observer is None else [observer]
-    if html is not None:
-        from drake_starnav.recording.recorder import Recorder  # Meshcat is only started when it is wanted
+    made: Diagram | DiagramBuilder = builder
+    try:
+        navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
+        add_collision_monitor(builder, navigation)
+        _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
+        log = LogVectorOutput(
+            navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step
+        )
+        observers: list[Observer] = [] if observer is None else [observer]
+        if html is not None:
+            from drake_starnav.recording.recorder import Recorder  # Meshcat is only started when it is wanted
 
-        observers.append(Recorder(html))
-    for each in observers:
-        each.add_to(builder, navigation, scenario)
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
-    start = time.perf_counter()
-    for each in observers:
-        each.start()
-    message = _advance(simulator, timeout, progress)
-    wall = time.perf_counter() - start
-    context = simulator.get_context()
-    record = log.FindLog(context)
-    states, times = record.data(), record.sample_times()
-    driven = planar_states(states.T, navigation.station.plant.num_positions(navigation.station.robot_model))
-    elapsed = context.get_time()
-    nodes = 0
-    if navigation.planner is not None:
-        roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
-        nodes = len(roadmap.roadmap)
-    steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
-    trial = Trial(
-        scenario=scenario.name,
-        method=method,
-        seed=seed,
-        time_s=round(elapsed, 6),
-        nodes=nodes,
-        wall_s=wall,
-        state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-        **_figures(scenario, world, message, elapsed, times, driven),
-        **steps,
-    )
-    for each in observers:
-        each.finish(caption_lines(trial), Motion(times, driven[:, :3]))
-    navigation.station.release_geometries()
-    return trial
+            observers.append(Recorder(html))
+        for each in observers:
+            each.add_to(builder, navigation, scenario)
+        made = builder.Build()
+        simulator = Simulator(made)
+        start = time.perf_counter()
+        for each in observers:
+            each.start()
+        message = _advance(simulator, timeout, progress)
+        wall = time.perf_counter() - start
+        context = simulator.get_context()
+        record = log.FindLog(context)
+        states, times = record.data(), record.sample_times().copy()
+        driven = planar_states(states.T, navigation.station.plant.num_positions(navigation.station.robot_model))
+        elapsed = context.get_time()
+        nodes = 0
+        if navigation.planner is not None:
+            roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+            nodes = len(roadmap.roadmap)
+        steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
+        trial = Trial(
+            scenario=scenario.name,
+            method=method,
+            seed=seed,
+            time_s=round(elapsed, 6),
+            nodes=nodes,
+            wall_s=wall,
+            state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
+            **_figures(scenario, world, message, elapsed, times, driven),
+            **steps,
+        )
+        for each in observers:
+            each.finish(caption_lines(trial), Motion(times, driven[:, :3]))
+        return trial
+    finally:
+        release(made)
 
 
 def _figures(

@@ -202,16 +202,6 @@ class NavigationStation(Diagram):
         builder.BuildInto(self)
         self.set_name("station")
 
-    def release_geometries(self) -> None:
-        """Take all geometries out of the scene graph, of which no new context is to be made.
-
-        Drake 1.51 never frees a diagram with systems of Python in it, and what its scene graph notes of each pair of
-        geometries may be gigabytes.
-        """
-        source = self.plant.get_source_id()
-        for geometry in self.scene_graph.model_inspector().GetAllGeometryIds():
-            self.scene_graph.RemoveGeometry(source, geometry)
-
 
 def delay_steps(drive: DriveParameters, time_step: float) -> int:
     """The drive's delay in steps of the plant, rounded up."""

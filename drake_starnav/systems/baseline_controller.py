@@ -11,6 +11,7 @@ from drake_starnav.control.certificate import Certificate
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import checked_period
 
 NO_HITS = np.zeros((0, 2))
@@ -73,7 +74,7 @@ class BaselineController(LeafSystem):
         self._twist, self._vector = self.DeclareDiscreteState(2), self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("twist_command", self._twist)
         self.DeclareStateOutputPort("guiding_vector", self._vector)
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), self._calc_certificate)
+        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
         period = checked_period(self, rate=controller.rate, offset=offset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 

@@ -17,6 +17,7 @@ from drake_starnav.movers.wary_step import wary_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import checked_period
 
 TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
@@ -73,7 +74,7 @@ class CertifiedController(LeafSystem):
         self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
         self.DeclareDiscreteState(2)
         self.DeclareDiscreteState(1)
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), self._calc_certificate)
+        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
         period = checked_period(self, rate=controller.rate, offset=offset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 

@@ -6,6 +6,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import checked_period
 
 
@@ -39,7 +40,7 @@ class JumpGuard(LeafSystem):
         self._star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
-        self.DeclareAbstractOutputPort("safety_star", lambda: Value(SafetyStar.none()), self._calc_star)
+        self.DeclareAbstractOutputPort("safety_star", lambda: Value(SafetyStar.none()), weakly(self._calc_star))
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, offset, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:

@@ -16,6 +16,7 @@ from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, measure, 
 from drake_starnav.raycast import Fan
 from drake_starnav.scan import LaserScan
 from drake_starnav.systems.geometry_slices import SceneSlices
+from drake_starnav.systems.release import weakly
 
 TAKEN = 13
 """Numbers that say when and where a scan was taken."""
@@ -151,9 +152,9 @@ class LidarSensor(LeafSystem):
             if parameters.delay > 0.0:
                 release = parameters.release_offset + RELEASE_LAG
                 self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, release, self._release)
-            calc, needs = self._recall, {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
+            calc, needs = weakly(self._recall), {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
         else:
-            calc, needs = self._measure, {self._query_port.ticket(), self.time_ticket()}
+            calc, needs = weakly(self._measure), {self._query_port.ticket(), self.time_ticket()}
         self._measurement = self.DeclareCacheEntry(
             "measurement",
             ValueProducer(
@@ -162,12 +163,14 @@ class LidarSensor(LeafSystem):
             needs,
         )
         needs = {self._measurement.ticket()}
-        self.DeclareAbstractOutputPort("scan", lambda: Value[object](nothing.scan), self._calc_scan, needs)
-        self.DeclareVectorOutputPort("ranges", parameters.beams, self._calc_ranges, needs)
+        self.DeclareAbstractOutputPort("scan", lambda: Value[object](nothing.scan), weakly(self._calc_scan), needs)
+        self.DeclareVectorOutputPort("ranges", parameters.beams, weakly(self._calc_ranges), needs)
         self.DeclareAbstractOutputPort(
-            "point_cloud", lambda: AbstractValue.Make(PointCloud(0)), self._calc_point_cloud, needs
+            "point_cloud", lambda: AbstractValue.Make(PointCloud(0)), weakly(self._calc_point_cloud), needs
         )
-        self.DeclareAbstractOutputPort("X_WS", lambda: AbstractValue.Make(RigidTransform()), self._calc_X_WS, needs)
+        self.DeclareAbstractOutputPort(
+            "X_WS", lambda: AbstractValue.Make(RigidTransform()), weakly(self._calc_X_WS), needs
+        )
 
     @property
     def parameters(self) -> LidarParameters:

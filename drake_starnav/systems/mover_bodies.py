@@ -14,6 +14,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialIn
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
 
 from drake_starnav import drawing
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.worlds.movers import Movers, mover_states
 
@@ -98,7 +99,7 @@ class MoverDrive(LeafSystem):
         self._movers, self._time_step = movers, time_step
         self._size = 2 * len(movers)
         self._state = self.DeclareVectorInputPort("state", 2 * self._size)
-        self.DeclareVectorOutputPort("forces", self._size, self._calc)
+        self.DeclareVectorOutputPort("forces", self._size, weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         q, v = self._state.Eval(context).reshape(2, self._size)

@@ -7,6 +7,7 @@ from drake_starnav.movers import MoverParameters, Tracks
 from drake_starnav.movers.tracker import Tracked, track
 from drake_starnav.scan import LaserScan
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import checked_period
 
 
@@ -46,8 +47,8 @@ class MoverTracker(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._state = self.DeclareAbstractState(Value(Tracked()))
         depends = {self.abstract_state_ticket(self._state)}
-        self.DeclareAbstractOutputPort("scan", lambda: Value(Tracked().scan), self._calc_scan, depends)
-        self.DeclareAbstractOutputPort("tracks", lambda: Value(Tracks()), self._calc_tracks, depends)
+        self.DeclareAbstractOutputPort("scan", lambda: Value(Tracked().scan), weakly(self._calc_scan), depends)
+        self.DeclareAbstractOutputPort("tracks", lambda: Value(Tracks()), weakly(self._calc_tracks), depends)
         period = checked_period(self, rate=rate, offset=offset)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 

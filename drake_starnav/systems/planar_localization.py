@@ -9,6 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Even
 from drake_starnav.faults import LocalizationParameters, drifted, jumped
 from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, released, scan_index
 from drake_starnav.planar import composed, now_in
+from drake_starnav.systems.release import weakly
 
 DRIFT_PERIOD = 0.02
 """The believed pose takes up its error this often, s."""
@@ -61,8 +62,8 @@ class PlanarLocalization(LeafSystem):
         if not self._error.exact:
             self._anchor = self.DeclareDiscreteState(6)  # a true pose, and where the robot believed to be there
             depends.add(self.discrete_state_ticket(self._anchor))
-        self.DeclareVectorOutputPort("pose", 3, self._calc_pose, depends)
-        self.DeclareVectorOutputPort("state", 5, self._calc_state, depends)
+        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), depends)
+        self.DeclareVectorOutputPort("state", 5, weakly(self._calc_state), depends)
         self._scan_pose = self.DeclareDiscreteState(3)
         self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)

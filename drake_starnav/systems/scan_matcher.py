@@ -9,6 +9,7 @@ from drake_starnav.guidance import Guidance
 from drake_starnav.planar import composed, inverse
 from drake_starnav.roadmap import Observation
 from drake_starnav.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import checked_period
 
 
@@ -59,16 +60,19 @@ class ScanMatcher(LeafSystem):
         held = self.abstract_state_ticket(self._map)
         now = {held, self._now.ticket()}
         self.DeclareAbstractOutputPort(
-            "star", lambda: Value(Observation.none()), self._calc_star, {held, self._star.ticket()}
+            "star", lambda: Value(Observation.none()), weakly(self._calc_star), {held, self._star.ticket()}
         )
-        self.DeclareVectorOutputPort("state", 5, self._calc_state, now)
-        self.DeclareVectorOutputPort("pose", 3, self._calc_pose, now)
-        self.DeclareVectorOutputPort("scan_pose", 3, self._calc_scan_pose, {held, self._scan_pose.ticket()})
+        self.DeclareVectorOutputPort("state", 5, weakly(self._calc_state), now)
+        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), now)
+        self.DeclareVectorOutputPort("scan_pose", 3, weakly(self._calc_scan_pose), {held, self._scan_pose.ticket()})
         self.DeclareAbstractOutputPort(
-            "guidance", lambda: Value(Guidance.none()), self._calc_guidance, {held, self._guidance.ticket()}
+            "guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), {held, self._guidance.ticket()}
         )
         self.DeclareAbstractOutputPort(
-            "certificate", lambda: Value(Certificate.none()), self._calc_certificate, {held, self._certificate.ticket()}
+            "certificate",
+            lambda: Value(Certificate.none()),
+            weakly(self._calc_certificate),
+            {held, self._certificate.ticket()},
         )
         period = checked_period(self, rate=rate, offset=offset)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)

@@ -12,6 +12,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import EARLY, checked_period
 
 
@@ -71,11 +72,11 @@ class StarPerception(LeafSystem):
         nothing = Perceived.nothing()
         self._state = self.DeclareAbstractState(Value(nothing))
         depends = {self.abstract_state_ticket(self._state)}
-        self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), self._calc_star, depends)
+        self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), weakly(self._calc_star), depends)
         self.DeclareAbstractOutputPort(
             "safety_star",
             lambda: Value(nothing.safety),
-            self._calc_safety_star,
+            weakly(self._calc_safety_star),
             depends | {self.time_ticket()},
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)

@@ -15,6 +15,7 @@ from drake_starnav.roadmap import (
 )
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import EARLY, checked_period
 
 
@@ -70,10 +71,10 @@ class StarRoadmapPlanner(LeafSystem):
         goal_state = self.DeclareDiscreteState(2)
         self._goal_before = self.DeclareDiscreteState(np.full(2, np.nan))
         depends = {self.abstract_state_ticket(self._plan)}
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance, depends)
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), depends)
         self.DeclareStateOutputPort("short_term_goal", goal_state)
-        self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), self._calc_roadmap, depends)
-        self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), self._calc_status, depends)
+        self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), weakly(self._calc_roadmap), depends)
+        self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), weakly(self._calc_status), depends)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         period = checked_period(self, rate=planner.rate, offset=offset)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)

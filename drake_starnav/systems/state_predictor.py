@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control.pending import pending_count, predicted_pose
+from drake_starnav.systems.release import weakly
 from drake_starnav.systems.timing import checked_period
 
 
@@ -37,7 +38,7 @@ class StatePredictor(LeafSystem):
         self._now = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", 2)
         self.DeclareDiscreteState(2 * self._count)
-        self.DeclareVectorOutputPort("predicted_state", 5, self._calc_state)
+        self.DeclareVectorOutputPort("predicted_state", 5, weakly(self._calc_state))
         self.DeclarePeriodicDiscreteUpdateEvent(self._period, offset, self._update)
 
     def _twists(self, context: Context) -> np.ndarray:

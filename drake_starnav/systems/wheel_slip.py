@@ -5,6 +5,7 @@ import math
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.faults import wheel_shares
+from drake_starnav.systems.release import weakly
 
 SLIP_PERIOD = 1.0
 """What the wheels lose is drawn anew this often, s."""
@@ -33,7 +34,7 @@ class WheelSlip(LeafSystem):
         super().__init__()
         self._slip, self._seed = slip, seed
         self._desired = self.DeclareVectorInputPort("desired_state", 4)
-        self.DeclareVectorOutputPort("slipping_state", 4, self._calc)
+        self.DeclareVectorOutputPort("slipping_state", 4, weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         desired = self._desired.Eval(context).copy()

@@ -1,0 +1,35 @@
+"""Diagrams that are done with, and the memory they hold.
+
+Drake 1.51 never frees a diagram with systems of Python in it, in two ways. It owns each such system by a reference that
+Python's garbage collector does not see, while the system's `__dict__` refers back to the diagram: `release` empties it.
+And it owns what calculates an output port or a cache entry, which is a method that holds its system: `weakly` does not.
+"""
+
+import weakref
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def weakly(method: Callable[P, R]) -> Callable[P, R]:
+    """A system's method as a function that does not keep the system alive."""
+    reference: Any = weakref.WeakMethod(method)
+    return lambda *args, **kwargs: reference()(*args, **kwargs)
+
+
+def release(made: Diagram | DiagramBuilder) -> None:
+    """Let go of a diagram, or of what is in a builder not yet built: once nobody refers to it, its memory is free.
+
+    Args:
+        made: it must not be simulated or read any more, nor its systems.
+    """
+    for system in made.GetSystems():
+        if isinstance(system, Diagram):
+            release(system)
+        else:
+            vars(system).clear()
+    vars(made).clear()
