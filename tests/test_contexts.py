@@ -5,38 +5,60 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from pydrake.systems.analysis import InitializeParams, Simulator
+import pytest
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.diagram import add_navigation, make_diagram
 from drake_starnav.roadmap import PlannerStatus
+from drake_starnav.scenario import METHODS, parse_scenario
+from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.collision_monitor import CollisionMonitor
 from drake_starnav.systems.dsm_controller import DsmController
-from tests.posts import GOALS, LOOP_OUTPUTS, posts, simulated
+from tests.posts import GOALS, POSTS, posts, simulated
 
 OFF_GRID = 1.2013
 """Between two events of every system, s."""
 
 
-def resumed(diagram: Diagram, context: Context) -> Simulator:
-    """A simulator that goes on from a context as it is."""
-    simulator = Simulator(diagram, context)
-    simulator.Initialize(InitializeParams(suppress_initialization_events=True))
-    return simulator
+UNLIKE = {"point_cloud", "X_WS"}
+"""Ports whose values of Drake's own types cannot be compared; they follow from others."""
+AT_EVENTS = 1.2
+"""When every system is updated, or waits for its update, s."""
+FAULTS = """
+lidar: {noise: 0.02, dropout: 0.02, outliers: 0.01, delay: 0.06, scan_loss: 0.1, silence_start: 1.5,
+    silence_duration: 0.2, quantisation: 0.01, rolling: true}
+localization: {drift: 0.03, jump: 0.05, jump_interval: 0.7}
+drive: {delay: 0.04, slip: 0.1}
+"""
 
 
 def all_states(diagram: Diagram, context: Context) -> dict[str, Any]:
-    """Everything that the context remembers, comparable: discrete states, roadmap, scan and safety star."""
+    """Everything that the context remembers, comparable: all states of all systems, and what the outputs show."""
     found: dict[str, Any] = {"time": context.get_time()}
     for k in range(context.num_discrete_state_groups()):
         found[f"discrete {k}"] = context.get_discrete_state(k).value().copy()
-    for name in (*LOOP_OUTPUTS, "lidar.scan"):
-        found[name] = diagram.GetOutputPort(name).Eval(context)
-    perception = diagram.GetSubsystemByName("perception")
-    found["perception"] = perception.GetOutputPort("safety_star").Eval(perception.GetMyContextFromRoot(context))
+    for system in python_systems(diagram):
+        path, own = system.GetSystemPathname(), system.GetMyContextFromRoot(context)
+        if isinstance(system, Diagram):
+            continue
+        for k in range(own.num_abstract_states()):
+            found[f"{path} abstract {k}"] = own.get_abstract_state(k).get_value()
+        for k in range(system.num_output_ports()):
+            port = system.get_output_port(k)
+            if port.get_name() not in UNLIKE:
+                found[f"{path} {port.get_name()}"] = port.Eval(own)
     return {name: structure(value) for name, value in found.items()}
+
+
+def motion(log: VectorLogSink, context: Context) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values that were logged, each time once: at its beginning a run logs what the one before it ended with."""
+    record = log.FindLog(context)
+    times, first = np.unique(record.sample_times(), return_index=True)
+    return times, record.data()[:, first]
 
 
 def structure(value: Any) -> Any:
@@ -95,9 +117,42 @@ def test_a_clone_of_a_context_goes_the_same_way() -> None:
     held = all_states(diagram, clone)
     simulator.AdvanceTo(2.0 * OFF_GRID)
     assert all_states(diagram, clone) == held, "the run changed what the clone remembers"
-    twin = resumed(diagram, clone)
+    twin = Simulator(diagram, clone)
     twin.AdvanceTo(2.0 * OFF_GRID)
     assert all_states(diagram, twin.get_context()) == all_states(diagram, simulator.get_context())
+
+
+@pytest.mark.parametrize("time", [0.0, 0.0031, AT_EVENTS, OFF_GRID])
+@pytest.mark.parametrize(
+    ("scenario", "method"),
+    [
+        *(("posts", method) for method in METHODS),
+        *(("movers", method) for method in ("star", "mpc", "dwa")),
+    ],
+)
+def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, method: str, time: float) -> None:
+    """With all that a trial has: monitors, a log, and obstacles that move."""
+    scenarios = {"posts": POSTS + FAULTS, "movers": "world: !Crowd {}\nmovers: {max_speed: 0.8}\n" + FAULTS}
+    builder = DiagramBuilder()
+    made = parse_scenario(scenarios[scenario], name=scenario, method=method)
+    navigation = add_navigation(builder, made, seed=3)
+    add_collision_monitor(builder, navigation)
+    port = navigation.station.GetOutputPort("cheat.robot_state")
+    log = LogVectorOutput(port, builder, made.simulation.time_step)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    if time > 0.0:
+        simulator.AdvanceTo(time)
+    twin = Simulator(diagram, simulator.get_context().Clone())
+    for until in (time + 0.0217, time + 1.0, time + 2.1003):
+        simulator.AdvanceTo(until)
+        twin.AdvanceTo(until)
+        assert all_states(diagram, twin.get_context()) == all_states(diagram, simulator.get_context())
+    expected, found = motion(log, simulator.get_context()), motion(log, twin.get_context())
+    assert np.array_equal(expected[0], found[0])
+    assert np.array_equal(expected[1], found[1])
+    assert np.abs(np.diff(expected[1], axis=1)).max() > 0.0
 
 
 def test_a_second_run_of_the_same_diagram_knows_nothing_of_the_first() -> None:

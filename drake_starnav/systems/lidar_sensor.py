@@ -17,6 +17,7 @@ from drake_starnav.raycast import Fan
 from drake_starnav.scan import LaserScan
 from drake_starnav.systems.geometry_slices import SceneSlices
 from drake_starnav.systems.release import weakly
+from drake_starnav.systems.timing import begins_run
 
 TAKEN = 13
 """Numbers that say when and where a scan was taken."""
@@ -55,7 +56,7 @@ class LidarSensor(LeafSystem):
     of `exclude_frames`: name there the other bodies of the robot that carries the sensor. A beam sees surfaces from
     either side. Meshes are seen as they are, not as their convex hulls; deformable geometry is not seen.
 
-    With `sampled=True` a scan is taken at initialization and at each multiple of 1/rate, and held in between as
+    With `sampled=True` a scan is taken when a run begins and at each multiple of 1/rate, and held in between as
     discrete state: its ranges, and its time and `X_WS`. With
     `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still
     changes only at multiples of 1/rate. The noise depends on the seed and the number of the scan alone.
@@ -147,7 +148,7 @@ class LidarSensor(LeafSystem):
                 self.DeclareDiscreteState(np.concatenate((unseen, nothing.scan.ranges)))
                 for _ in range(parameters.waiting_scans)
             ]
-            self.DeclareInitializationDiscreteUpdateEvent(self._update)
+            self.DeclareInitializationDiscreteUpdateEvent(self._begin)
             self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
             if parameters.delay > 0.0:
                 release = parameters.release_offset + RELEASE_LAG
@@ -194,6 +195,11 @@ class LidarSensor(LeafSystem):
         query = self._query_port.Eval(context)
         X_WS = self._pose(query)
         return _Measurement(self._scan(context.get_time(), self._cast(context, query, X_WS)), X_WS)
+
+    def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
+        if not begins_run(context, _unpacked(context.get_discrete_state(self._swept).value())[0]):
+            return EventStatus.DidNothing()
+        return self._update(context, values)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         query = self._query_port.Eval(context)

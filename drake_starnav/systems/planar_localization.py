@@ -10,6 +10,7 @@ from drake_starnav.faults import LocalizationParameters, drifted, jumped
 from drake_starnav.lidar import RELEASE_LAG, LidarParameters, arrives, released, scan_index
 from drake_starnav.planar import composed, now_in
 from drake_starnav.systems.release import weakly
+from drake_starnav.systems.timing import begins_run
 
 DRIFT_PERIOD = 0.02
 """The believed pose takes up its error this often, s."""
@@ -34,7 +35,8 @@ class PlanarLocalization(LeafSystem):
         scan_pose: vector (x, y, yaw), the pose at which the scan was taken that arrived last; discrete state.
 
     With an error, W is where the robot believes the world frame to be, and the error accumulates in discrete state;
-    v and omega stay true.
+    v and omega stay true. A run begins with the truth; the time of the last update, in discrete state, tells a context
+    of which one is under way.
     """
 
     def __init__(
@@ -67,7 +69,8 @@ class PlanarLocalization(LeafSystem):
         self._scan_pose = self.DeclareDiscreteState(3)
         self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
-        self.DeclareInitializationDiscreteUpdateEvent(self._start)
+        self._updated = self.DeclareDiscreteState([math.nan])
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
         self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
         if lidar.delay > 0.0:
             release = lidar.release_offset + RELEASE_LAG
@@ -75,7 +78,10 @@ class PlanarLocalization(LeafSystem):
         if not self._error.exact:
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
-    def _start(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
+        if not begins_run(context, context.get_discrete_state(self._updated)[0]):
+            return EventStatus.DidNothing()
+        values.set_value(self._updated, [context.get_time()])
         pose = self._true_pose(context)
         if not self._error.exact:
             values.set_value(self._anchor, np.concatenate((pose, pose)))
@@ -84,9 +90,10 @@ class PlanarLocalization(LeafSystem):
         return EventStatus.Succeeded()
 
     def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
+        values.set_value(self._updated, [context.get_time()])
         index = scan_index(context.get_time(), self._lidar.rate)
         if not arrives(self._lidar, self._seed, index):
-            return EventStatus.DidNothing()
+            return EventStatus.Succeeded()
         group = self._waiting[index % len(self._waiting)] if self._waiting else self._scan_pose
         values.set_value(group, self._believed_pose(context))
         return EventStatus.Succeeded()

@@ -16,7 +16,7 @@ from drake_starnav.roadmap import (
 from drake_starnav.robot import RobotParameters
 from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import EARLY, checked_period
+from drake_starnav.systems.timing import EARLY, begins_run, checked_period
 
 
 class StarRoadmapPlanner(LeafSystem):
@@ -41,8 +41,8 @@ class StarRoadmapPlanner(LeafSystem):
         status: abstract, `PlannerStatus`.
 
     One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
-    state, the short-term goal and the goal of the last update are discrete state. When the goal has moved the next
-    update searches the roadmap anew, even after having given up. A goal that is not finite raises a `StarnavError`.
+    state; the short-term goal, and goal and time of the last change, are discrete state. When the goal has moved the
+    next update searches the roadmap anew, even after having given up. A goal that is not finite raises a `StarnavError`.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class StarRoadmapPlanner(LeafSystem):
         initial = PlannerState.initial(planner, robot.radius)
         self._plan = self.DeclareAbstractState(Value(initial))
         goal_state = self.DeclareDiscreteState(2)
-        self._goal_before = self.DeclareDiscreteState(np.full(2, np.nan))
+        self._changed = self.DeclareDiscreteState(np.full(3, np.nan))  # the goal of the last change, and its time
         depends = {self.abstract_state_ticket(self._plan)}
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), depends)
         self.DeclareStateOutputPort("short_term_goal", goal_state)
@@ -80,8 +80,11 @@ class StarRoadmapPlanner(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
+        if not begins_run(context, context.get_discrete_state(self._changed)[2]):
+            return EventStatus.DidNothing()
         pose = self._pose.Eval(context)
         state.get_mutable_discrete_state(0).set_value(pose[:2])
+        state.get_mutable_discrete_state(self._changed).set_value((np.nan, np.nan, context.get_time()))
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
@@ -93,7 +96,7 @@ class StarRoadmapPlanner(LeafSystem):
         before = context.get_abstract_state(self._plan).get_value()
         if context.get_time() < before.progress_time:  # time was set back: another run begins
             before = PlannerState.initial(self._planner, self._robot.radius)
-        moved = not np.array_equal(goal, context.get_discrete_state(self._goal_before).value())
+        moved = not np.array_equal(goal, context.get_discrete_state(self._changed).value()[:2])
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
@@ -109,7 +112,7 @@ class StarRoadmapPlanner(LeafSystem):
         if after is before and len(after.path):
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._plan).set_value(after)
-        state.get_mutable_discrete_state(self._goal_before).set_value(goal)
+        state.get_mutable_discrete_state(self._changed).set_value((*goal, context.get_time()))
         path = after.guidance.path
         state.get_mutable_discrete_state(0).set_value(path[0] if len(path) else position)
         return EventStatus.Succeeded()

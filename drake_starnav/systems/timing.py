@@ -2,7 +2,7 @@
 
 import math
 
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 
@@ -29,3 +29,13 @@ def checked_period(
     if not (math.isfinite(offset) and offset >= 0.0):
         raise StarnavError(f"{type(system).__name__}: offset is {offset} s; allowed: 0 <= x, finite")
     return value if rate is None else 1.0 / value
+
+
+def begins_run(context: Context, last: float) -> bool:
+    """Whether an initialization event begins a run, rather than finding one under way, as in the clone of a context.
+
+    Args:
+        context: at the time of the event.
+        last: when the system was initialized or updated last, s; NaN for never. Time that was set back begins a run.
+    """
+    return not last < context.get_time()
