@@ -155,6 +155,25 @@ def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, m
     assert np.abs(np.diff(expected[1], axis=1)).max() > 0.0
 
 
+def test_when_time_is_set_back_the_believed_pose_is_the_truth_again() -> None:
+    """With every fault, and the robot put back: what it believes is what it believes in a new context."""
+    diagram = make_diagram(parse_scenario(POSTS + FAULTS, name="posts"), seed=3)
+    runs = []
+    for before in (0.0, 2.0 * OFF_GRID):
+        simulator = Simulator(diagram)
+        context = simulator.get_mutable_context()
+        plant = diagram.GetSubsystemByName("station").plant
+        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context)).copy()
+        if before > 0.0:
+            simulator.AdvanceTo(before)
+            plant.SetPositionsAndVelocities(plant.GetMyMutableContextFromRoot(context), state)
+            context.SetTime(0.0)
+        simulator.Initialize()
+        poses = [diagram.GetOutputPort(f"localization.{name}").Eval(context) for name in ("pose", "scan_pose")]
+        runs.append(structure(poses))
+    assert runs[0] == runs[1]
+
+
 def test_a_second_run_of_the_same_diagram_knows_nothing_of_the_first() -> None:
     diagram = make_diagram(posts())
     runs = []

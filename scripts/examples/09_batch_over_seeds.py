@@ -19,6 +19,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav import LaserScan, LidarParameters, NavigationStation, RobotParameters, World, make_world
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
 from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.systems.release import release
 from drake_starnav.world_figure import PATH, draw_goal, draw_robot, draw_world
 from drake_starnav.worlds import Forest
 
@@ -41,8 +42,12 @@ class Observation:
 class ForestEnvironment:
     """One robot in a forest of its own."""
 
+    _simulator: Simulator | None = None
+
     def reset(self, seed: int) -> Observation:
         """Begin an episode; its world and noise depend on the seed alone."""
+        if self._simulator is not None:
+            release(self._simulator.get_system())  # or the diagrams of all episodes would stay in memory
         self.world: World = make_world(FOREST, seed, ROBOT.radius)
         builder = DiagramBuilder()
         self._station = builder.AddSystem(NavigationStation(self.world, ROBOT, LIDAR, seed=seed))

@@ -20,7 +20,7 @@ from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
-from drake_starnav.systems.timing import checked_period
+from drake_starnav.systems.timing import begins_run, checked_period
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 WITH_PERIOD = {
@@ -64,3 +64,12 @@ def test_the_period_is_that_given_or_of_the_rate() -> None:
     monitor = ArrivalMonitor(tolerance=0.1, period=1.0)
     assert checked_period(monitor, period=0.25) == 0.25
     assert checked_period(monitor, rate=4.0, offset=1.0) == 0.25
+
+
+@pytest.mark.parametrize(
+    ("last", "begins"), [(math.nan, True), (0.0, False), (0.9, False), (1.0, True), (1.1, True), (20.0, True)]
+)
+def test_a_run_begins_without_a_past_or_when_time_was_set_back(last: float, begins: bool) -> None:
+    context = ArrivalMonitor(tolerance=0.1, period=1.0).CreateDefaultContext()
+    context.SetTime(1.0)
+    assert begins_run(context, last) is begins

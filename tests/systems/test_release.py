@@ -1,0 +1,90 @@
+"""What has been let go of is freed at once, without the garbage collector."""
+
+import dataclasses
+import gc
+import weakref
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+
+from drake_starnav import simulation
+from drake_starnav.errors import UnsupportedError
+from drake_starnav.scenario import METHODS, load_scenario
+from drake_starnav.systems.release import release, weakly
+from tests.posts import posts
+
+FAULTS = (
+    "localization.drift=0.02", "localization.jump=0.05", "drive.delay=0.05", "drive.slip=0.1", "lidar.delay=0.06",
+    "lidar.rolling=true",
+)  # fmt: skip
+
+
+class Source(LeafSystem):
+    """A system with a port that it calculates."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.port = self.DeclareVectorOutputPort("one", 1, weakly(self.calc))
+
+    def calc(self, context, output) -> None:
+        """Write 1."""
+        output.SetAtIndex(0, 1.0)
+
+
+@pytest.fixture
+def uncollected() -> Iterator[None]:
+    gc.collect()
+    gc.disable()
+    yield
+    gc.enable()
+
+
+def everything(made: Diagram | DiagramBuilder) -> list[Any]:
+    """Weak references to a diagram and all systems in it."""
+    found = [weakref.ref(made)]
+    for system in made.GetSystems():
+        found.extend(everything(system) if isinstance(system, Diagram) else [weakref.ref(system)])
+    return found
+
+
+def test_a_method_held_weakly_works_as_long_as_its_system_lives() -> None:
+    source = Source()
+    assert source.port.Eval(source.CreateDefaultContext()) == [1.0]
+
+
+def test_a_diagram_that_ran_is_freed(uncollected) -> None:
+    def run() -> list[Any]:
+        builder = DiagramBuilder()
+        builder.AddSystem(Source())
+        diagram = builder.Build()
+        Simulator(diagram).AdvanceTo(0.1)
+        found = everything(diagram)
+        release(diagram)
+        return found
+
+    assert not [each for each in run() if each() is not None]
+
+
+@pytest.mark.parametrize("scenario", ["posts", "faults", "crowd_room"])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_trial_leaves_no_system_behind(scenario: str, method: str, monkeypatch, uncollected) -> None:
+    made = posts(method=method, overrides=FAULTS if scenario == "faults" else ())
+    if scenario == "crowd_room":
+        made = load_scenario("crowd_room", method=method)
+    left: list[Any] = []
+
+    def watched(diagram: Diagram | DiagramBuilder) -> None:
+        left.extend(each for each in everything(diagram) if not isinstance(each(), DiagramBuilder))
+        release(diagram)
+
+    monkeypatch.setattr(simulation, "release", watched)
+    made = dataclasses.replace(made, simulation=dataclasses.replace(made.simulation, timeout=0.2))
+    try:
+        simulation.run_trial(made, method=method)
+    except UnsupportedError:
+        assert (scenario, method) == ("crowd_room", "dsm")
+    assert len(left) > 10
+    assert not [each() for each in left if each() is not None]
