@@ -55,7 +55,7 @@ def all_states(diagram: Diagram, context: Context) -> dict[str, Any]:
 
 
 def motion(log: VectorLogSink, context: Context) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values that were logged, each time once: at its beginning a run logs what the one before it ended with."""
+    """Times and values that were logged, each time once: a run logs its beginning, which the one before it did too."""
     record = log.FindLog(context)
     times, first = np.unique(record.sample_times(), return_index=True)
     return times, record.data()[:, first]

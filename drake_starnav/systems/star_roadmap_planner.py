@@ -42,7 +42,8 @@ class StarRoadmapPlanner(LeafSystem):
 
     One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
     state; the short-term goal, and goal and time of the last change, are discrete state. When the goal has moved the
-    next update searches the roadmap anew, even after having given up. A goal that is not finite raises a `StarnavError`.
+    next update searches the roadmap anew, even after having given up. A goal that is not finite raises a
+    `StarnavError`.
     """
 
     def __init__(

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_starnav import LaserScan, LidarParameters, NavigationStation, RobotParameters, World, make_world
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
@@ -42,12 +42,12 @@ class Observation:
 class ForestEnvironment:
     """One robot in a forest of its own."""
 
-    _simulator: Simulator | None = None
+    _diagram: Diagram | None = None
 
     def reset(self, seed: int) -> Observation:
         """Begin an episode; its world and noise depend on the seed alone."""
-        if self._simulator is not None:
-            release(self._simulator.get_system())  # or the diagrams of all episodes would stay in memory
+        if self._diagram is not None:
+            release(self._diagram)  # or those of all episodes would stay in memory
         self.world: World = make_world(FOREST, seed, ROBOT.radius)
         builder = DiagramBuilder()
         self._station = builder.AddSystem(NavigationStation(self.world, ROBOT, LIDAR, seed=seed))
@@ -55,8 +55,9 @@ class ForestEnvironment:
         builder.AddSystem(monitor)
         builder.Connect(self._station.GetOutputPort("cheat.contact_results"), monitor.GetInputPort("contact_results"))
         builder.ExportInput(self._station.GetInputPort("drive.twist_command"), "action")
-        self._simulator = Simulator(builder.Build())
-        self._action = self._simulator.get_system().GetInputPort("action")
+        self._diagram = diagram = builder.Build()
+        self._simulator = Simulator(diagram)
+        self._action = diagram.GetInputPort("action")
         self._action.FixValue(self._simulator.get_mutable_context(), np.zeros(2))
         self._simulator.Initialize()
         return self._observed()
