@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, command_name, exit_code
-from drake_starnav.errors import StarnavError
+from drake_starnav.console import NOT_REACHED, REACHED, CommandParser, add_overrides, command_name, run_command
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.files import check_outputs, unwritable, write_text
 from drake_starnav.scenario import METHODS, scenario_names
 
@@ -25,7 +25,7 @@ MOST_WORLDS = 100_000
 
 def benchmark(arguments: Sequence[str] | None = None) -> int:
     """Run many trials and tell their figures; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("benchmark"),
         description="Run many trials of scenarios and methods, and compare them.",
         epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
@@ -42,9 +42,12 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
     add_batch_options(parser)
-    options = parser.parse_args(arguments)
+    return run_command(parser, arguments, _benchmark, _interrupted)
+
+
+def _interrupted(options: argparse.Namespace) -> str:
     kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
-    return exit_code(parser.prog, lambda: _benchmark(options), f"interrupted{kept}")
+    return f"interrupted{kept}"
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
@@ -79,10 +82,10 @@ def world_numbers(text: str) -> list[int]:
     for part in text.split(","):
         first, dash, last = part.partition("-")
         if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
-            raise StarnavError(f"--worlds is {text!r}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
+            raise StarnavError(f"--worlds is {shown(text)}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
         low, high = int(first), int(last if dash else first)
         if not low <= high < low + MOST_WORLDS:
-            raise StarnavError(f"--worlds has {part!r}; allowed: an ascending range of at most {MOST_WORLDS}")
+            raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_WORLDS}")
         numbers.update(range(low, high + 1))
     return sorted(numbers)
 
@@ -124,7 +127,7 @@ def _benchmark(options: argparse.Namespace) -> int:
 
 def report(arguments: Sequence[str] | None = None) -> int:
     """Report on trials that have run; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("report"),
         description="Make tables, plots and recordings of trials that benchmark.py has run.",
     )
@@ -134,8 +137,7 @@ def report(arguments: Sequence[str] | None = None) -> int:
     _add_report_options(parser)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
-    options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: _report_files(options))
+    return run_command(parser, arguments, _report_files)
 
 
 def _report_files(options: argparse.Namespace) -> int:

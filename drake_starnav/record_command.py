@@ -11,8 +11,16 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from drake_starnav.benchmark.trial_file import read_trials
-from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, command_name, exit_code
-from drake_starnav.errors import StarnavError
+from drake_starnav.console import (
+    NOT_REACHED,
+    REACHED,
+    CommandParser,
+    add_overrides,
+    check_seed,
+    command_name,
+    run_command,
+)
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.files import check_outputs
 from drake_starnav.scenario import METHODS, Scenario, in_world, load_scenario, parse_scenario, scenario_names
 
@@ -51,7 +59,7 @@ class Run:
 
 def record(arguments: Sequence[str] | None = None) -> int:
     """Record one run; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("record"),
         description="Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
         epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input, 130 interrupted",
@@ -83,8 +91,7 @@ def record(arguments: Sequence[str] | None = None) -> int:
         "(default: a browser if there is one)",
     )  # fmt: skip
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
-    options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: _record(options))
+    return run_command(parser, arguments, _record)
 
 
 def _record(options: argparse.Namespace) -> int:
@@ -125,8 +132,7 @@ def chosen_run(options: argparse.Namespace) -> Run:
     Raises:
         StarnavError: no such trial, scenario, method or parameter, or options that do not go together.
     """
-    if options.seed is not None and options.seed < 0:
-        raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
+    check_seed(options.seed)
     if options.compare and options.method:
         raise StarnavError("--compare and --method do not go together; allowed: one of them")
     if options.compare and len(set(options.compare)) < len(options.compare):
@@ -171,7 +177,7 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
             raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
         for name, kind in {**SINGLE_KINDS, "text": str}.items():
             if not isinstance(single.get(name, ""), kind):
-                raise StarnavError(f"{path}: {name} is {single[name]!r}; allowed: as simulate.py --json writes it")
+                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as simulate.py --json writes it")
         return single
     header, records = read_trials(path)
     if line is None and len(records) == 1:

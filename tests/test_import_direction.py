@@ -28,7 +28,7 @@ class Room:
     packages: str = ""
 
 
-BASE = "errors parameters files console snapshot"
+BASE = "errors parameters files console snapshot yaml_text"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 PLANNING = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control perception"
 METHOD = f"{PLANNING} movers baselines worlds metrics"
@@ -45,6 +45,7 @@ TABLE = {
     "parameters": Room("errors", "numpy"),
     "files": Room("errors"),
     "console": Room("errors"),
+    "yaml_text": Room("errors", "yaml"),
     "planar": Room("", ARRAYS),
     "robot": Room(BASE, ARRAYS),
     "scan": Room(BASE, ARRAYS),
@@ -68,7 +69,7 @@ TABLE = {
     "perception": Room(f"{BASE} scan sweep stopwatch stars roadmap control", "numpy"),
     "movers": Room(f"{BASE} robot scan sweep stars guidance control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
-    "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
+    "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} PIL"),
     "metrics": Room(BASE, "numpy"),
     "drawing": Room(METHOD, ARRAYS),
     "faults": Room(f"{BASE} planar", ARRAYS),

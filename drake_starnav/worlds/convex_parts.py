@@ -6,7 +6,7 @@ as many pieces as the fewest possible.
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 
 _FLAT = 1e-12  # relative: a corner whose sine is smaller counts as straight
 
@@ -25,12 +25,12 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
     """
     corners = np.asarray(polygon, dtype=float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
-        raise StarnavError(f"polygon is {corners.tolist()}; allowed: at least 3 finite corners [x, y]")
+        raise StarnavError(f"polygon is {shown(corners.tolist())}; allowed: at least 3 finite corners [x, y]")
     # about the first corner, so that a polygon far from the origin loses no digits
     origin = corners[0].copy()
     points = _without_straight_corners(corners - origin)
     if len(points) < 3:
-        raise StarnavError(f"polygon {corners.tolist()} has no area; allowed: corners that are not all on a line")
+        raise StarnavError(f"polygon {shown(corners.tolist())} has no area; allowed: corners not all on a line")
     _check_simple(points, corners)
     if _area(points) < 0.0:
         points = points[::-1]
@@ -75,10 +75,10 @@ def _check_simple(points: np.ndarray, corners: np.ndarray) -> None:
     for i in range(n):
         a, b = points[i], points[(i + 1) % n]
         if _turn(points[i - 1], a, b) == 0:
-            raise StarnavError(f"polygon {corners.tolist()} doubles back on itself; allowed: a simple polygon")
+            raise StarnavError(f"polygon {shown(corners.tolist())} doubles back on itself; allowed: a simple polygon")
         for j in range(i + 2, n if i else n - 1):
             if _touch(a, b, points[j], points[(j + 1) % n]):
-                raise StarnavError(f"polygon {corners.tolist()} meets itself; allowed: a simple polygon")
+                raise StarnavError(f"polygon {shown(corners.tolist())} meets itself; allowed: a simple polygon")
 
 
 def _touch(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:

@@ -4,17 +4,17 @@ Source: wiki.ros.org/map_server, and `map_io.cpp` of navigation2/nav2_map_server
 """
 
 import math
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.files import read_text, reason_of
 from drake_starnav.parameters import is_finite
+from drake_starnav.yaml_text import LARGEST_TEXT, load_yaml
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
@@ -67,7 +67,7 @@ def read_map(path: Path) -> OccupancyMap:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: 0 < x m")
     origin = keys["origin"]
     if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
-        raise StarnavError(f"map {path}: origin is {origin!r}; allowed: finite [x, y, yaw], m and rad")
+        raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
     if not 0.0 <= free < occupied <= 1.0:
         raise StarnavError(
@@ -76,12 +76,12 @@ def read_map(path: Path) -> OccupancyMap:
         )
     negate = keys.get("negate", 0)
     if negate not in (0, 1):
-        raise StarnavError(f"map {path}: negate is {negate!r}; allowed: 0 or 1")
+        raise StarnavError(f"map {path}: negate is {shown(negate)}; allowed: 0 or 1")
     mode = keys.get("mode", "trinary")
     if mode not in MODES:
-        raise StarnavError(f"map {path}: mode is {mode!r}; allowed: one of {', '.join(MODES)}")
+        raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
     if not isinstance(keys["image"], str):
-        raise StarnavError(f"map {path}: image is {keys['image']!r}; allowed: a path relative to the map's folder")
+        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
     shade, opacity = read_image(path.parent / keys["image"])
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
     x, y, yaw = (float(value) for value in origin)
@@ -200,15 +200,10 @@ def _check_pgm_size(path: Path, image: Any) -> None:
 
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        keys = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else error
-        raise StarnavError(f"map {path} cannot be read: {reason}; allowed: a map_server YAML file") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or "it is not valid"
-        raise StarnavError(f"map {path}{where}: {problem}; allowed: valid YAML") from None
+        text = read_text(path, LARGEST_TEXT)
+    except OSError as error:
+        raise StarnavError(f"map {path} cannot be read: {reason_of(error)}; allowed: a map_server YAML file") from None
+    keys = load_yaml(text, f"map {path}")
     required = ("image", "resolution", "origin", "occupied_thresh", "free_thresh")
     if not isinstance(keys, dict):
         raise StarnavError(f"map {path} holds no keys; allowed: a mapping with {', '.join(required)}")
@@ -225,5 +220,5 @@ def _is_number(value: Any) -> bool:
 def _number(keys: dict[str, Any], key: str, path: Path) -> float:
     value = keys[key]
     if not _is_number(value):
-        raise StarnavError(f"map {path}: {key} is {value!r}; allowed: a finite number")
+        raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")
     return float(value)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.snapshot import snapshot
 from drake_starnav.worlds.movers import Movers
 
@@ -22,7 +22,7 @@ def _rows(value: object, names: tuple[str, ...], place: str) -> np.ndarray:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        raise StarnavError(f"{place} is {value!r}; allowed: numbers, rows of ({', '.join(names)})") from None
+        raise StarnavError(f"{place} is {shown(value)}; allowed: numbers, rows of ({', '.join(names)})") from None
     if array.size == 0:
         array = np.zeros((0, len(names)))
     if array.ndim != 2 or array.shape[1] != len(names):
@@ -38,7 +38,7 @@ def _numbers(value: object, names: tuple[str, ...], place: str) -> tuple[float, 
     except (TypeError, ValueError):
         numbers = ()
     if len(numbers) != len(names):
-        raise StarnavError(f"{place} is {value!r}; allowed: ({', '.join(names)})")
+        raise StarnavError(f"{place} is {shown(value)}; allowed: ({', '.join(names)})")
     return numbers
 
 
@@ -114,7 +114,7 @@ class World:
         for k, polygon in enumerate(self.polygons):
             if len(polygon) < 3 or not np.isfinite(polygon).all():
                 raise StarnavError(
-                    f"world {self.name}: polygons[{k}] is {polygon.tolist()}; allowed: at least 3 finite corners"
+                    f"world {self.name}: polygons[{k}] is {shown(polygon.tolist())}; allowed: at least 3 finite corners"
                 )
         if self.bounds is not None and not (self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3]):
             raise StarnavError(
