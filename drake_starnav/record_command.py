@@ -207,14 +207,14 @@ def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
     from drake_starnav.recording.browser import browser_missing
     from drake_starnav.recording.clips import find_ffmpeg
 
+    if pictures and options.renderer == "matplotlib" and options.view == "oblique":
+        raise StarnavError("--view oblique with --renderer matplotlib; allowed: top, follow, or a browser")
     if options.mp4 is not None:
         find_ffmpeg()
     missing = browser_missing() if pictures else None
     if missing is not None and (options.renderer == "browser" or options.view == "oblique"):
         what = "--renderer browser" if options.renderer == "browser" else "--view oblique"
         raise StarnavError(f"{what} needs {missing}; allowed: install it, or --renderer matplotlib --view top")
-    if pictures and options.renderer == "matplotlib" and options.view == "oblique":
-        raise StarnavError("--view oblique with --renderer matplotlib; allowed: top, follow, or a browser")
 
 
 def _shoot(run: Run, html: Path, options: argparse.Namespace) -> tuple["Film", bool]:

@@ -13,6 +13,9 @@ from drake_starnav.worlds.movers import Movers
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""
 
+MOST_SHAPES = 3000
+"""More take Drake minutes and gigabytes to register: it notes of each pair of shapes whether it may collide."""
+
 OPEN_BORDER = 2.0
 """How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""
 
