@@ -23,10 +23,11 @@ from drake_starnav.console import (
     run_command,
 )
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_outputs, write_text
+from drake_starnav.files import check_outputs, file_name, write_text
 from drake_starnav.parameters import unknown_name
 from drake_starnav.record_command import record
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names, scenario_text
+from drake_starnav.source_files import input_files
 from drake_starnav.worlds import WORLD_KINDS
 
 
@@ -56,9 +57,9 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
 
 def _simulate(options: argparse.Namespace) -> int:
     check_seed(options.seed)
-    check_outputs((options.html, options.json), [options.scenario])
     _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
+    check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
     from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
@@ -123,10 +124,10 @@ def show_world(arguments: Sequence[str] | None = None) -> int:
 def _show_world(options: argparse.Namespace) -> int:
     check_seed(options.seed)
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    file = Path("out", f"{scenario.name}.png") if options.out is None else options.out
+    file = Path("out", f"{file_name(scenario.name)}.png") if options.out is None else options.out
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
-    check_outputs([file], [options.scenario])
+    check_outputs([file], input_files(options.scenario, scenario))
     from drake_starnav.simulation import omniscient_path
     from drake_starnav.systems.model_world import make_world_with_footprints
     from drake_starnav.world_figure import write_html, write_png

@@ -24,7 +24,7 @@ class RecordingParameters:
         20, "frames of the animation; fewer make a smaller file", unit="1/s", low=1, high=120
     )
     scan_rate: float = parameter(
-        5.0, "scans, paths and certificates that are drawn; fewer make a smaller file", unit="Hz", above=0.0, high=100.0
+        5.0, "scans, paths and certificates that are drawn; fewer make a smaller file", unit="Hz", low=0.1, high=100.0
     )
     scan_points: int = parameter(
         180, "points of a scan that are drawn at most; fewer make a smaller file", low=3, high=10000

@@ -1,6 +1,7 @@
 """Files that are read only if they are files of a reasonable size, and written whole or not at all."""
 
 import os
+import re
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from drake_starnav.errors import StarnavError
 
 LARGEST_FILE = 256 * 2**20
 """No file of worlds, model or map is larger, bytes: what is would only fill the memory."""
+_LONGEST_NAME = 60
 _NAME_PART = 40
 """So many characters of a file's name are part of its temporary one, which would be too long otherwise."""
 
@@ -146,6 +148,11 @@ def check_writable(path: Path | None) -> None:
 def unwritable(path: Path, error: Exception) -> StarnavError:
     """What to say when a file cannot be written."""
     return StarnavError(f"cannot write {path}: {reason_of(error)}; allowed: a file in a folder you may write to")
+
+
+def file_name(text: str) -> str:
+    """The text without what no name of a file should have, and cut: a scenario's name may be any text."""
+    return re.sub(r"[^\w .+-]|^\.", "_", text)[:_LONGEST_NAME]
 
 
 def reason_of(error: Exception) -> str:

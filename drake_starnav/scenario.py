@@ -38,7 +38,7 @@ class SimulationParameters:
     """How a trial is simulated and judged."""
 
     timeout: float = parameter(0.0, "time a trial may take; 0 for the world's own", unit="s", low=0.0, high=1e6)
-    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", above=0.0, high=0.02)
+    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", low=1e-4, high=0.02)
     goal_tolerance: float = parameter(
         0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0
     )
@@ -119,7 +119,7 @@ class _Tagged(dict):
     tag: str = ""
 
 
-class _Loader(PlainLoader):  # type: ignore[misc, valid-type]
+class _Loader(PlainLoader):
     """Plain YAML whose mappings may carry a tag and have each key once; it never makes objects of other kinds."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:

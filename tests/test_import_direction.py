@@ -32,7 +32,7 @@ BASE = "errors parameters files console snapshot yaml_text"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 PLANNING = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control perception"
 METHOD = f"{PLANNING} movers baselines worlds metrics"
-SETUP = f"{METHOD} drawing faults scenario tolerance"
+SETUP = f"{METHOD} drawing faults scenario source_files tolerance"
 LOOP = f"{SETUP} systems station promises diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
 EVERYTHING = f"{TOP} benchmark report"
@@ -74,6 +74,7 @@ TABLE = {
     "drawing": Room(METHOD, ARRAYS),
     "faults": Room(f"{BASE} planar", ARRAYS),
     "scenario": Room(f"{METHOD} drawing faults", "numpy yaml"),
+    "source_files": Room(f"{METHOD} drawing faults scenario"),
     "tolerance": Room(f"{METHOD} faults"),
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),

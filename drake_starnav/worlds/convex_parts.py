@@ -155,7 +155,7 @@ def _clip_ears(points: np.ndarray) -> np.ndarray:
             first = q
         k = first
         for _ in range(n - t - 1):
-            if k == p or k == q or state[k] == best:
+            if k in (p, q) or state[k] == best:
                 sine[k], state[k] = _tip(points, k, before, after)
             k = after[k]
     triangles[n - 3] = (first, after[first], after[after[first]])
