@@ -12,6 +12,7 @@ from numba import njit
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.polyline import simplified
+from drake_starnav.worlds.world import FARTHEST
 
 MOST_CORNERS = 20_000
 """Of a polygon: the time that cutting takes grows by the square of their number, and is a second for so many."""
@@ -35,8 +36,8 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
             touch.
     """
     corners = np.asarray(polygon, dtype=float)
-    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
-        raise StarnavError(f"polygon is {shown(corners.tolist())}; allowed: at least 3 finite corners [x, y]")
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not (abs(corners) <= FARTHEST).all():
+        raise StarnavError(f"polygon is {shown(corners.tolist())}; allowed: at least 3 finite corners [x, y], m")
     if len(corners) > MOST_CORNERS:
         raise StarnavError(f"polygon has {len(corners)} corners; allowed: at most {MOST_CORNERS}")
     # about the first corner, so that a polygon far from the origin loses no digits

@@ -19,6 +19,8 @@ from drake_starnav.yaml_text import LARGEST_TEXT, load_yaml
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
 MODES = ("trinary", "scale", "raw")
+FINEST, COARSEST = 1e-3, 100.0
+"""Sides that cells may have, m."""
 LARGEST_MAP = 25_000_000
 """Cells."""
 
@@ -63,8 +65,8 @@ def read_map(path: Path) -> OccupancyMap:
     """
     keys = _read_yaml(path)
     resolution = _number(keys, "resolution", path)
-    if resolution <= 0.0:
-        raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: 0 < x m")
+    if not FINEST <= resolution <= COARSEST:
+        raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     origin = keys["origin"]
     if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
         raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
