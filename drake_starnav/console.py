@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from drake_starnav.errors import StarnavError, one_line, said_by
+from drake_starnav.errors import StarnavError, one_line, said_by, shown
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
@@ -73,7 +73,7 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
         return BROKEN_PIPE
     except OSError as error:
         _drop_output()
-        what = error.filename or "the output"
+        what = "the output" if error.filename is None else shown(str(error.filename))
         reason = error.strerror or said_by(error)
         return _told(
             f"{prog}: cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT

@@ -332,7 +332,9 @@ def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
         try:
             mapping[key] = str((folder / Path(value).expanduser()).resolve())
         except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
-            raise StarnavError(f"{section}.{key} is {shown(value)} ({error}); allowed: the path of a file") from None
+            raise StarnavError(
+                f"{section}.{key} is {shown(value)} ({reason_of(error)}); allowed: the path of a file"
+            ) from None
 
 
 def _world(mapping: Any, place: str) -> Any:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.benchmark.jobs import Record
+from drake_starnav.errors import one_line
 
 CONFIDENCE_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided interval of 95 %."""
@@ -214,7 +215,7 @@ def number(value: float | None, digits: int, scale: float = 1.0) -> str:
 
 def markdown_text(text: str) -> str:
     """A text so that Markdown shows it as it is, in one line: no cell ends, no element, link or emphasis begins."""
-    text = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    text = one_line(" ".join(text.split())).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\|`*\[\]~$]|(?<!\w)_|_(?!\w))", r"\\\1", text)
 
 

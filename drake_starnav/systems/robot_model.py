@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
@@ -35,10 +36,10 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
     The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
     """
     path = model_path("robots", f"{robot.model}.urdf")
-    shipped = path.is_file()
+    shipped = os.path.isfile(path)
     if not shipped:
         path = Path(robot.model)
-        if path.suffix != ".urdf" or not path.is_file():
+        if path.suffix != ".urdf" or not os.path.isfile(path):
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf file")
         if robot.mass_error == 0.0:

@@ -4,6 +4,7 @@ Source: wiki.ros.org/map_server, and `map_io.cpp` of navigation2/nav2_map_server
 """
 
 import math
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -138,7 +139,7 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     from PIL import Image  # late: only maps need it
 
     allowed = "allowed: a complete PGM (P2 or P5) or PNG image"
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise StarnavError(f"map image {path}: no such file; {allowed}")
     try:
         with Image.open(path, formats=("PPM", "PNG")) as image:

@@ -1,5 +1,6 @@
 """A world from a file of Drake's model formats."""
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +45,7 @@ class Model:
         allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
         if not path.name.endswith(FORMATS):
             raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise StarnavError(f"model {path}: no such file; {allowed}")
         x, y, yaw = self.start
         goal_x, goal_y = self.goal
