@@ -42,14 +42,15 @@ def _pieces(value: Any, most: int) -> Iterator[str]:
             yield from _pieces(entry, most)
         yield "}"
     elif isinstance(value, (list, tuple)):
-        left, right = "[]" if isinstance(value, list) else "()"
+        left, right = "[]" if isinstance(value, list) else ("(", ",)" if len(value) == 1 else ")")
         yield left
         for k, entry in enumerate(value):
             yield ", " if k else ""
             yield from _pieces(entry, most)
         yield right
     elif isinstance(value, (str, bytes)):
-        yield repr(value[: most + 1])
+        dots = "..." if isinstance(value, str) else b"..."
+        yield repr(value if len(value) <= most else value[: most - 10] + dots)  # type: ignore[operator]
     elif isinstance(value, int) and value.bit_length() > 3.3 * MOST_DIGITS:
         yield f"a whole number of {value.bit_length()} bits"
     else:

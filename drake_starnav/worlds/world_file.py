@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.files import read_text, reason_of
+from drake_starnav.files import read_bytes, reason_of
 from drake_starnav.models import model_path
 
 
@@ -43,7 +43,7 @@ class WorldFile:
         """
         path = shipped_file(file) or Path(file)
         try:
-            content = json.loads(read_text(path))
+            content = json.loads(read_bytes(path))
         except OSError as error:
             names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
             raise StarnavError(
