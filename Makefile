@@ -7,9 +7,11 @@
 #
 # PYTHON=...   the interpreter for the environment; without it the best one found
 # VENV=...     the environment's folder
+# TESTS=...    the tests to run; without it all
 
 VENV ?= .venv
 PYTHON ?=
+TESTS ?=
 RUN = $(VENV)/bin/python
 
 .PHONY: demo test check docs wheels install clean
@@ -19,7 +21,7 @@ demo: install
 	$(RUN) scripts/simulate.py forest --html out/forest.html --json out/forest.json
 
 test: install
-	$(RUN) -m pytest -q -n logical --maxprocesses 8
+	$(RUN) -m pytest -q -n logical --maxprocesses 8 $(TESTS)
 
 check: install
 	$(RUN) -m ruff check .

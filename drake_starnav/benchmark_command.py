@@ -3,29 +3,31 @@
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, command_name, exit_code
-from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_outputs, unwritable, write_text
-from drake_starnav.scenario import METHODS, scenario_names
+from drake_starnav.console import NOT_REACHED, REACHED, CommandParser, add_overrides, command_name, run_command
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.files import check_outputs, check_writable, write_text
+from drake_starnav.scenario import METHODS, scenario_names, scenario_path
 
 if TYPE_CHECKING:
     from drake_starnav.benchmark import Pool
     from drake_starnav.report import Results
 
+MOST_TRIALS, MOST_JOBS = 1_000_000, 1000
+"""More would only fill the memory."""
 MOST_WORLDS = 100_000
 """In one range of `--worlds`."""
 
 
 def benchmark(arguments: Sequence[str] | None = None) -> int:
     """Run many trials and tell their figures; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("benchmark"),
         description="Run many trials of scenarios and methods, and compare them.",
         epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
@@ -42,9 +44,12 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
     add_batch_options(parser)
-    options = parser.parse_args(arguments)
+    return run_command(parser, arguments, _benchmark, _interrupted)
+
+
+def _interrupted(options: argparse.Namespace) -> str:
     kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
-    return exit_code(parser.prog, lambda: _benchmark(options), f"interrupted{kept}")
+    return f"interrupted{kept}"
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
@@ -61,9 +66,9 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
 
 def check_batch_options(options: argparse.Namespace) -> None:
     """Raise `StarnavError` for a number out of its range."""
-    for name, low in (("trials", 1), ("seed", 0), ("jobs", 1)):
-        if getattr(options, name) < low:
-            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
+    for name, low, high in (("trials", 1, MOST_TRIALS), ("seed", 0, 2**64 - 1), ("jobs", 1, MOST_JOBS)):
+        if not low <= getattr(options, name) <= high:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number, {low} <= x <= {high}")
 
 
 def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
@@ -79,10 +84,10 @@ def world_numbers(text: str) -> list[int]:
     for part in text.split(","):
         first, dash, last = part.partition("-")
         if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
-            raise StarnavError(f"--worlds is {text!r}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
+            raise StarnavError(f"--worlds is {shown(text)}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
         low, high = int(first), int(last if dash else first)
         if not low <= high < low + MOST_WORLDS:
-            raise StarnavError(f"--worlds has {part!r}; allowed: an ascending range of at most {MOST_WORLDS}")
+            raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_WORLDS}")
         numbers.update(range(low, high + 1))
     return sorted(numbers)
 
@@ -95,15 +100,26 @@ def _benchmark(options: argparse.Namespace) -> int:
         raise StarnavError(
             f"{'both scenarios and' if options.suite else 'neither a scenario nor'} --suite; allowed: one of the two"
         )
-    _check_report_options(options, options.scenario, options.json)
+    _check_report_options(options)
     worlds = None if options.worlds is None else world_numbers(options.worlds)
-    from drake_starnav.benchmark import TrialFile, check_worlds, find_suite, make_cases, make_header, run_batch
+    from drake_starnav.benchmark import (
+        TrialFile,
+        case_files,
+        check_worlds,
+        find_suite,
+        make_cases,
+        make_header,
+        run_batch,
+    )
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
-    cases = make_cases(suite.scenarios if suite else options.scenario, methods, options.overrides)
+    sources = suite.scenarios if suite else options.scenario
+    cases = make_cases(sources, methods, options.overrides)
     if worlds is not None:
         check_worlds(cases, worlds)
+    read = {*map(scenario_path, sources), *(file for case in cases for file in case_files(case))}
+    _check_report_outputs(options, read, options.json)
     header = make_header(cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None)
     with (
         chosen_pool(options) as pool,
@@ -124,7 +140,7 @@ def _benchmark(options: argparse.Namespace) -> int:
 
 def report(arguments: Sequence[str] | None = None) -> int:
     """Report on trials that have run; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("report"),
         description="Make tables, plots and recordings of trials that benchmark.py has run.",
     )
@@ -134,14 +150,14 @@ def report(arguments: Sequence[str] | None = None) -> int:
     _add_report_options(parser)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
-    options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: _report_files(options))
+    return run_command(parser, arguments, _report_files)
 
 
 def _report_files(options: argparse.Namespace) -> int:
-    if options.jobs < 1:
-        raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number >= 1")
-    _check_report_options(options, options.file)
+    if not 1 <= options.jobs <= MOST_JOBS:
+        raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number, 1 <= x <= {MOST_JOBS}")
+    _check_report_options(options)
+    _check_report_outputs(options, options.file)
     from drake_starnav.report.results import read_results
 
     _report(read_results(options.file), options)
@@ -164,28 +180,33 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _check_report_options(options: argparse.Namespace, inputs: Sequence[Path | str], *outputs: Path | None) -> None:
-    """Raise a `StarnavError` for a bad option of `_add_report_options`, or if an output is an input or another output.
+def _check_report_options(options: argparse.Namespace) -> None:
+    """Raise a `StarnavError` for a bad number among the options of `_add_report_options`."""
+    for name, low in (("recordings", -1), ("panels", 1)):
+        if getattr(options, name) < low:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
+
+
+def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
+    """Raise a `StarnavError` unless the report can be written: no output is an input or another output.
 
     Args:
         options: parsed.
         inputs: what is read.
         outputs: what is written besides the report.
     """
-    for name, low in (("recordings", -1), ("panels", 1)):
-        if getattr(options, name) < low:
-            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
     check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
     if options.html is not None:
-        if _recordings_folder(options.html).is_file():
-            raise unwritable(_recordings_folder(options.html), FileExistsError("it is no folder"))
+        if options.recordings >= 0:
+            check_writable(_recordings_folder(options.html) / "trial.html")
         from drake_starnav.report.figures import new_figure
 
         new_figure(1.0)  # tells whether there is a matplotlib before anything runs
 
 
 def _recordings_folder(html: Path) -> Path:
-    return html.with_name(f"{html.stem}_recordings")
+    """Of a report: no other report in the same folder has it."""
+    return html.with_name(f"{html.stem}_recordings" if html.suffix == ".html" else f"{html.name}.recordings")
 
 
 def _report(results: "Results", options: argparse.Namespace) -> None:

@@ -12,18 +12,28 @@ from pathlib import Path
 from tqdm import tqdm
 
 from drake_starnav.benchmark_command import benchmark, report
-from drake_starnav.console import BAD_INPUT, NOT_REACHED, REACHED, add_overrides, command_name, exit_code
+from drake_starnav.console import (
+    NOT_REACHED,
+    REACHED,
+    CommandParser,
+    add_overrides,
+    check_seed,
+    command_name,
+    exit_code,
+    run_command,
+)
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_outputs, write_text
+from drake_starnav.files import check_outputs, file_name, write_text
 from drake_starnav.parameters import unknown_name
 from drake_starnav.record_command import record
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names, scenario_text
+from drake_starnav.source_files import input_files
 from drake_starnav.worlds import WORLD_KINDS
 
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
     """Run one scenario; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("simulate"),
         description="Drive one scenario and say how it went.",
         epilog="exit codes: 0 the goal was reached, 1 it was not, 2 bad input",
@@ -42,16 +52,14 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
         "--real-time-rate", type=float, metavar="X",
         help="with --meshcat: simulated time over real time at most; 0 for as fast as it goes (default: 1)",
     )  # fmt: skip
-    options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: _simulate(options))
+    return run_command(parser, arguments, _simulate)
 
 
 def _simulate(options: argparse.Namespace) -> int:
-    if options.seed < 0:
-        raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
-    check_outputs((options.html, options.json), [options.scenario])
+    check_seed(options.seed)
     _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
+    check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
     from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
@@ -102,7 +110,7 @@ def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
 
 def show_world(arguments: Sequence[str] | None = None) -> int:
     """Draw the world of one scenario; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("show_world"),
         description="Draw a scenario's world with start, goal, shortest path and the paths of what moves.",
     )
@@ -110,18 +118,16 @@ def show_world(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help="a .png or an .html (default: out/SCENARIO.png)")
-    options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: _show_world(options))
+    return run_command(parser, arguments, _show_world)
 
 
 def _show_world(options: argparse.Namespace) -> int:
-    if options.seed < 0:
-        raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
+    check_seed(options.seed)
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    file = Path("out", f"{scenario.name}.png") if options.out is None else options.out
+    file = Path("out", f"{file_name(scenario.name)}.png") if options.out is None else options.out
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
-    check_outputs([file], [options.scenario])
+    check_outputs([file], input_files(options.scenario, scenario))
     from drake_starnav.simulation import omniscient_path
     from drake_starnav.systems.model_world import make_world_with_footprints
     from drake_starnav.world_figure import write_html, write_png
@@ -163,13 +169,16 @@ COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """`python -m drake_starnav [COMMAND ...]`: run a command, or list commands, scenarios, methods and worlds."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    if not arguments or arguments[0] in ("-h", "--help"):
-        print(_listing())
-        return REACHED
-    if arguments[0] not in COMMANDS:
-        print(f"python -m drake_starnav: {unknown_name('command', arguments[0], COMMANDS)}", file=sys.stderr)
-        return BAD_INPUT
-    return COMMANDS[arguments[0]](arguments[1:])
+    if arguments and arguments[0] in COMMANDS:
+        return COMMANDS[arguments[0]](arguments[1:])
+    return exit_code("python -m drake_starnav", lambda: _list(arguments))
+
+
+def _list(arguments: Sequence[str]) -> int:
+    if arguments and arguments[0] not in ("-h", "--help"):
+        raise unknown_name("command", arguments[0], COMMANDS)
+    print(_listing())
+    return REACHED
 
 
 def _listing() -> str:

@@ -1,20 +1,52 @@
 """What the command lines share."""
 
 import argparse
+import contextlib
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NoReturn
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, one_line, said_by, shown
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
 
 
+class CommandParser(argparse.ArgumentParser):
+    """A parser of arguments that refuses bad ones in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """End the program."""
+        self.exit(BAD_INPUT, f"{self.prog}: {one_line(said_by(ValueError(message)))}; allowed: see --help\n")
+
+
 def command_name(name: str) -> str:
     """What a command was called by: its script, or the package."""
     return f"python -m drake_starnav {name}" if Path(sys.argv[0]).name == "__main__.py" else f"{name}.py"
+
+
+def run_command(
+    parser: argparse.ArgumentParser,
+    arguments: Sequence[str] | None,
+    work: Callable[[argparse.Namespace], int],
+    interrupted: Callable[[argparse.Namespace], str] = lambda options: "interrupted",
+) -> int:
+    """Parse the arguments and do a command's work; returns its exit code, see `exit_code`.
+
+    Args:
+        parser: of the arguments.
+        arguments: None for those of the process.
+        work: may raise `StarnavError`.
+        interrupted: what is told on Ctrl-C.
+    """
+
+    def parsed() -> int:
+        options = parser.parse_args(arguments)
+        return exit_code(parser.prog, lambda: work(options), interrupted(options))
+
+    return exit_code(parser.prog, parsed)
 
 
 def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
@@ -25,17 +57,49 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
         work: may raise `StarnavError`.
         interrupted: what is told on Ctrl-C.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # whatever is in the name of a file, a terminal shows it somehow
+            stream.reconfigure(errors="backslashreplace")
     try:
-        return work()
+        try:
+            return work()
+        finally:
+            if sys.stdout is not None:
+                sys.stdout.flush()  # or the interpreter does, when nobody can tell any more that it failed
     except StarnavError as error:
-        print(f"{prog}: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return _told(f"{prog}: {error}", BAD_INPUT)
     except BrokenPipeError:  # who read the output has gone, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return BROKEN_PIPE
+    except OSError as error:
+        _drop_output()
+        what = "the output" if error.filename is None else shown(str(error.filename))
+        reason = error.strerror or said_by(error)
+        return _told(
+            f"{prog}: cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
+        )
+    except MemoryError as error:
+        return _told(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
     except KeyboardInterrupt:
-        print(f"{prog}: {interrupted}", file=sys.stderr)
-        return INTERRUPTED
+        return _told(f"{prog}: {interrupted}", INTERRUPTED)
+
+
+def _told(text: str, code: int) -> int:
+    """The code, once the text has been told; where nobody can hear it, the code says enough."""
+    with contextlib.suppress(OSError):
+        print(one_line(text), file=sys.stderr, flush=True)
+    return code
+
+
+def _drop_output() -> None:
+    """Send what is still to be printed nowhere, if standard output takes nothing any more."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError):  # no file at all, as in tests
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except AttributeError:  # it was closed from the beginning
+        pass
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
@@ -48,3 +112,9 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
         dest="overrides",
         help="override a parameter of the scenario (of every one, if several), e.g. robot.radius=0.3; may be repeated",
     )
+
+
+def check_seed(seed: int | None) -> None:
+    """Raise `StarnavError` unless the option `--seed` is one that every source of chance takes."""
+    if seed is not None and not 0 <= seed < 2**64:
+        raise StarnavError(f"--seed is {seed}; allowed: a whole number, 0 <= x < 2**64")

@@ -1,4 +1,12 @@
-"""The one base class of every error that this package raises on purpose, and what callers tell apart."""
+"""The one base class of every error that this package raises on purpose, what callers tell apart, and how it reads."""
+
+from collections.abc import Iterator
+from typing import Any
+
+LONGEST_VALUE = 100
+"""Characters of a value that a message shows at most."""
+MOST_DIGITS = 1000
+"""A whole number of more is not written out."""
 
 
 class StarnavError(Exception):
@@ -7,3 +15,54 @@ class StarnavError(Exception):
 
 class UnsupportedError(StarnavError):
     """A method that cannot be tried in a world at all, which is no failure of a trial."""
+
+
+def shown(value: Any, most: int = LONGEST_VALUE) -> str:
+    """`repr(value)` for a message: cut after `most` characters, and never made any longer than that.
+
+    A value from a file may be larger than memory once it is written out: a few aliases of YAML stand for billions of
+    entries.
+    """
+    text = ""
+    for piece in _pieces(value, most):
+        text += piece
+        if len(text) > most:
+            return f"{text[: most - 3]}..."
+    return text
+
+
+def _pieces(value: Any, most: int) -> Iterator[str]:
+    """The parts of `repr(value)` one after another."""
+    if isinstance(value, dict):
+        yield "{"
+        for k, (key, entry) in enumerate(value.items()):
+            yield ", " if k else ""
+            yield from _pieces(key, most)
+            yield ": "
+            yield from _pieces(entry, most)
+        yield "}"
+    elif isinstance(value, (list, tuple)):
+        left, right = "[]" if isinstance(value, list) else ("(", ",)" if len(value) == 1 else ")")
+        yield left
+        for k, entry in enumerate(value):
+            yield ", " if k else ""
+            yield from _pieces(entry, most)
+        yield right
+    elif isinstance(value, (str, bytes)):
+        dots = "..." if isinstance(value, str) else b"..."
+        yield repr(value if len(value) <= most else value[: most - 10] + dots)  # type: ignore[operator]
+    elif isinstance(value, int) and value.bit_length() > 3.3 * MOST_DIGITS:
+        yield f"a whole number of {value.bit_length()} bits"
+    else:
+        yield repr(value)
+
+
+def one_line(text: str) -> str:
+    """The text without line breaks and control characters, which names of files may have, as Python writes them."""
+    return "".join(c if c.isprintable() or c == "\u00a0" else repr(c)[1:-1] for c in text)
+
+
+def said_by(error: Exception) -> str:
+    """What the error of another library says, in one line and cut."""
+    text = " ".join(str(error).split())
+    return text if len(text) <= 5 * LONGEST_VALUE else f"{text[: 5 * LONGEST_VALUE - 3]}..."

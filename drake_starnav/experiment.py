@@ -8,7 +8,8 @@ from pathlib import Path
 from drake_starnav.benchmark import TrialFile, make_cases, make_header, run_batch
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark_command import add_batch_options, check_batch_options, chosen_pool
-from drake_starnav.console import NOT_REACHED, REACHED, exit_code
+from drake_starnav.console import NOT_REACHED, REACHED, CommandParser, run_command
+from drake_starnav.errors import shown
 from drake_starnav.files import check_outputs
 from drake_starnav.parameters import unknown_name
 
@@ -25,7 +26,7 @@ def experiment_parser(prog: str, description: str, scenarios: Sequence[str], out
         scenarios: that it runs by default.
         out: the folder that it writes to by default.
     """
-    parser = argparse.ArgumentParser(prog=prog, description=description)
+    parser = CommandParser(prog=prog, description=description)
     parser.add_argument("scenario", nargs="*", default=scenarios, help=f"default: {' '.join(scenarios)}")
     parser.add_argument("--out", type=Path, default=out, metavar="FOLDER", help=f"default: {out}")
     add_batch_options(parser)
@@ -36,14 +37,16 @@ def experiment(
     parser: argparse.ArgumentParser, measure: Callable[[argparse.Namespace], Results], arguments: Sequence[str] | None
 ) -> int:
     """Parse the arguments and measure; returns the exit code, as of `benchmark`."""
-    options = parser.parse_args(arguments)
 
-    def work() -> int:
+    def work(options: argparse.Namespace) -> int:
         check_batch_options(options)
         results = measure(options)
         return NOT_REACHED if any(count(records, "error") for records in results.values()) else REACHED
 
-    return exit_code(parser.prog, work, f"interrupted; what has run is in {options.out}, --resume goes on")
+    def interrupted(options: argparse.Namespace) -> str:
+        return f"interrupted; what has run is in {options.out}, --resume goes on"
+
+    return run_command(parser, arguments, work, interrupted)
 
 
 def add_rows(parser: argparse.ArgumentParser, rows: Iterable[str]) -> None:
@@ -57,7 +60,7 @@ def check_rows(options: argparse.Namespace, known: Iterable[str]) -> None:
     names = list(known)
     for name in options.rows:
         if name not in names:
-            raise unknown_name(f"row {name!r}", name, names)
+            raise unknown_name(f"row {shown(name)}", name, names)
 
 
 def run_variants(

@@ -1,12 +1,52 @@
-"""Files that are written whole or not at all."""
+"""Files that are read only if they are files of a reasonable size, and written whole or not at all."""
 
 import os
+import re
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from drake_starnav.errors import StarnavError
+
+LARGEST_FILE = 256 * 2**20
+"""No file of worlds, model or map is larger, bytes: what is would only fill the memory."""
+_LONGEST_NAME = 60
+_NAME_PART = 40
+"""So many characters of a file's name are part of its temporary one, which would be too long otherwise."""
+
+
+def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
+    """The content of a regular file.
+
+    Args:
+        path: of the file.
+        largest: size from which on it is not read, bytes.
+
+    Raises:
+        OSError: it cannot be read, is no regular file (a pipe or a device may never end), or is too large.
+    """
+    try:
+        path = Path(path)
+        if path.exists() and not path.is_file():
+            raise IsADirectoryError("it is a folder") if path.is_dir() else OSError("it is not a regular file")
+        if path.stat().st_size > largest:
+            raise OSError(f"it has {path.stat().st_size} bytes, more than {largest}")
+        return path.read_bytes()
+    except ValueError as error:  # a null byte in its name
+        raise OSError(str(error)) from None
+
+
+def read_text(path: Path | str, largest: int = LARGEST_FILE) -> str:
+    """The content of a text file in UTF-8, with or without a byte order mark; as `read_bytes`.
+
+    Raises:
+        OSError: as there, or it is no UTF-8.
+    """
+    try:
+        return read_bytes(path, largest).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise OSError(f"it is not UTF-8: {error.reason} at byte {error.start}") from None
 
 
 @contextmanager
@@ -14,16 +54,19 @@ def replacing(path: Path) -> Iterator[Path]:
     """A temporary file beside `path` that takes its name once the block has ended well, and is removed otherwise.
 
     Args:
-        path: of the file to write; the temporary name has the same suffix.
+        path: of the file to write, whose folder is made; the temporary name has the same suffix.
 
     Raises:
         StarnavError: the file cannot be written.
     """
-    temporary, target = None, path.resolve()  # a link stays, and leads to the new file
+    temporary = None
     try:
         try:
+            target = path.resolve()  # a link stays, and leads to the new file
             _check_regular(target)
-            handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}.", suffix=path.suffix)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            prefix, suffix = f".{target.stem[:_NAME_PART]}.", path.suffix[:_NAME_PART]
+            handle, name = tempfile.mkstemp(dir=target.parent, prefix=prefix, suffix=suffix)
             os.close(handle)
             temporary = Path(name)
             yield temporary
@@ -37,9 +80,9 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all."""
+    """Write a text file in UTF-8 whole or not at all; of names of files that are none, their bytes are written out."""
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def _check_regular(path: Path) -> None:
@@ -57,8 +100,8 @@ def _umask() -> int:
     return mask
 
 
-def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | str] = ()) -> None:
-    """Raise `StarnavError` unless all files can be written, each once and over none that is read; makes their folders.
+def check_outputs(outputs: Sequence[Path | None], inputs: Iterable[Path | str] = ()) -> None:
+    """Raise `StarnavError` unless all files can be written, each once and over none that is read; writes nothing.
 
     Args:
         outputs: what is to be written; None is nothing.
@@ -68,30 +111,50 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | str] =
     for path in outputs:
         if path is None:
             continue
-        target = path.resolve()
+        try:
+            target = path.resolve()
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, a null byte
+            raise unwritable(path, error) from None
         if target in written:
             raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
         if target in read:
             raise StarnavError(f"{path} is to be read and written; allowed: another file to write")
         written.add(target)
         check_writable(path)
+    for path in written:
+        if parents := written & {*path.parents}:
+            raise StarnavError(f"{path} is to be in {parents.pop()}, which is to be a file; allowed: another folder")
 
 
 def check_writable(path: Path | None) -> None:
-    """Raise `StarnavError` unless a file can be written at `path`; makes its folder."""
+    """Raise `StarnavError` unless a file can be written at `path`, its folder made first; leaves no trace."""
     if path is None:
         return
     try:
         _check_regular(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
+        folder = next(folder for folder in path.resolve().parents if folder.exists())
+        if folder == path.resolve().parent:
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        else:
+            with tempfile.TemporaryDirectory(dir=folder):
+                pass
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError("it is write-protected")
-    except OSError as error:
+    except (OSError, RuntimeError, ValueError) as error:
         raise unwritable(path, error) from None
 
 
-def unwritable(path: Path, error: OSError) -> StarnavError:
+def unwritable(path: Path, error: Exception) -> StarnavError:
     """What to say when a file cannot be written."""
-    return StarnavError(f"cannot write {path}: {error.strerror or error}; allowed: a file in a folder you may write to")
+    return StarnavError(f"cannot write {path}: {reason_of(error)}; allowed: a file in a folder you may write to")
+
+
+def file_name(text: str) -> str:
+    """The text without what no name of a file should have, and cut: a scenario's name may be any text."""
+    return re.sub(r"[^\w .+-]|^\.", "_", text)[:_LONGEST_NAME]
+
+
+def reason_of(error: Exception) -> str:
+    """Why the system refused something, without the name of the file."""
+    return getattr(error, "strerror", None) or str(error)

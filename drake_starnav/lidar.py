@@ -38,7 +38,7 @@ class LidarParameters:
         high=1000.0,
         when="set it to what your sensor measures of dark surfaces",
     )
-    rate: float = parameter(20.0, "scans per second", unit="Hz", above=0.0, high=10000.0)
+    rate: float = parameter(20.0, "scans per second", unit="Hz", low=0.1, high=10000.0)
     noise: float = parameter(
         0.01,
         "standard deviation of the range error of hits",

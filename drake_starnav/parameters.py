@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 
 LARGEST = 1e300
 """Numbers whose size is larger count as infinite."""
+LONGEST_NAME = 200
+"""Characters of an unknown name that a message shows."""
 
 
 def parameter(
@@ -100,7 +102,7 @@ def check_parameters(parameters: Any, place: str) -> None:
             good = good and not (meta.get("high") is not None and value > meta["high"])
             good = good and not (meta.get("above") is not None and value <= meta["above"])
         if not good:
-            raise StarnavError(f"{place}.{field.name} is {given!r}; allowed: {allowed_text(field)}")
+            raise StarnavError(f"{place}.{field.name} is {shown(given)}; allowed: {allowed_text(field)}")
         object.__setattr__(parameters, field.name, value)
 
 
@@ -117,7 +119,7 @@ def convert(value: Any, kind: Any, place: str) -> Any:
     if typing.get_origin(kind) is list and isinstance(value, list):
         return value  # its owner checks the entries
     names = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
-    raise StarnavError(f"{place} is {value!r}; allowed: {names.get(kind, 'a list')}")
+    raise StarnavError(f"{place} is {shown(value)}; allowed: {names.get(kind, 'a list')}")
 
 
 def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
@@ -135,7 +137,7 @@ def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
     if mapping is None:
         mapping = {}
     if not isinstance(mapping, dict):
-        raise StarnavError(f"{place} is {mapping!r}; allowed: a mapping of {', '.join(_names(cls))}")
+        raise StarnavError(f"{place} is {shown(mapping)}; allowed: a mapping of {', '.join(_names(cls))}")
     kinds = typing.get_type_hints(cls)
     values = {}
     for key, value in mapping.items():
@@ -150,7 +152,8 @@ def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
 def unknown_name(what: str, name: str, valid: Iterable[str]) -> StarnavError:
     """The error for a name that is not among the valid ones; it suggests the nearest."""
     valid = list(valid)
-    near = difflib.get_close_matches(name, valid, n=1, cutoff=0.5)
+    what = what if len(what) <= LONGEST_NAME else f"{what[: LONGEST_NAME - 3]}..."
+    near = difflib.get_close_matches(name[:LONGEST_NAME], valid, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}? " if near else ""
     return StarnavError(f"unknown {what}: {hint}allowed: {', '.join(valid)}")
 

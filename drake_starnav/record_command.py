@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,11 +11,28 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from drake_starnav.benchmark.trial_file import read_trials
-from drake_starnav.console import NOT_REACHED, REACHED, add_overrides, command_name, exit_code
-from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_outputs
-from drake_starnav.scenario import METHODS, Scenario, in_world, load_scenario, parse_scenario, scenario_names
+from drake_starnav.benchmark.trial_file import PACKED, read_trials
+from drake_starnav.console import (
+    NOT_REACHED,
+    REACHED,
+    CommandParser,
+    add_overrides,
+    check_seed,
+    command_name,
+    run_command,
+)
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.files import check_outputs, file_name, read_bytes, reason_of
+from drake_starnav.scenario import (
+    METHODS,
+    Scenario,
+    in_world,
+    load_scenario,
+    parse_scenario,
+    scenario_names,
+    scenario_path,
+)
+from drake_starnav.source_files import source_files
 
 if TYPE_CHECKING:
     from drake_starnav.recording.browser import BrowserCamera
@@ -46,12 +64,12 @@ class Run:
     def name(self) -> str:
         """For files: scenario, methods, seed."""
         scenario = next(iter(self.scenarios.values()))
-        return "-".join((scenario.name, *self.scenarios, str(self.seed)))
+        return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
 
 
 def record(arguments: Sequence[str] | None = None) -> int:
     """Record one run; see `--help`. Returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog=command_name("record"),
         description="Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
         epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input, 130 interrupted",
@@ -83,17 +101,20 @@ def record(arguments: Sequence[str] | None = None) -> int:
         "(default: a browser if there is one)",
     )  # fmt: skip
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
-    options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: _record(options))
+    return run_command(parser, arguments, _record)
 
 
 def _record(options: argparse.Namespace) -> int:
     run = chosen_run(options)
     html = options.html or Path("out") / f"{run.name}.html"
+    check_outputs([html])  # so that it has a name, which others are derived from
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
     stills = {time: html.with_name(f"{html.stem}-{time:g}s.png") for time in options.png}
     _check_numbers(options)
-    check_outputs([html, *clips.values(), *stills.values()], [options.run])
+    read = {Path(options.run), *(file for scenario in run.scenarios.values() for file in source_files(scenario))}
+    if not Path(options.run).name.endswith(TRIAL_SUFFIXES):
+        read.add(scenario_path(options.run))
+    check_outputs([html, *clips.values(), *stills.values()], read)
 
     from drake_starnav.recording.camera import check_view  # late: bad input is told before Drake is loaded
 
@@ -125,8 +146,7 @@ def chosen_run(options: argparse.Namespace) -> Run:
     Raises:
         StarnavError: no such trial, scenario, method or parameter, or options that do not go together.
     """
-    if options.seed is not None and options.seed < 0:
-        raise StarnavError(f"--seed is {options.seed}; allowed: a whole number >= 0")
+    check_seed(options.seed)
     if options.compare and options.method:
         raise StarnavError("--compare and --method do not go together; allowed: one of them")
     if options.compare and len(set(options.compare)) < len(options.compare):
@@ -159,9 +179,9 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         StarnavError: the file cannot be read, or has no such trial.
     """
     try:
-        data = path.read_bytes()
+        data = b"" if path.name.endswith(PACKED) else read_bytes(path)
     except OSError as error:
-        raise StarnavError(f"cannot read {path}: {error.strerror}; allowed: a file with a trial") from None
+        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file with a trial") from None
     try:
         single = json.loads(data)
     except (ValueError, RecursionError):
@@ -170,8 +190,10 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         if line not in (None, 1):
             raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
         for name, kind in {**SINGLE_KINDS, "text": str}.items():
-            if not isinstance(single.get(name, ""), kind):
-                raise StarnavError(f"{path}: {name} is {single[name]!r}; allowed: as simulate.py --json writes it")
+            value = single.get(name, kind())
+            if not isinstance(value, kind) or isinstance(value, bool):
+                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as simulate.py --json writes it")
+        check_seed(single["seed"])
         return single
     header, records = read_trials(path)
     if line is None and len(records) == 1:
@@ -188,7 +210,7 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
 
 def _check_numbers(options: argparse.Namespace) -> None:
     for time in options.png:
-        if not time >= 0.0:
+        if not 0.0 <= time < math.inf:
             raise StarnavError(f"--png is {time:g}; allowed: 0 <= T s")
     for name, low, high in (("width", 100, 4400), ("rate", 1, 50), ("speed", 0.1, 100.0)):
         value = getattr(options, name)
@@ -201,14 +223,14 @@ def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
     from drake_starnav.recording.browser import browser_missing
     from drake_starnav.recording.clips import find_ffmpeg
 
+    if pictures and options.renderer == "matplotlib" and options.view == "oblique":
+        raise StarnavError("--view oblique with --renderer matplotlib; allowed: top, follow, or a browser")
     if options.mp4 is not None:
         find_ffmpeg()
     missing = browser_missing() if pictures else None
     if missing is not None and (options.renderer == "browser" or options.view == "oblique"):
         what = "--renderer browser" if options.renderer == "browser" else "--view oblique"
         raise StarnavError(f"{what} needs {missing}; allowed: install it, or --renderer matplotlib --view top")
-    if pictures and options.renderer == "matplotlib" and options.view == "oblique":
-        raise StarnavError("--view oblique with --renderer matplotlib; allowed: top, follow, or a browser")
 
 
 def _shoot(run: Run, html: Path, options: argparse.Namespace) -> tuple["Film", bool]:

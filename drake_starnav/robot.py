@@ -14,7 +14,7 @@ class RobotParameters:
         0.25,
         "radius of the disc that contains the hull",
         unit="m",
-        above=0.0,
+        low=0.01,
         high=5.0,
         when="another robot: half the diagonal of its outline",
     )
@@ -22,27 +22,29 @@ class RobotParameters:
         0.8,
         "largest forward speed",
         unit="m/s",
-        above=0.0,
+        low=0.01,
         high=10.0,
         when="raise it together with the accelerations, see docs/tuning.md",
     )
-    max_yaw_rate: float = parameter(2.0, "largest turning rate", unit="rad/s", above=0.0, high=20.0)
+    max_yaw_rate: float = parameter(2.0, "largest turning rate", unit="rad/s", low=0.01, high=20.0)
     max_acceleration: float = parameter(
         1.0,
         "largest change of speed",
         unit="m/s^2",
-        above=0.0,
+        low=0.01,
         high=50.0,
         when="no more than the floor gives: the certificate trusts it to brake",
     )
-    max_yaw_acceleration: float = parameter(
-        4.0, "largest change of turning rate", unit="rad/s^2", above=0.0, high=200.0
-    )
+    max_yaw_acceleration: float = parameter(4.0, "largest change of turning rate", unit="rad/s^2", low=0.01, high=200.0)
     close_speed: float = parameter(
         0.8, "with speed_per_clearance: largest speed where the hull would touch", unit="m/s", above=0.0, high=10.0
     )
     speed_per_clearance: float = parameter(
-        0.0, "largest speed gained per metre of clearance; 0: clearance does not limit it", unit="1/s", low=0.0
+        0.0,
+        "largest speed gained per metre of clearance; 0: clearance does not limit it",
+        unit="1/s",
+        low=0.0,
+        high=1000.0,
     )
     mass_error: float = parameter(
         0.0, "by which share the simulated base is heavier than its model says", low=-0.9, high=10.0

@@ -19,8 +19,9 @@ import yaml
 from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters, PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
 from drake_starnav.drawing import RecordingParameters
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.faults import DriveParameters, LocalizationParameters
+from drake_starnav.files import read_text, reason_of
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.models import model_path
 from drake_starnav.movers import MoverParameters
@@ -29,6 +30,7 @@ from drake_starnav.roadmap import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds import WORLD_KINDS
 from drake_starnav.worlds.world_file import shipped_file
+from drake_starnav.yaml_text import LARGEST_TEXT, PlainLoader, load_yaml
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class SimulationParameters:
     """How a trial is simulated and judged."""
 
     timeout: float = parameter(0.0, "time a trial may take; 0 for the world's own", unit="s", low=0.0, high=1e6)
-    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", above=0.0, high=0.02)
+    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", low=1e-4, high=0.02)
     goal_tolerance: float = parameter(
         0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0
     )
@@ -117,7 +119,7 @@ class _Tagged(dict):
     tag: str = ""
 
 
-class _Loader(yaml.SafeLoader):
+class _Loader(PlainLoader):
     """Plain YAML whose mappings may carry a tag and have each key once; it never makes objects of other kinds."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
@@ -153,6 +155,17 @@ def scenario_names() -> list[str]:
     return sorted(path.stem for path in model_path("scenarios").glob("*.yaml"))
 
 
+def scenario_path(name_or_path: str) -> Path:
+    """The file of a shipped scenario, or the one that a path names; a `StarnavError` if it is no such name or path."""
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
+        return path
+    if name_or_path not in scenario_names():
+        known = [*scenario_names(), "a path to a YAML file"]
+        raise unknown_name(f"scenario {shown(name_or_path)}", name_or_path, known)
+    return model_path("scenarios", f"{name_or_path}.yaml")
+
+
 def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
     """A shipped scenario by name, or one from a YAML file by path.
 
@@ -164,24 +177,26 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
     Raises:
         StarnavError: no such scenario or method, broken YAML, unknown key, or a value that is not allowed.
     """
-    path = Path(name_or_path)
-    shipped = model_path("scenarios", f"{name_or_path}.yaml")
-    if path.suffix not in (".yaml", ".yml") and not os.path.isfile(path):
-        if name_or_path not in scenario_names():
-            raise unknown_name(f"scenario {name_or_path!r}", name_or_path, [*scenario_names(), "a path to a YAML file"])
-        path = shipped
+    path = scenario_path(name_or_path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise StarnavError(f"scenario file {path} cannot be read: {error}; allowed: a UTF-8 YAML file") from None
+        text = read_text(path, LARGEST_TEXT)
+    except OSError as error:
+        raise StarnavError(
+            f"scenario file {path} cannot be read: {reason_of(error)}; allowed: a UTF-8 YAML file"
+        ) from None
     return parse_scenario(
-        text, name=path.stem, place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
+        text, name=_name_of(path), place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
     )
+
+
+def _name_of(path: Path) -> str:
+    """What to call a scenario file; bytes that are no UTF-8, which names of files may have, are replaced."""
+    return os.fsencode(path.stem).decode("utf-8", errors="replace")
 
 
 def _check_known(method: str) -> None:
     if method not in METHODS:
-        raise unknown_name(f"method {method!r}", method, METHODS)
+        raise unknown_name(f"method {shown(method)}", method, METHODS)
 
 
 def check_method(scenario: Scenario, method: str) -> None:
@@ -271,19 +286,10 @@ def _flow(values: dict[str, Any]) -> str:
 
 
 def _read(text: str, place: str) -> dict[str, Any]:
-    try:
-        sections = yaml.load(text, Loader=_Loader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or str(error)
-        raise StarnavError(f"{place}{where}: {problem}; allowed: valid YAML") from None
-    except ValueError as error:
-        raise StarnavError(f"{place}: {error}; allowed: valid YAML") from None
-    except RecursionError:
-        raise StarnavError(f"{place}: it is nested too deeply; allowed: valid YAML") from None
+    sections = load_yaml(text, place, _Loader)
     if not isinstance(sections, dict):
-        raise StarnavError(f"{place} holds {sections!r}; allowed: a mapping with {', '.join(('world', *SECTIONS))}")
+        known = ", ".join(("world", *SECTIONS))
+        raise StarnavError(f"{place} holds {shown(sections)}; allowed: a mapping with {known}")
     return sections
 
 
@@ -291,14 +297,16 @@ def _override(sections: dict[str, Any], text: str) -> None:
     key, separator, value = text.partition("=")
     names = key.split(".")
     if not separator or len(names) != 2 or not all(names):
-        raise StarnavError(f"override {text!r}; allowed: section.key=value, e.g. robot.radius=0.3")
+        raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
     section, name = names
     if section not in ("world", *SECTIONS):
         raise unknown_name(f"key {key}", section, ["world", *SECTIONS])
     try:
-        parsed = yaml.load(value, Loader=_Loader)
-    except (yaml.YAMLError, ValueError, RecursionError):
-        raise StarnavError(f"override {text!r}: the value is not valid YAML; allowed: e.g. robot.radius=0.3") from None
+        parsed = load_yaml(value, key, _Loader)
+    except StarnavError:
+        raise StarnavError(
+            f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
+        ) from None
     if not isinstance(sections.get(section), dict):
         sections[section] = {}
     sections[section][name] = parsed
@@ -324,13 +332,15 @@ def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
         try:
             mapping[key] = str((folder / Path(value).expanduser()).resolve())
         except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
-            raise StarnavError(f"{section}.{key} is {value!r} ({error}); allowed: the path of a file") from None
+            raise StarnavError(
+                f"{section}.{key} is {shown(value)} ({reason_of(error)}); allowed: the path of a file"
+            ) from None
 
 
 def _world(mapping: Any, place: str) -> Any:
     if not isinstance(mapping, _Tagged):
         tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
-        raise StarnavError(f"world in {place} is {mapping!r}; allowed: a mapping tagged {tags}")
+        raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
     if mapping.tag not in WORLD_KINDS:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
     return build(WORLD_KINDS[mapping.tag], dict(mapping), "world")

@@ -143,6 +143,7 @@ def run_trial(
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     timeout = scenario.simulation.timeout or world.timeout
+    shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is told at once
     stopwatch = Stopwatch()
     builder = DiagramBuilder()
     made: Diagram | DiagramBuilder = builder
@@ -185,7 +186,7 @@ def run_trial(
             nodes=nodes,
             wall_s=wall,
             state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-            **_figures(scenario, world, message, elapsed, times, driven),
+            **_figures(scenario, world, shortest, message, elapsed, times, driven),
             **steps,
         )
         for each in observers:
@@ -196,13 +197,20 @@ def run_trial(
 
 
 def _figures(
-    scenario: Scenario, world: World, message: str, elapsed: float, times: np.ndarray, driven: np.ndarray
+    scenario: Scenario,
+    world: World,
+    shortest: tuple[float, np.ndarray] | None,
+    message: str,
+    elapsed: float,
+    times: np.ndarray,
+    driven: np.ndarray,
 ) -> dict[str, Any]:
     """How a run is judged: its outcome, and what follows from where the robot drove.
 
     Args:
         scenario: of the run.
         world: of the run, with its footprints.
+        shortest: the path that it is compared with, as of `omniscient_path`.
         message: why the simulation ended.
         elapsed: when it ended, s.
         times: shape (n,), s.
@@ -216,7 +224,6 @@ def _figures(
     motion = motion_metrics(
         path, driven[:, 3:], clearances, time_step=scenario.simulation.time_step, robot_radius=radius
     )
-    shortest = omniscient_path(world, radius)
     return {
         "outcome": outcome,
         "path_length_m": length,

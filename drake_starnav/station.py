@@ -204,8 +204,8 @@ class NavigationStation(Diagram):
 
 
 def delay_steps(drive: DriveParameters, time_step: float) -> int:
-    """The drive's delay in steps of the plant, rounded up."""
-    return math.ceil(drive.delay / time_step - 1e-9)
+    """The drive's delay in steps of the plant, rounded up: one at least, if there is any delay."""
+    return max(math.ceil(drive.delay / time_step - 1e-9), int(drive.delay > 0.0))
 
 
 def add_plant(

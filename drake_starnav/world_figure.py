@@ -9,6 +9,7 @@ import numpy as np
 
 from drake_starnav import drawing
 from drake_starnav.drawing import LAYERS, five_pointed_star, ribbon
+from drake_starnav.files import replacing, write_text
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
@@ -63,7 +64,7 @@ def world_axes(world: World, title: str) -> tuple[Any, Any]:
     axis.set_aspect("equal")
     axis.set_xlabel("x in m")
     axis.set_ylabel("y in m")
-    axis.set_title(title)
+    axis.set_title(title, parse_math=False)
     return figure, axis
 
 
@@ -85,8 +86,8 @@ def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "g
 def save_figure(figure: Any, file: Path, *, dpi: int = 80) -> None:
     """Write a figure as a PNG, with one legend below."""
     figure.legend(loc="outside lower center", ncols=4, frameon=False)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=dpi)
+    with replacing(file) as temporary:
+        figure.savefig(temporary, dpi=dpi, format="png")
 
 
 def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
@@ -139,4 +140,4 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     set_look(meshcat)
     frame_camera(meshcat, world.extent)
     text = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
-    file.write_text(text, encoding="utf-8")
+    write_text(file, text)

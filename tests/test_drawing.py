@@ -110,7 +110,7 @@ def test_layers_lie_apart_and_their_colors_differ():
 
 
 def test_a_parameter_out_of_range_is_named():
-    with pytest.raises(StarnavError, match=r"recording\.scan_rate is 0\.0; allowed: 0 < x <= 100 Hz"):
+    with pytest.raises(StarnavError, match=r"recording\.scan_rate is 0\.0; allowed: 0\.1 <= x <= 100 Hz"):
         build(RecordingParameters, {"scan_rate": 0.0}, "recording")
 
 

@@ -1,12 +1,13 @@
 """Files appear whole or not at all."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_outputs, check_writable, replacing, write_text
+from drake_starnav.files import check_outputs, check_writable, read_bytes, read_text, replacing, write_text
 
 
 def test_a_file_appears_once_the_block_has_ended(tmp_path: Path) -> None:
@@ -31,16 +32,55 @@ def test_after_a_failure_the_old_file_is_there_and_nothing_else(tmp_path: Path) 
 
 
 def test_what_is_in_the_way_is_named(tmp_path: Path) -> None:
-    for path in (tmp_path, tmp_path / "nowhere" / "x.txt"):
-        with pytest.raises(StarnavError, match=f"cannot write {path}.*allowed: a file"):
-            write_text(path, "")
-    assert os.listdir(tmp_path) == []
+    (tmp_path / "file").touch()
+    (tmp_path / "loop").symlink_to("loop")
+    for path in (
+        tmp_path, tmp_path / "file" / "x.txt", tmp_path / "loop", tmp_path / "loop" / "x", tmp_path / ("x" * 300),
+        tmp_path / ("x" * 300) / "y", Path("/"), Path("/proc/nowhere/x.txt"), Path("/dev/full"), Path(""), Path("a\0b"),
+    ):  # fmt: skip
+        with pytest.raises(StarnavError, match=f"cannot write {re.escape(str(path))}.*allowed: a file"):
+            check_outputs([path])
+        if "\0" not in str(path) and "loop" not in str(path):
+            with pytest.raises(StarnavError, match=f"cannot write {re.escape(str(path))}.*allowed: a file"):
+                write_text(path, "")
+    assert sorted(os.listdir(tmp_path)) == ["file", "loop"]
 
 
-def test_a_folder_is_made_and_checking_leaves_no_file(tmp_path: Path) -> None:
-    check_writable(tmp_path / "new" / "x.txt")
+def test_checking_leaves_nothing_and_writing_makes_the_folder(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "x.txt"
+    check_outputs([path])
     check_writable(None)
-    assert list((tmp_path / "new").iterdir()) == []
+    assert os.listdir(tmp_path) == []
+    write_text(path, "there")
+    assert path.read_text() == "there"
+
+
+@pytest.mark.parametrize("name", ["x" * 250 + ".txt", "ä" * 120 + ".txt", "x." + "y" * 200, ".hidden", "a b\n<c>"])
+def test_a_name_may_be_as_long_and_as_odd_as_the_system_allows(tmp_path: Path, name: str) -> None:
+    check_outputs([tmp_path / name])
+    write_text(tmp_path / name, "there")
+    assert os.listdir(tmp_path) == [name]
+
+
+def test_no_file_is_to_be_in_another(tmp_path: Path) -> None:
+    with pytest.raises(StarnavError, match="is to be in .*a.html, which is to be a file"):
+        check_outputs([tmp_path / "a.html", tmp_path / "a.html" / "b.json"])
+
+
+def test_only_regular_files_of_a_reasonable_size_are_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    (tmp_path / "loop").symlink_to("loop")
+    with open(tmp_path / "huge", "wb") as file:
+        file.truncate(10**12)
+    for name in ("pipe", "zero", "huge", "loop", "missing", ".", "a\0b"):
+        with pytest.raises(OSError):
+            read_bytes(tmp_path / name)
+    (tmp_path / "marked").write_bytes("\ufeffä".encode())
+    assert read_text(tmp_path / "marked") == "ä"
+    (tmp_path / "latin").write_bytes(b"\xe4")
+    with pytest.raises(OSError, match="it is not UTF-8"):
+        read_text(tmp_path / "latin")
 
 
 def test_a_link_stays_and_leads_to_the_new_file(tmp_path: Path) -> None:

@@ -28,11 +28,11 @@ class Room:
     packages: str = ""
 
 
-BASE = "errors parameters files console snapshot"
+BASE = "errors parameters files console snapshot yaml_text"
 SENSING = f"{BASE} planar robot scan sweep lidar intersect raycast slicing gltf stopwatch models polyline scan_log"
 PLANNING = f"{SENSING} motion scan_alignment scan_matching stars guidance roadmap control perception"
 METHOD = f"{PLANNING} movers baselines worlds metrics"
-SETUP = f"{METHOD} drawing faults scenario tolerance"
+SETUP = f"{METHOD} drawing faults scenario source_files tolerance"
 LOOP = f"{SETUP} systems station promises diagram recording"
 TOP = f"{LOOP} world_figure simulation comparison live"
 EVERYTHING = f"{TOP} benchmark report"
@@ -45,6 +45,7 @@ TABLE = {
     "parameters": Room("errors", "numpy"),
     "files": Room("errors"),
     "console": Room("errors"),
+    "yaml_text": Room("errors", "yaml"),
     "planar": Room("", ARRAYS),
     "robot": Room(BASE, ARRAYS),
     "scan": Room(BASE, ARRAYS),
@@ -68,11 +69,12 @@ TABLE = {
     "perception": Room(f"{BASE} scan sweep stopwatch stars roadmap control", "numpy"),
     "movers": Room(f"{BASE} robot scan sweep stars guidance control", ARRAYS),
     "baselines": Room(f"{BASE} robot scan stars control", f"{ARRAYS} sklearn"),
-    "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} yaml PIL"),
+    "worlds": Room(f"{BASE} robot scan lidar raycast polyline models", f"{ARRAYS} PIL"),
     "metrics": Room(BASE, "numpy"),
     "drawing": Room(METHOD, ARRAYS),
     "faults": Room(f"{BASE} planar", ARRAYS),
     "scenario": Room(f"{METHOD} drawing faults", "numpy yaml"),
+    "source_files": Room(f"{METHOD} drawing faults scenario"),
     "tolerance": Room(f"{METHOD} faults"),
     "systems": Room(SETUP, DRAKE),
     "station": Room(f"{SETUP} systems", DRAKE),

@@ -119,7 +119,7 @@ def test_scans_are_numbered_by_time():
         ({"angle_min": -4.0, "angle_max": 4.0}, r"span of 8 rad"),
         ({"dropout": 1.5}, r"lidar\.dropout is 1\.5; allowed: 0 <= x <= 1"),
         ({"noise": float("nan")}, r"lidar\.noise is nan"),
-        ({"rate": 0.0}, r"lidar\.rate is 0\.0; allowed: 0 < x"),
+        ({"rate": 0.0}, r"lidar\.rate is 0\.0; allowed: 0\.1 <= x"),
     ],
 )
 def test_bad_parameters_are_named(values, message):

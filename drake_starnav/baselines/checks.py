@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 
 
 def vector(value: np.ndarray, size: int, place: str) -> np.ndarray:
@@ -32,7 +32,7 @@ def _finite(value: np.ndarray, shape: tuple[int | None, ...], allowed: str, plac
     try:
         array = np.ascontiguousarray(value, dtype=float)
     except (TypeError, ValueError) as error:
-        raise StarnavError(f"{place} is {value!r}; allowed: numbers of shape {allowed}") from error
+        raise StarnavError(f"{place} is {shown(value)}; allowed: numbers of shape {allowed}") from error
     if array.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
         raise StarnavError(f"{place} has shape {array.shape}; allowed: {allowed}")
     if not np.isfinite(array).all():

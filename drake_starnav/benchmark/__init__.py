@@ -12,7 +12,7 @@ from drake_starnav.benchmark.summary import (
     summary_tables,
     wilson_interval,
 )
-from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
+from drake_starnav.benchmark.trial_file import TrialFile, case_files, make_header, read_trials
 from drake_starnav.benchmark.workers import Pool, local_pool, run_jobs
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "Suite",
     "Summary",
     "TrialFile",
+    "case_files",
     "check_worlds",
     "compare",
     "dask_pool",

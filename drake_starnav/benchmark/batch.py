@@ -10,6 +10,7 @@ from drake_starnav.benchmark.jobs import Case, Record, make_jobs
 from drake_starnav.benchmark.summary import UNSUPPORTED
 from drake_starnav.benchmark.trial_file import TrialFile, record_key
 from drake_starnav.benchmark.workers import Pool, run_jobs
+from drake_starnav.errors import one_line
 
 
 def run_batch(
@@ -51,7 +52,7 @@ def run_batch(
             case = record["scenario"], record["method"]
             known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
             if not known and not quiet:
-                bar.write(f"{title} {_failure(record)}".lstrip(), file=sys.stderr)
+                bar.write(one_line(f"{title} {_failure(record)}".lstrip()), file=sys.stderr)
             if record["outcome"] == UNSUPPORTED:
                 untried.add(case)
     return list(records.values())

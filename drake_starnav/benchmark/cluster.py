@@ -11,6 +11,8 @@ from drake_starnav.errors import StarnavError
 
 LOCAL = "local"
 """Stands for an address: the cluster is started here, and ended afterwards."""
+LOOPBACK = "127.0.0.1"
+"""Whatever a local cluster listens for, no other machine can reach: whoever can may run code in it."""
 CONNECT_TIMEOUT = 5.0
 """A scheduler that does not answer for so long is not there, s."""
 WORKERS_TIMEOUT = 30.0
@@ -40,7 +42,11 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
         target: Any = address
         if address == LOCAL:
             cluster = LocalCluster(
-                n_workers=count, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+                n_workers=count,
+                threads_per_worker=1,
+                host=LOOPBACK,
+                dashboard_address=f"{LOOPBACK}:0",
+                silence_logs=logging.CRITICAL,
             )
             target = stack.enter_context(cluster)
         try:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from drake_starnav.benchmark.jobs import Record
 from drake_starnav.benchmark.summary import Table, compare, number, rate_text, summarise
+from drake_starnav.errors import shown
 from drake_starnav.parameters import unknown_name
 
 
@@ -72,7 +73,7 @@ SUITES: dict[str, Suite] = {
 def find_suite(name: str) -> Suite:
     """A suite by name, or a `StarnavError` that names the nearest."""
     if name not in SUITES:
-        raise unknown_name(f"suite {name!r}", name, SUITES)
+        raise unknown_name(f"suite {shown(name)}", name, SUITES)
     return SUITES[name]
 
 

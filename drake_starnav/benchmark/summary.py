@@ -1,6 +1,7 @@
 """Many trials -> the figures that methods are compared by, and their tables."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.benchmark.jobs import Record
+from drake_starnav.errors import one_line
 
 CONFIDENCE_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided interval of 95 %."""
@@ -211,9 +213,15 @@ def number(value: float | None, digits: int, scale: float = 1.0) -> str:
     return "-" if value is None else f"{value * scale:.{digits}f}"
 
 
+def markdown_text(text: str) -> str:
+    """A text so that Markdown shows it as it is, in one line: no cell ends, no element, link or emphasis begins."""
+    text = one_line(" ".join(text.split())).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"([\\|`*\[\]~$]|(?<!\w)_|_(?!\w))", r"\\\1", text)
+
+
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table whose columns are padded, so that it can also be read as it is."""
-    cells = [[cell.replace("|", "\\|") for cell in row] for row in (head, *rows)]
+    cells = [[markdown_text(cell) for cell in row] for row in (head, *rows)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in cells]
     lines.insert(1, ["-" * width for width in widths])

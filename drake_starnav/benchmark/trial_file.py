@@ -8,19 +8,23 @@ import lzma
 import os
 import platform
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 from drake_starnav.benchmark.jobs import Case, Key, Record
 from drake_starnav.benchmark.trial_checks import header_fault, record_fault
 from drake_starnav.errors import StarnavError
+from drake_starnav.files import reason_of, unwritable
 from drake_starnav.models import model_path
 from drake_starnav.scenario import parse_scenario
+from drake_starnav.source_files import source_files
 
+LONGEST_LINE = 16 * 2**20
+"""Of a file, bytes."""
 PACKED = ".xz"
 """Files whose names end so are read compressed."""
 FORMAT = 1
@@ -56,26 +60,23 @@ def make_header(
     }
 
 
+def case_files(case: Case) -> set[Path]:
+    """The files that a case's world and robot are made from; see `source_files`."""
+    return source_files(parse_scenario(case.text, name=case.scenario, method=case.method))
+
+
 def file_hashes(cases: Sequence[Case]) -> dict[str, str]:
-    """Hashes of the files that cases name as their world or robot, and of those beside them that these name, by path.
+    """Hashes of the files that cases' worlds and robots are made from, by path; see `source_files`.
 
     What is shipped is left out: see `models_hash`.
     """
-    paths: set[Path] = set()
-    for case in cases:
-        scenario = parse_scenario(case.text, name=case.scenario, method=case.method)
-        names = (value for value in (*vars(scenario.world).values(), scenario.robot.model) if isinstance(value, str))
-        for path in (Path(name) for name in names if os.path.isabs(name) and _readable(name)):
-            text = path.read_bytes()
-            paths |= {
-                path,
-                *(p for p in path.parent.iterdir() if p.suffix and p.name.encode() in text and _readable(p)),
-            }
-    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest()[:12] for path in sorted(paths)}
-
-
-def _readable(path: Path | str) -> bool:
-    return os.path.isfile(path) and os.access(path, os.R_OK)
+    shipped = model_path().resolve()
+    paths = {path for case in cases for path in case_files(case)}
+    return {
+        str(path): hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+        for path in sorted(paths)
+        if not path.is_relative_to(shipped)
+    }
 
 
 def versions() -> dict[str, str]:
@@ -156,10 +157,12 @@ class TrialFile:
         self.repaired = ""
         self._records: dict[Key, Record] = {}
         try:
+            if path.exists() and not path.is_file():
+                raise OSError("it is no regular file")
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open(path, "a+b")  # noqa: SIM115 (closed by close)
-        except OSError as error:
-            raise self._unwritable(error) from None
+            self._file = open(path, "a+b", buffering=0)  # noqa: SIM115 (closed by close)
+        except (OSError, ValueError) as error:
+            raise unwritable(path, error) from None
         try:
             self._lock()
             self._read(header, resume)
@@ -205,7 +208,7 @@ class TrialFile:
             raise StarnavError(f"{self.path} exists and is not empty; allowed: a new file, or --resume to continue it")
         size = data.rfind(b"\n") + 1
         if size > 0:
-            found, records = parse_trials(data[:size], str(self.path))
+            found, records = parse_trials(data[:size].splitlines(), str(self.path))
             self._records = {record_key(record): record for record in records}
             check_same(found, header, str(self.path))
         elif not json.dumps(header).encode().startswith(data):
@@ -218,17 +221,19 @@ class TrialFile:
             self._write(header)
 
     def _write(self, entry: dict[str, Any]) -> None:
+        """Add a line, or nothing: what a full disk takes of it is removed again."""
+        size = os.fstat(self._file.fileno()).st_size
+        rest = memoryview(json.dumps(entry, allow_nan=False).encode() + b"\n")
         try:
-            self._file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
-            self._file.flush()
+            while rest:
+                rest = rest[self._file.write(rest) :]
             os.fsync(self._file.fileno())
         except OSError as error:
-            raise self._unwritable(error) from None
-
-    def _unwritable(self, error: OSError) -> StarnavError:
-        return StarnavError(
-            f"cannot write {self.path}: {error.strerror or error}; allowed: a file in a folder you may write to"
-        )
+            with contextlib.suppress(OSError):
+                self._file.truncate(size)
+                if size == 0:
+                    self.path.unlink()
+            raise unwritable(self.path, error) from None
 
 
 def read_trials(path: Path) -> tuple[Header, list[Record]]:
@@ -240,23 +245,32 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
     try:
-        data = lzma.decompress(path.read_bytes()) if path.suffix == PACKED else path.read_bytes()
-    except (OSError, lzma.LZMAError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StarnavError(f"cannot read {path}: {reason}; allowed: a file written by benchmark.py") from None
-    header, records = parse_trials(data[: data.rfind(b"\n") + 1], str(path))
+        if path.exists() and not path.is_file():
+            raise OSError("it is no regular file")
+        with lzma.open(path) if path.suffix == PACKED else open(path, "rb") as file:
+            header, records = parse_trials(_whole_lines(file), str(path))
+    except (OSError, EOFError, ValueError, lzma.LZMAError) as error:
+        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file written by benchmark.py") from None
     if header["format"] != FORMAT:
         raise StarnavError(f"{path} has format {header['format']}; allowed: {FORMAT}, as this version writes it")
     return header, records
 
 
-def parse_trials(data: bytes, place: str) -> tuple[Header, list[Record]]:
+def _whole_lines(file: IO[bytes]) -> Iterator[bytes]:
+    """The lines of a file but for a last one that is cut off; one that is too long ends it, as of a compressed void."""
+    while (line := file.readline(LONGEST_LINE)).endswith(b"\n"):
+        yield line
+    if len(line) == LONGEST_LINE:
+        raise OSError(f"it has a line of more than {LONGEST_LINE} bytes")
+
+
+def parse_trials(lines: Iterable[bytes], place: str) -> tuple[Header, list[Record]]:
     """Header and records of whole lines; `place` names them in the messages of a `StarnavError`.
 
     A trial with the outcome `error` may have run again: its later line counts.
     """
     entries = []
-    for number, line in enumerate(data.splitlines(), start=1):
+    for number, line in enumerate(lines, start=1):
         try:
             entry = json.loads(line)
             fault = header_fault(entry) if number == 1 else record_fault(entry)
@@ -301,8 +315,10 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     else:
         differences += [f"other parameters of {name} ({_lines(before[name], now[name])})" for name in now if
                         before[name] != now[name]]  # fmt: skip
-    files = found.get("files", {})
-    differences += [f"other content of {name}" for name, value in wanted["files"].items() if files.get(name) != value]
+    files, wanted_files = found.get("files", {}), wanted["files"]
+    differences += [
+        f"other content of {name}" for name in {**files, **wanted_files} if files.get(name) != wanted_files.get(name)
+    ]
     if differences:
         raise StarnavError(
             f"{place} was written with {'; '.join(differences)}; allowed: --resume with the same, or another file"

@@ -25,7 +25,7 @@ class ControllerParameters:
         "what a baseline heads for: the goal, or the short-term goals of the star roadmap",
         choices=("goal", "short_term_goal"),
     )
-    rate: float = parameter(50.0, "commands a second", unit="Hz", above=0.0, high=1000.0)
+    rate: float = parameter(50.0, "commands a second", unit="Hz", low=0.1, high=1000.0)
     modulation: bool = parameter(True, "bend the guiding vector along the boundary of the star regions")
     sigma: float = parameter(2.0, "exponent of the level-set function Gamma", above=0.0, high=20.0)
     weights: str = parameter(

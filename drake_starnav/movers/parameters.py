@@ -48,7 +48,11 @@ class MoverParameters:
     )
     cell: float = parameter(0.05, "cell of the grid that tells what moves", unit="m", low=0.01, high=0.5)
     agility: float = parameter(
-        0.7, "random change of velocity that the tracker expects, per root of time", unit="m/s/sqrt(s)", above=0.0
+        0.7,
+        "random change of velocity that the tracker expects, per root of time",
+        unit="m/s/sqrt(s)",
+        low=0.01,
+        high=100.0,
     )
     horizon: float = parameter(3.0, "how far ahead encounters are foreseen", unit="s", above=0.0, high=10.0)
     comfort: float = parameter(

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.worlds.world import World
 
 FIELD_OF_VIEW = 20.0
@@ -90,4 +90,4 @@ def camera_presets(world: World) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def check_view(view: str) -> None:
     """Raise `StarnavError` for a view that there is not."""
     if view not in VIEWS:
-        raise StarnavError(f"camera view is {view!r}; allowed: one of {', '.join(VIEWS)}")
+        raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join(VIEWS)}")

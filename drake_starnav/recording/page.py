@@ -81,7 +81,7 @@ def _settings(cameras: Cameras) -> str:
         "followed": cameras.followed.strip("/").split("/"),
         "start": [*cameras.start, 0.0],
     }
-    return json.dumps(settings).replace("</", "<\\/")  # what would end the script
+    return json.dumps(settings).replace("<", "\\u003c")  # which may end the script, or begin a comment
 
 
 _STYLE = (

@@ -144,7 +144,7 @@ def _draw_panel(axes: Axes, caption: Caption, time: float) -> None:
         Rectangle((0.0, 0.0), PANEL_WIDTH, 138.0 + 21.0 * len(caption.legend), color="white", alpha=0.93, linewidth=0.0,
                   zorder=PANEL_ORDER)
     )  # fmt: skip
-    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": "#222222"}
+    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": "#222222", "parse_math": False}
     axes.text(12.0, 21.0, caption.heading, size=16.0, weight="bold", **text)
     lines = (*caption.lines, f"t = {time:.1f} s")
     for k, line in enumerate(lines):

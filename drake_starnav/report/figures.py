@@ -157,7 +157,7 @@ def _panels(
             axes.set_xlim(*limits)
         axes.grid(axis="x", color="0.9")
         axes.spines[["top", "right"]].set_visible(False)
-    grid[0, 0].set_yticks(range(len(methods)), methods)
+    grid[0, 0].set_yticks(range(len(methods)), methods, parse_math=False)
     grid[0, 0].set_ylim(len(methods) - 0.5, -0.5)
     return figure
 
@@ -259,7 +259,9 @@ def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | 
 
 def _legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> None:
     columns = min(len(labels), len(COLORS))
-    figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
+    legend = figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
+    for text in legend.get_texts():
+        text.set_parse_math(False)
 
 
 def _world(results: Results, record: Record) -> World:

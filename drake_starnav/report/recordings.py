@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from drake_starnav.benchmark.jobs import NEVER_RAN, Record
+from drake_starnav.benchmark.trial_file import record_key
 from drake_starnav.benchmark.workers import local_processes
 from drake_starnav.errors import StarnavError
-from drake_starnav.report.results import Results, page_name
+from drake_starnav.report.results import Results
 from drake_starnav.scenario import Scenario
 
 
@@ -79,7 +80,7 @@ def record_chosen(
         if recording.record["outcome"] != "reached":
             counts[key] = counts.get(key, 0) + 1
         if recording.record["outcome"] == "reached" or counts[key] <= failures:
-            wanted[k] = page_name(recording.record)
+            wanted[k] = results.page_names[record_key(recording.record)]
     if not wanted:
         return recordings
     folder.mkdir(parents=True, exist_ok=True)
@@ -103,8 +104,8 @@ def _record(scenario: Scenario, record: Record, path: Path) -> str:
     from drake_starnav.simulation import run_trial  # late: only workers need Drake
 
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would name its port for each
-    path.unlink(missing_ok=True)
     try:
+        path.unlink(missing_ok=True)
         trial = run_trial(scenario, method=record["method"], seed=record["seed"], html=path)
     except StarnavError as error:
         return str(error)

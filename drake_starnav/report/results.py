@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from drake_starnav.benchmark.jobs import Record
+from drake_starnav.benchmark.jobs import Key, Record
 from drake_starnav.benchmark.trial_file import Header, read_trials, record_key
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import Scenario, differences, in_world, parse_scenario, scenario_names
@@ -58,6 +58,20 @@ class Results:
         name, method = record["scenario"], record["method"]
         return in_world(parse_scenario(self.texts[name, method], name=name, method=method), record.get("world"))
 
+    @cached_property
+    def page_names(self) -> dict[Key, str]:
+        """The file name of each trial's recording, by its key: no two are the same, on no file system."""
+        names: dict[Key, str] = {}
+        taken: set[str] = set()
+        for record in self.records:
+            name, again = page_name(record), 2
+            while name.casefold() in taken:
+                name = f"{page_name(record).removesuffix('.html')}-{again}.html"
+                again += 1
+            taken.add(name.casefold())
+            names[record_key(record)] = name
+        return names
+
     def commands(self) -> list[str]:
         """What runs the same trials, one line for each file."""
         numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
@@ -79,12 +93,15 @@ class Results:
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
-        parts += ["--html", f"out/{page_name(record)}"]
+        parts += ["--html", f"out/{self.page_names[record_key(record)]}"]
         return f"{SIMULATE} {shlex.join(parts)}"
 
 
 def page_name(record: Record) -> str:
-    """The file name of a trial's recording; of other characters than these, and of long names, something is left."""
+    """A file name for a trial's recording; of other characters than these, and of long names, something is left.
+
+    Trials with other names may get the same: see `Results.page_names`.
+    """
     name, method, trial = record_key(record)
     plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
     return f"{plain}_{method}_{trial}.html"

@@ -15,6 +15,7 @@ from drake_starnav.benchmark.summary import (
     compare,
     cost_table,
     markdown_table,
+    markdown_text,
     number,
     outcome_table,
     summarise,
@@ -26,6 +27,8 @@ TABLED = (
     "nodes", "wall_s", "score", "straight_line_m", "tightest_gap_m",
 )  # fmt: skip
 """Numbers of a record that other tables show, or that say nothing when averaged."""
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""What begins a formula in a spreadsheet, or hides one."""
 UNITS = {
     "m": "m", "s": "s", "rad": "rad", "mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m2ps": "m²/s", "radps": "rad/s",
     "radps2": "rad/s²",
@@ -64,7 +67,7 @@ def result_tables(results: Results) -> list[tuple[str, Table]]:
 def tables_markdown(results: Results) -> str:
     """The tables with their titles."""
     tables = suite_tables(results) + result_tables(results)
-    return "\n\n".join(f"**{title}**\n\n{markdown_table(*table)}" for title, table in tables)
+    return "\n\n".join(f"**{markdown_text(title)}**\n\n{markdown_table(*table)}" for title, table in tables)
 
 
 def summary_csv(results: Results) -> str:
@@ -80,11 +83,17 @@ def summary_csv(results: Results) -> str:
         row["success_low"], row["success_high"] = row.pop("interval")
         case = results.of(summary.scenario, summary.method)
         rows.append(row | {name: mean_of(case, name) for name in further if name not in row})
+    names = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
+    writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
+    writer.writerow(map(_csv_text, names))
+    writer.writerows([_csv_text(row.get(name, "")) for name in names] for row in rows)
     return text.getvalue()
+
+
+def _csv_text(value: Any) -> Any:
+    """A cell; a text that a spreadsheet would take for a formula begins with an apostrophe, as it would show it."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
 def mean_of(records: Sequence[Record], name: str) -> float | None:

@@ -139,7 +139,7 @@ class PlannerParameters(StarParameters):
     )
     margin_step: float = parameter(0.01, "by how much the margin shrinks", unit="m", above=0.0, high=1.0)
     margin_rounds: int = parameter(6, "how often it may shrink or be retried", low=0, high=100)
-    rate: float = parameter(20.0, "updates of the planner", unit="Hz", above=0.0, high=1000.0)
+    rate: float = parameter(20.0, "updates of the planner", unit="Hz", low=0.1, high=1000.0)
 
     def __post_init__(self) -> None:
         check_parameters(self, "planner")

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import os
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains, RevoluteJoint
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.models import model_path
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.footprints import ball_vertices
@@ -35,12 +36,12 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
     The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
     """
     path = model_path("robots", f"{robot.model}.urdf")
-    shipped = path.is_file()
+    shipped = os.path.isfile(path)
     if not shipped:
         path = Path(robot.model)
-        if path.suffix != ".urdf" or not path.is_file():
+        if path.suffix != ".urdf" or not os.path.isfile(path):
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
-            raise StarnavError(f"robot.model is {robot.model!r}; allowed: {names}, or the path of a .urdf file")
+            raise StarnavError(f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf file")
         if robot.mass_error == 0.0:
             return str(path), None
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.worlds.barn import Barn
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
@@ -46,9 +46,9 @@ def make_world(kind: Any, seed: int, robot_radius: float) -> World:
         StarnavError: a parameter is out of its limits, or no solvable world was found.
     """
     if type(kind) not in WORLD_KINDS.values():
-        raise StarnavError(f"world is {kind!r}; allowed: an instance of {', '.join(WORLD_KINDS)}")
+        raise StarnavError(f"world is {shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise StarnavError(f"seed is {seed!r}; allowed: a whole number 0 <= x")
+        raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")
     # the checksum of the name numbers a kind for good, whatever kinds are added
     number = zlib.crc32(type(kind).__name__.encode())
     return kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), number])), robot_radius)

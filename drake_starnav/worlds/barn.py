@@ -10,7 +10,7 @@ from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.ends import check_free_ends
 from drake_starnav.worlds.listings import check_list, check_numbers
 from drake_starnav.worlds.solvable import check_robot_radius
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.world import MOST_SHAPES, World
 from drake_starnav.worlds.world_file import WorldFile
 
 BENCHMARK_SPEED = 2.0
@@ -44,6 +44,8 @@ class Barn:
         check_robot_radius(robot_radius)
         place, entry = WorldFile.read("Barn", self.file).world(self.id, _KEYS)
         cylinders = check_list(entry["cylinders"], f"{place}: cylinders")
+        if len(cylinders) > MOST_SHAPES:
+            raise StarnavError(f"{place} has {len(cylinders)} cylinders; allowed: at most {MOST_SHAPES}")
         for k, cylinder in enumerate(cylinders):
             check_numbers(cylinder, f"{place}: cylinders[{k}]", ("x", "y", "radius"))
         x, y, yaw = check_numbers(entry["start"], f"{place}: start", ("x", "y", "yaw"))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.ends import check_free_ends
 from drake_starnav.worlds.listings import check_list, check_numbers
@@ -77,7 +77,7 @@ def _walls(walls: Any, name: str) -> tuple[np.ndarray, ...]:
         x, y, *_, yaw = check_numbers(wall["pose"], f"{name}[{k}].pose", _POSE)
         length, width, height = check_numbers(wall["size"], f"{name}[{k}].size", ("x", "y", "z"))
         if min(length, width, height) <= 0.0:
-            raise StarnavError(f"{name}[{k}].size is {wall['size']}; allowed: positive lengths, m")
+            raise StarnavError(f"{name}[{k}].size is {shown(wall['size'])}; allowed: positive lengths, m")
         polygons.append(place(rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width), (x, y), yaw))
     return tuple(polygons)
 
@@ -87,7 +87,7 @@ def _movers(file: WorldFile, plugins: Iterable[Any], name: str) -> Movers:
     trajectories, paths = file.content["trajectories"], []
     for k, plugin in enumerate(plugins):
         if not isinstance(trajectories, dict) or not isinstance(plugin, str) or plugin not in trajectories:
-            raise StarnavError(f"{name}: plugins[{k}] is {plugin!r}; allowed: the name of one of the trajectories")
+            raise StarnavError(f"{name}: plugins[{k}] is {shown(plugin)}; allowed: the name of one of the trajectories")
         where = f"{file.path}: trajectories.{plugin}"
         check_keys(trajectories[plugin], where, ("total", "keys"))
         keys = check_list(trajectories[plugin]["keys"], f"{where}.keys")

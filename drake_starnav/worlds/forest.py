@@ -19,7 +19,7 @@ class Forest:
 
     width: float = parameter(20.0, "length of the field, from start to goal", unit="m", low=6.0, high=200.0)
     height: float = parameter(12.0, "breadth of the field", unit="m", low=3.0, high=200.0)
-    radius: float = parameter(0.5, "radius of the trees", unit="m", above=0.0, high=5.0)
+    radius: float = parameter(0.5, "radius of the trees", unit="m", low=0.01, high=5.0)
     min_trees: int = parameter(40, "fewest trees, if that many find room", low=0, high=10000)
     max_trees: int = parameter(74, "most trees", low=0, high=10000)
     min_gap: float = parameter(0.6, "smallest least gap between trees; each forest draws its own", unit="m", low=0.0)

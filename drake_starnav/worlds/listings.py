@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_finite
 
 
@@ -16,7 +16,7 @@ def listing(default: list, help: str) -> Any:
 def check_list(value: Any, name: str) -> Sequence:
     """The value, or a `StarnavError` that names it if it is no list."""
     if not isinstance(value, (list, tuple)):
-        raise StarnavError(f"{name} is {value!r}; allowed: a list")
+        raise StarnavError(f"{name} is {shown(value)}; allowed: a list")
     return value
 
 
@@ -28,5 +28,5 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: 
     good = all(isinstance(x, (int, float)) and not isinstance(x, bool) and is_finite(x) for x in numbers)
     if len(numbers) != len(entries) or not good:
         empty = ", or an empty list" if or_empty else ""
-        raise StarnavError(f"{name} is {list(numbers)}; allowed: finite [{', '.join(entries)}]{empty}")
+        raise StarnavError(f"{name} is {shown(list(numbers))}; allowed: finite [{', '.join(entries)}]{empty}")
     return numbers

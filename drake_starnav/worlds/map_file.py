@@ -11,14 +11,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.files import read_text, reason_of
 from drake_starnav.parameters import is_finite
+from drake_starnav.yaml_text import LARGEST_TEXT, load_yaml
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
 MODES = ("trinary", "scale", "raw")
+FINEST, COARSEST = 1e-3, 100.0
+"""Sides that cells may have, m."""
 LARGEST_MAP = 25_000_000
 """Cells."""
 
@@ -63,11 +66,11 @@ def read_map(path: Path) -> OccupancyMap:
     """
     keys = _read_yaml(path)
     resolution = _number(keys, "resolution", path)
-    if resolution <= 0.0:
-        raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: 0 < x m")
+    if not FINEST <= resolution <= COARSEST:
+        raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     origin = keys["origin"]
     if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
-        raise StarnavError(f"map {path}: origin is {origin!r}; allowed: finite [x, y, yaw], m and rad")
+        raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
     if not 0.0 <= free < occupied <= 1.0:
         raise StarnavError(
@@ -76,12 +79,12 @@ def read_map(path: Path) -> OccupancyMap:
         )
     negate = keys.get("negate", 0)
     if negate not in (0, 1):
-        raise StarnavError(f"map {path}: negate is {negate!r}; allowed: 0 or 1")
+        raise StarnavError(f"map {path}: negate is {shown(negate)}; allowed: 0 or 1")
     mode = keys.get("mode", "trinary")
     if mode not in MODES:
-        raise StarnavError(f"map {path}: mode is {mode!r}; allowed: one of {', '.join(MODES)}")
+        raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
     if not isinstance(keys["image"], str):
-        raise StarnavError(f"map {path}: image is {keys['image']!r}; allowed: a path relative to the map's folder")
+        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
     shade, opacity = read_image(path.parent / keys["image"])
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
     x, y, yaw = (float(value) for value in origin)
@@ -136,7 +139,7 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     from PIL import Image  # late: only maps need it
 
     allowed = "allowed: a complete PGM (P2 or P5) or PNG image"
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise StarnavError(f"map image {path}: no such file; {allowed}")
     try:
         with Image.open(path, formats=("PPM", "PNG")) as image:
@@ -200,15 +203,10 @@ def _check_pgm_size(path: Path, image: Any) -> None:
 
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        keys = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else error
-        raise StarnavError(f"map {path} cannot be read: {reason}; allowed: a map_server YAML file") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or "it is not valid"
-        raise StarnavError(f"map {path}{where}: {problem}; allowed: valid YAML") from None
+        text = read_text(path, LARGEST_TEXT)
+    except OSError as error:
+        raise StarnavError(f"map {path} cannot be read: {reason_of(error)}; allowed: a map_server YAML file") from None
+    keys = load_yaml(text, f"map {path}")
     required = ("image", "resolution", "origin", "occupied_thresh", "free_thresh")
     if not isinstance(keys, dict):
         raise StarnavError(f"map {path} holds no keys; allowed: a mapping with {', '.join(required)}")
@@ -225,5 +223,5 @@ def _is_number(value: Any) -> bool:
 def _number(keys: dict[str, Any], key: str, path: Path) -> float:
     value = keys[key]
     if not _is_number(value):
-        raise StarnavError(f"map {path}: {key} is {value!r}; allowed: a finite number")
+        raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")
     return float(value)

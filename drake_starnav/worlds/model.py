@@ -1,10 +1,11 @@
 """A world from a file of Drake's model formats."""
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.models import resolve_path
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.listings import check_numbers, listing
@@ -43,8 +44,8 @@ class Model:
         path = resolve_path(self.directives)
         allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
         if not path.name.endswith(FORMATS):
-            raise StarnavError(f"Model.directives is {self.directives!r}; {allowed}")
-        if not path.is_file():
+            raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
+        if not os.path.isfile(path):
             raise StarnavError(f"model {path}: no such file; {allowed}")
         x, y, yaw = self.start
         goal_x, goal_y = self.goal

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.snapshot import snapshot
 
 
@@ -39,9 +39,13 @@ class Movers:
             if not (np.isfinite(radius) and radius > 0.0):
                 raise StarnavError(f"movers: radii[{k}] is {radius:g}; allowed: 0 < x m")
             if len(path) < 2 or not np.isfinite(path).all():
-                raise StarnavError(f"movers: paths[{k}] is {path.tolist()}; allowed: two or more finite [time, x, y]")
+                raise StarnavError(
+                    f"movers: paths[{k}] is {shown(path.tolist())}; allowed: two or more finite [time, x, y]"
+                )
             if path[0, 0] != 0.0 or (np.diff(path[:, 0]) <= 0.0).any():
-                raise StarnavError(f"movers: the times of paths[{k}] are {path[:, 0].tolist()}; allowed: 0, then more")
+                raise StarnavError(
+                    f"movers: the times of paths[{k}] are {shown(path[:, 0].tolist())}; allowed: 0, then more"
+                )
 
     def __len__(self) -> int:
         return len(self.radii)

@@ -6,11 +6,11 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.ends import check_free_ends
 from drake_starnav.worlds.listings import check_list, check_numbers, listing
 from drake_starnav.worlds.solvable import check_robot_radius
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.world import MOST_SHAPES, World
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,18 @@ class Obstacles:
         """
         for k, cylinder in enumerate(check_list(self.cylinders, "Obstacles.cylinders")):
             check_numbers(cylinder, f"Obstacles.cylinders[{k}]", ("x", "y", "radius"))
+        parts = len(self.cylinders)
         for k, polygon in enumerate(check_list(self.polygons, "Obstacles.polygons")):
             for n, corner in enumerate(check_list(polygon, f"Obstacles.polygons[{k}]")):
                 check_numbers(corner, f"Obstacles.polygons[{k}][{n}]", ("x", "y"))
             try:
-                convex_parts(np.array(polygon, dtype=float).reshape(-1, 2))
+                parts += len(convex_parts(np.array(polygon, dtype=float).reshape(-1, 2)))
             except StarnavError as error:
                 raise StarnavError(f"Obstacles.polygons[{k}]: {error}") from None
+        if parts > MOST_SHAPES:
+            raise StarnavError(
+                f"Obstacles has {parts} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
+            )
         if len(check_list(self.bounds, "Obstacles.bounds")):
             check_numbers(self.bounds, "Obstacles.bounds", ("x_min", "y_min", "x_max", "y_max"))
         check_numbers(self.start, "Obstacles.start", ("x", "y", "yaw"))
@@ -57,7 +62,7 @@ class Obstacles:
             start=(x, y, yaw),
             goal=(goal_x, goal_y),
             cylinders=np.array(self.cylinders),
-            polygons=tuple(np.array(polygon) for polygon in self.polygons),
+            polygons=tuple(evened(np.array(polygon, dtype=float)) for polygon in self.polygons),
             bounds=(self.bounds[0], self.bounds[1], self.bounds[2], self.bounds[3]) if len(self.bounds) else None,
             timeout=self.timeout,
         )

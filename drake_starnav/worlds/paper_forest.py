@@ -33,7 +33,7 @@ class PaperForest:
     Source: arXiv 2403.11484, simulated experiments.
     """
 
-    radius: float = parameter(0.5, "radius of the cylinders", unit="m", above=0.0, high=0.7)
+    radius: float = parameter(0.5, "radius of the cylinders", unit="m", low=0.01, high=0.7)
     timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:

@@ -16,10 +16,8 @@ from drake_starnav.worlds.listings import check_numbers, listing
 from drake_starnav.worlds.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.rectangles import solid_rectangles
 from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.world import MOST_SHAPES, World
 
-MOST_BOXES = 3000
-"""More take Drake minutes and gigabytes to register: it notes of each pair of shapes whether it may collide."""
 _TRIES = 200  # random starts, before the map counts as too small
 
 
@@ -141,12 +139,12 @@ def _polygons(
     places = np.array([grid.cell_at((x, y)) for x, y in ends]) + padding
     needed = len(rectangles := solid_rectangles(padded, places))
     notch = 1
-    while len(rectangles) > MOST_BOXES:
+    while len(rectangles) > MOST_SHAPES:
         notch += 1
         if notch > widest:
             raise StarnavError(
                 f"map {path} needs {needed} boxes for its walls, and {len(rectangles)} with all notches narrower than "
-                f"the robot's radius filled; allowed: at most {MOST_BOXES} (a map with larger cells or less noise)"
+                f"the robot's radius filled; allowed: at most {MOST_SHAPES} (a map with larger cells or less noise)"
             )
         rectangles = solid_rectangles(_without_notches(padded, notch), places)
     if notch > 1:

@@ -1,17 +1,22 @@
 """A planar world to drive through: what stands in it, where the robot starts, where it shall go."""
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, shown
 from drake_starnav.snapshot import snapshot
 from drake_starnav.worlds.movers import Movers
 
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""
+
+SMALLEST, FARTHEST = 1e-3, 1e6
+"""Radii are at least so large, and nothing is farther from the origin, m: beyond, numbers lose what matters."""
+
+MOST_SHAPES = 3000
+"""More take Drake minutes and gigabytes to register: it notes of each pair of shapes whether it may collide."""
 
 OPEN_BORDER = 2.0
 """How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""
@@ -22,7 +27,7 @@ def _rows(value: object, names: tuple[str, ...], place: str) -> np.ndarray:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        raise StarnavError(f"{place} is {value!r}; allowed: numbers, rows of ({', '.join(names)})") from None
+        raise StarnavError(f"{place} is {shown(value)}; allowed: numbers, rows of ({', '.join(names)})") from None
     if array.size == 0:
         array = np.zeros((0, len(names)))
     if array.ndim != 2 or array.shape[1] != len(names):
@@ -38,7 +43,7 @@ def _numbers(value: object, names: tuple[str, ...], place: str) -> tuple[float, 
     except (TypeError, ValueError):
         numbers = ()
     if len(numbers) != len(names):
-        raise StarnavError(f"{place} is {value!r}; allowed: ({', '.join(names)})")
+        raise StarnavError(f"{place} is {shown(value)}; allowed: ({', '.join(names)})")
     return numbers
 
 
@@ -102,19 +107,22 @@ class World:
 
     def _check(self) -> None:
         for name, value in (("start", self.start), ("goal", self.goal), ("bounds", self.bounds or ())):
-            if not all(math.isfinite(x) for x in value):
-                raise StarnavError(f"world {self.name}: {name} is {list(value)}; allowed: finite numbers")
+            if not all(abs(x) <= FARTHEST for x in value):
+                raise StarnavError(
+                    f"world {self.name}: {name} is {list(value)}; allowed: finite numbers up to {FARTHEST:g}"
+                )
         for name in ("cylinders", "spheres"):
             for k, (x, y, radius) in enumerate(getattr(self, name)):
-                if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(radius) and radius > 0.0):
+                if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST and SMALLEST <= radius <= FARTHEST):
                     raise StarnavError(
                         f"world {self.name}: {name}[{k}] is [{x:g}, {y:g}, {radius:g}]; "
-                        "allowed: finite x, y and a positive radius"
+                        f"allowed: finite x, y up to {FARTHEST:g} m and a positive radius of at least {SMALLEST:g} m"
                     )
         for k, polygon in enumerate(self.polygons):
-            if len(polygon) < 3 or not np.isfinite(polygon).all():
+            if len(polygon) < 3 or not (np.abs(polygon) <= FARTHEST).all():
                 raise StarnavError(
-                    f"world {self.name}: polygons[{k}] is {polygon.tolist()}; allowed: at least 3 finite corners"
+                    f"world {self.name}: polygons[{k}] is {shown(polygon.tolist())}; allowed: at least 3 finite "
+                    f"corners up to {FARTHEST:g} m"
                 )
         if self.bounds is not None and not (self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3]):
             raise StarnavError(

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.files import read_bytes, reason_of
 from drake_starnav.models import model_path
 
 
@@ -42,15 +43,15 @@ class WorldFile:
         """
         path = shipped_file(file) or Path(file)
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            content = json.loads(read_bytes(path))
         except OSError as error:
             names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
             raise StarnavError(
-                f"{kind}.file is {file!r}, which cannot be read ({error.strerror}); "
+                f"{kind}.file is {shown(file)}, which cannot be read ({reason_of(error)}); "
                 f"allowed: {names}, or the path of a JSON file of worlds"
             ) from None
         except (ValueError, RecursionError) as error:  # not text, not JSON, or nested too deeply
-            raise StarnavError(f"{path} is not JSON: {error}; allowed: a JSON file of worlds") from None
+            raise StarnavError(f"{path} is not JSON: {said_by(error)}; allowed: a JSON file of worlds") from None
         entries = content.get("worlds") if isinstance(content, dict) else None
         if not isinstance(entries, list) or not entries:
             raise StarnavError(f"{path} has no list of worlds; allowed: {{'worlds': [...]}} with at least one")
@@ -59,7 +60,7 @@ class WorldFile:
             number = entry.get("id") if isinstance(entry, dict) else None
             if isinstance(number, bool) or not isinstance(number, int) or number < 0 or number in worlds:
                 raise StarnavError(
-                    f"{path}: worlds[{k}] has the id {number!r}; allowed: a whole number >= 0, each once"
+                    f"{path}: worlds[{k}] has the id {shown(number)}; allowed: a whole number >= 0, each once"
                 )
             worlds[number] = entry
         return cls(kind, path, content, worlds)

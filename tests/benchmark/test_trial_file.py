@@ -1,7 +1,9 @@
 """Files of trials: nothing that is in them gets lost, and nothing gets in that does not belong."""
 
 import json
+import lzma
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -11,7 +13,7 @@ import pytest
 
 from drake_starnav.benchmark import trial_file
 from drake_starnav.benchmark.jobs import Case, error_record, make_cases, make_jobs
-from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
+from drake_starnav.benchmark.trial_file import LONGEST_LINE, TrialFile, make_header, read_trials
 from drake_starnav.errors import StarnavError
 from drake_starnav.models import model_path
 from tests.report.trials import record
@@ -284,3 +286,43 @@ def test_a_full_disk_is_told_in_one_sentence(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(f"cannot write {tmp_path / 'trials.jsonl'}: File too large")
+
+
+def test_what_a_full_disk_took_of_a_line_is_removed(path: Path) -> None:
+    data, more = path.read_bytes(), error_record(make_jobs(CASES, 4, 3)[3], "for the test")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with TrialFile(path, HEADER, resume=True) as file:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(data) + 10, before[1]))
+        try:
+            with pytest.raises(StarnavError, match=f"cannot write {path}: File too large; allowed"):
+                file.append(more)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert path.read_bytes() == data
+        file.append(more)
+    assert read_trials(path) == (HEADER, [*RECORDS, more])
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda data: data[:40] + b"\xff" + data[40:], lambda data: b"\n" + data, lambda data: b"[" * 99999 + b"\n",
+        lambda data: data.replace(b'"seed": 3', b'"seed": NaN'), lambda data: data.replace(b'"seed"', b'"sed"', 1),
+        lambda data: data.replace(b'"trial": 1', b'"trial": ' + b"9" * 9999), lambda data: data.replace(b"\n", b"\r"),
+        lambda data: data + data.splitlines(True)[1].replace(b'"error"', b'"reached"'),
+        lambda data: data + b"\0" * 4096 + b"\n", lambda data: data.decode().encode("utf-16"),
+    ],
+)  # fmt: skip
+def test_a_damaged_file_is_neither_continued_nor_touched(damage, path: Path) -> None:
+    data = damage(path.read_bytes())
+    path.write_bytes(data)
+    with pytest.raises(StarnavError, match="allowed") as told:
+        TrialFile(path, HEADER, resume=True)
+    assert len(str(told.value)) < 1000 and path.read_bytes() == data
+
+
+def test_a_compressed_void_is_not_read_to_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl.xz"
+    path.write_bytes(lzma.compress(json.dumps(HEADER).encode() + b"\n" + b" " * (LONGEST_LINE + 1)))
+    with pytest.raises(StarnavError, match="cannot read .*: it has a line of more than"):
+        read_trials(path)

@@ -1,15 +1,13 @@
 """The report in a real browser: it asks nothing of a network, fits 1100 pixels, and shows all its parts."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
+from drake_starnav.recording.browser import browser_missing, find_chromium
 from drake_starnav.report import Report, chosen_trials, write_page
 from tests.report.trials import made_up
 
-CHROMIUM = Path("/usr/bin/chromium")
 SECTIONS = ["success", "cost", "difficulty", "trajectories", "trials", "reproduce"]
 
 
@@ -29,12 +27,12 @@ def text(report) -> str:
 @pytest.fixture(scope="module")
 def page(text, tmp_path_factory):
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if not os.access(CHROMIUM, os.X_OK):
-        pytest.skip(f"no browser at {CHROMIUM}: apt-get install chromium")
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
     file = tmp_path_factory.mktemp("page") / "report.html"
     file.write_text(text, encoding="utf-8")
     with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), headless=True, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=find_chromium(), headless=True, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1100, "height": 800})
         page.requests, page.complaints = [], []
         page.on("request", lambda request: page.requests.append(request.url))

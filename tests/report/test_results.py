@@ -2,13 +2,16 @@
 
 import json
 import lzma
+import re
 from pathlib import Path
 
 import pytest
 
 from drake_starnav.benchmark import TrialFile, make_cases, make_header
+from drake_starnav.benchmark.trial_file import record_key
 from drake_starnav.errors import StarnavError
 from drake_starnav.report.results import make_results, page_name, read_results
+from drake_starnav.scenario import METHODS
 from tests.report.trials import record
 
 
@@ -131,3 +134,15 @@ def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None
     assert page_name(record("forest", "star", 3)) == "forest_star_3.html"
     assert page_name(record("../../tmp/my forest; echo hi", "star", 3)) == "_tmp_my_forest_echo_hi_star_3.html"
     assert len(page_name(record("x" * 300, "star", 3))) < 100
+
+
+def test_no_two_trials_share_a_recording() -> None:
+    names = ["x y", "x_y", "X_Y", "x?y", "x" * 99, "x" * 98, "x_y_star_0-2", "", "ä", "..", "x/y", "x\ny"]
+    header = {**make_header([], 0), "cases": [{"scenario": n, "method": m, "text": ""} for n in names for m in METHODS]}
+    records = [record(name, method, trial) for name in names for method in METHODS for trial in range(2)]
+    results = make_results([header], records)
+    found = [results.page_names[record_key(r)] for r in results.records]
+    assert len({name.casefold() for name in found}) == len(records)
+    assert all(re.fullmatch(r"[\w-]+\.html", name) for name in found)
+    assert results.page_names == make_results([header], records[::-1]).page_names
+    assert results.trial_command(records[0]).endswith(f" --html out/{found[0]}")

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 
 import pytest
 
@@ -67,3 +68,35 @@ def test_one_method_is_compared_with_none() -> None:
 )
 def test_labels(name: str, label: str) -> None:
     assert label_of(name) == label
+
+
+ODD = (
+    "<img src=x onerror=alert(1)>",
+    "a|b",
+    "a\nb",
+    "[x](y)",
+    "`x` *y* _z_",
+    "=1+1",
+    "@x",
+    'a"b',
+    "a,b",
+    "&lt;",
+    "a\\|b",
+)
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_a_name_stays_in_its_cell_and_is_shown_as_it_is(name: str) -> None:
+    results = make_results(made_up().headers, [record()])
+    header = {**results.headers[0], "cases": [{**results.headers[0]["cases"][0], "scenario": name}]}
+    results = make_results([header], [record(name, outcome=name)])
+    rows = list(csv.reader(io.StringIO(summary_csv(results))))
+    assert len(rows) == 2 and len(rows[0]) == len(rows[1])
+    assert rows[1][0] == (f"'{name}" if name[0] in "=@" else name)
+    markdown = tables_markdown(results)
+    lines = [line for line in markdown.splitlines() if line.startswith("|")]
+    assert all(
+        len(re.findall(r"(?<!\\)(?:\\\\)*\|", line)) == len(re.findall(r" \|", lines[0])) + 1 for line in lines[:3]
+    )
+    for sign in "<>`*[]":
+        assert not re.search(rf"(?<!\\){re.escape(sign)}", "".join(lines))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import convex_parts
+from drake_starnav.worlds.convex_parts import EVEN, MOST_CORNERS, convex_parts, evened
 from drake_starnav.worlds.outlines import rectangle, trap
 
 
@@ -101,3 +101,47 @@ def test_repeated_and_straight_corners_are_dropped():
 def test_other_polygons_are_refused(polygon):
     with pytest.raises(StarnavError, match="allowed"):
         convex_parts(np.array(polygon, dtype=float))
+
+
+def outlines_of_thousands() -> dict[str, np.ndarray]:
+    chance, turn = np.random.default_rng(0), 2.0 * math.pi / 4000 * np.arange(4000)
+    round_ = np.column_stack((np.cos(turn), np.sin(turn)))
+    spiral = np.linspace(0.0, 60.0, 2000)
+    coil = np.column_stack((np.cos(spiral), np.sin(spiral)))
+    sides = [(1.0 + shift + 0.1 * spiral)[:, None] * coil for shift in (0.0, 0.1)]
+    teeth = [
+        (0.01 * k + x, y * (1.0 + 0.1 * (k % 7)))
+        for k in range(1000)
+        for x, y in ((0, 0), (0, 1), (0.005, 1), (0.005, 0))
+    ]
+    return {
+        "digitised circle": np.round(round_, 6),
+        "burr": (1.0 + 0.2 * chance.random(4000))[:, None] * round_,
+        "spiral": np.vstack((sides[0], sides[1][::-1])),
+        "comb": np.array([*teeth, (10.0, -0.1), (0.0, -0.1)]),
+    }
+
+
+@pytest.mark.parametrize(("name", "most"), [("digitised circle", 1), ("burr", 2500), ("spiral", 2100), ("comb", 1001)])
+def test_thousands_of_corners_are_cut_at_once(name: str, most: int):
+    polygon = outlines_of_thousands()[name]
+    parts = convex_parts(polygon)
+    assert len(parts) <= most
+    assert sum(area(part) for part in parts) == pytest.approx(abs(area(polygon)), abs=EVEN * 0.5 * perimeter(polygon))
+
+
+def perimeter(polygon: np.ndarray) -> float:
+    return float(np.hypot(*(np.roll(polygon, -1, axis=0) - polygon).T).sum())
+
+
+@pytest.mark.parametrize("corners", [MOST_CORNERS + 1, 10 * MOST_CORNERS])
+def test_too_many_corners_are_refused(corners):
+    with pytest.raises(StarnavError, match=f"polygon has {corners} corners; allowed: at most {MOST_CORNERS}"):
+        convex_parts(np.column_stack((np.arange(corners), np.arange(corners) % 2)))
+
+
+def test_an_outline_keeps_what_sticks_out():
+    rough = np.array([(0, 0), (1, 0.5 * EVEN), (2, -0.5 * EVEN), (3, 0), (3, 1), (1.5, 1 - 2 * EVEN), (0, 1)])
+    np.testing.assert_array_equal(evened(rough), rough[[0, 3, 4, 5, 6]])
+    sliver = np.array([(0, 0), (0.5 * EVEN, 0), (0, 0.5 * EVEN)])
+    np.testing.assert_array_equal(evened(sliver), sliver)

@@ -155,7 +155,7 @@ def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: s
 
 
 def test_more_boxes_than_drake_can_take_are_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ros_map, "MOST_BOXES", 3)
+    monkeypatch.setattr(ros_map, "MOST_SHAPES", 3)
     with pytest.raises(StarnavError, match="needs 4 boxes .* 4 with all notches .*at most 3"):
         make_world(map_of(TWO_ROOMS, folder), 0, RADIUS)
 
@@ -165,7 +165,7 @@ def test_notches_are_filled_where_the_walls_need_too_many_boxes(folder: Path, mo
     notched[2] = "?#" + "..##" * 9 + "#?"
     ends = {"start": [1.0, 1.0, 0.0], "goal": [3.0, 1.0]}
     exact = make_world(map_of(notched, folder, **ends), 0, RADIUS)
-    monkeypatch.setattr(ros_map, "MOST_BOXES", 9)
+    monkeypatch.setattr(ros_map, "MOST_SHAPES", 9)
     with pytest.warns(UserWarning, match=f"notches of up to 2 cells .* boxes .* instead of {len(exact.polygons)}"):
         filled = make_world(map_of(notched, folder, **ends), 0, RADIUS)
     assert len(filled.polygons) <= 9 < len(exact.polygons)

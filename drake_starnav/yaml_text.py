@@ -1,0 +1,76 @@
+"""YAML from others: plain values only, of a size that is known before anything is made of it."""
+
+from typing import Any
+
+import yaml
+
+from drake_starnav.errors import StarnavError, said_by
+
+LARGEST_TEXT = 16 * 2**20
+"""Of a file, bytes."""
+MOST_VALUES = 1_000_000
+"""What a text may stand for once its aliases are written out."""
+DEEPEST = 100
+"""So many lists and mappings may lie in one another."""
+
+PlainLoader: type = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""Makes numbers, texts, lists and mappings; of other tags only what a subclass adds. The one in C is much faster."""
+
+
+def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
+    """What a YAML text says.
+
+    Args:
+        text: of one document.
+        place: names it in messages.
+        loader: `PlainLoader`, or a subclass.
+
+    Raises:
+        StarnavError: it is no valid YAML, or it stands for too much: a few aliases of aliases may mean billions of
+            values.
+    """
+    try:
+        _check_size(text)
+        return yaml.load(text, Loader=loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        reason = getattr(error, "problem", None) or error
+    except (ValueError, RecursionError) as error:  # no such date, too many digits
+        where, reason = "", error
+    raise StarnavError(f"{place}{where}: {said_by(ValueError(reason))}; allowed: valid YAML")
+
+
+def yaml_texts(text: str) -> list[str]:
+    """All scalars of a YAML text, keys among them, as they are written; none of a text that is not valid."""
+    try:
+        return [event.value for event in yaml.parse(text, Loader=PlainLoader) if isinstance(event, yaml.ScalarEvent)]
+    except (yaml.YAMLError, ValueError):
+        return []
+
+
+def _check_size(text: str) -> None:
+    """Raise a `YAMLError` unless the values that a text stands for are few enough, and none holds itself."""
+    sizes: dict[str, int] = {}
+    open_: list[tuple[str | None, int]] = []  # anchors of the collections around, and how many values stood before
+    count = 0
+    for event in yaml.parse(text, Loader=PlainLoader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            open_.append((event.anchor, count))
+            count += 1
+            if len(open_) > DEEPEST:
+                raise yaml.MarkedYAMLError(None, None, "it is nested too deeply", event.start_mark)
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = open_.pop()
+            if anchor is not None:
+                sizes[anchor] = count - before
+        elif isinstance(event, yaml.AliasEvent):
+            if any(anchor == event.anchor for anchor, _ in open_):
+                raise yaml.MarkedYAMLError(None, None, f"{event.anchor} holds itself", event.start_mark)
+            count += sizes.get(event.anchor, 1)
+        elif isinstance(event, yaml.ScalarEvent):
+            count += 1
+            if event.anchor is not None:
+                sizes[event.anchor] = 1
+        if count > MOST_VALUES:
+            raise yaml.MarkedYAMLError(None, None, f"it stands for more than {MOST_VALUES} values", event.start_mark)
