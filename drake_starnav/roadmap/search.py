@@ -2,13 +2,14 @@
 
 import dataclasses
 import heapq
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.roadmap.frontiers import Frontiers
-from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
+from drake_starnav.roadmap.hit_memory import STRIDE, CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
 from drake_starnav.roadmap.string_pulling import string_pulled
@@ -197,7 +198,7 @@ def optimistic_cost(
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     points = np.vstack((roadmap.frontiers.probe, position))
-    clearance = np.full(len(roadmap.closed), robot_radius + roadmap.margin + CLOSED_SLACK)
+    clearance = np.full(len(roadmap.closed), robot_radius + parameters.margin + CLOSED_SLACK)
     closed = np.column_stack(
         (np.vstack((roadmap.closed, roadmap.blocked)), np.append(clearance, np.full(len(roadmap.blocked), np.inf)))
     )
@@ -234,6 +235,7 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
     regions = roadmap.stack.arrays
+    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, *regions)
     last, outside = 0, 0.0  # the robot itself may stand a little outside
     for i in range(1, len(path)):
         if first_cover(*regions, *path[i]) >= 0:
@@ -263,6 +265,21 @@ def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parame
     if not parameters.string_pulling or len(path) < 2:
         return path
     return string_pulled(path, position, roadmap.stack)
+
+
+@njit(cache=True)
+def _inside_where_possible(path, half_cell, center, bearing_0, values, reach):
+    """The centres of a path's cells, each moved to a place in its cell that the regions cover, if there is one."""
+    out = path.copy()
+    for i in range(len(path)):
+        for k in range(9):  # the centre, then around it
+            turn = 0.25 * math.pi * (k - 1)
+            x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
+            y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
+            if first_cover(center, bearing_0, values, reach, x, y) >= 0:
+                out[i, 0], out[i, 1] = x, y
+                break
+    return out
 
 
 @njit(cache=True)

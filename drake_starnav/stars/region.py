@@ -35,7 +35,7 @@ class StarRegion:
         boundary: the fitted cubics.
         free_range: shape (M,), what was fitted, m.
         limit: shape (M,), free range at a bearing without obstacles, m; 0 where the scan did not look.
-        margin: clearance kept beyond the robot's radius, m.
+        margin: least clearance kept beyond the robot's radius, m.
     """
 
     center: np.ndarray
@@ -110,17 +110,17 @@ class StarRegion:
 
 
 def fit_region(
-    profile: tuple[np.ndarray, np.ndarray], center: np.ndarray, bearing_0: float, parameters: StarParameters
+    profile: tuple[np.ndarray, np.ndarray, float], center: np.ndarray, bearing_0: float, parameters: StarParameters
 ) -> StarRegion:
     """The star-shaped region of a free-range profile (as from `free_range`) about `center` in W."""
-    samples, limit = profile
+    samples, limit, margin = profile
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
         boundary=fit_piecewise_cubic(samples, parameters),
         free_range=samples,
         limit=limit,
-        margin=parameters.margin,
+        margin=margin,
     )
 
 
