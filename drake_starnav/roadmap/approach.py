@@ -1,9 +1,10 @@
 """Where to go for a goal that is too close to a wall to be driven to."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from drake_starnav.roadmap.hit_memory import HitMemory
-from drake_starnav.roadmap.state import PlannerInput
 
 INSIDE = 0.05
 """The place lies within the goal's tolerance by this much, m."""
@@ -13,28 +14,44 @@ SIGHT = 0.1
 """The line from the place to the goal keeps this much off known hits: nothing stands between, m."""
 
 
-def approach(hits: HitMemory, now: PlannerInput) -> np.ndarray:
-    """The goal if it is free of known hits, else the nearest free place within its tolerance that sees it; shape (2,).
+class Approach(NamedTuple):
+    """Where the robot may arrive.
 
-    Where no such place is free, the one with most clearance.
+    Attributes:
+        goal: where it heads for while none of the places is known to be free, shape (2,), W, m.
+        places: within the goal's tolerance and in sight of it, the nearest to the goal first, shape (k, 2), W, m.
+    """
+
+    goal: np.ndarray
+    places: np.ndarray
+
+
+def approach(hits: HitMemory, goal: np.ndarray, tolerance: float, clearance: float) -> Approach:
+    """The goal alone if it is clear of known hits, else all places that serve, and the nearest clear one of them.
+
+    Where none is clear, the robot heads for the one farthest from hits.
 
     Args:
-        hits: known so far; unknown places count as free.
-        now: goal, goal_tolerance, robot_radius, margin.
+        hits: known so far; unknown places count as clear.
+        goal: shape (2,), W, m.
+        tolerance: a robot this near to the goal has reached it, m.
+        clearance: that its centre should keep, radius and margin, m.
     """
-    needed = now.robot_radius + now.parameters.margin + SPARE
-    reach = now.goal_tolerance - INSIDE
-    if reach <= 0.0 or hits.distance(now.goal[None, :])[0] >= needed:
-        return now.goal
-    steps = np.arange(-reach, reach + 1e-9, min(hits.resolution, reach))
+    needed, reach = clearance + SPARE, tolerance - INSIDE
+    alone = Approach(goal, goal[None, :])
+    if reach <= 0.0 or hits.distance(alone.places)[0] >= needed:
+        return alone
+    steps = np.arange(0.0, reach + 1e-9, min(hits.resolution, reach))
+    steps = np.concatenate((-steps[:0:-1], steps))
     offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     away = np.hypot(*offsets.T)
-    places = now.goal + offsets[away <= reach]
-    away = away[away <= reach]
-    line = now.goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - now.goal)
+    order = np.argsort(away, kind="stable")
+    places = goal + offsets[order[away[order] <= reach]]
+    line = goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - goal)
     seen = (hits.distance(line.reshape(-1, 2)).reshape(line.shape[:2]) > SIGHT).all(axis=0)
-    clearance = np.where(seen, hits.distance(places), -np.inf)
     if not seen.any():
-        return now.goal
-    free = clearance >= needed
-    return places[np.argmin(np.where(free, away, np.inf))] if free.any() else places[np.argmax(clearance)]
+        return alone
+    places = places[seen]
+    distance = hits.distance(places)
+    clear = np.flatnonzero(distance >= needed)
+    return Approach(places[clear[0] if len(clear) else np.argmax(distance)], places)

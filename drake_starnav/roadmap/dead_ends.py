@@ -76,10 +76,7 @@ def _lengthens_the_way(before: StarRoadmap, after: StarRoadmap, now: PlannerInpu
     here = now.position[None, :]
     away = np.hypot(*(before.closed - here).T)  # where the robot stands nothing is closed
     before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])
-    shorter, longer = (
-        float(optimistic_cost(known, now.position, now.goal, now.parameters, now.robot_radius).at(here)[0])
-        for known in (before, after)
-    )
+    shorter, longer = (float(optimistic_cost(known, now).at(here)[0]) for known in (before, after))
     return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > now.parameters.closer_look
 
 

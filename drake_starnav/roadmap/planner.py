@@ -7,7 +7,6 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.roadmap.approach import approach
 from drake_starnav.roadmap.consistency import block, clear_of, reconcile
 from drake_starnav.roadmap.dead_ends import after_trying, has_arrived, place_to_block
 from drake_starnav.roadmap.parameters import PlannerParameters
@@ -72,7 +71,6 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     check_beams(state.roadmap, seen)
-    now = now._replace(goal=approach(state.roadmap.hits, now))
     region = clear_of(seen.region, state.roadmap.blocked, parameters, now.robot_radius)
     state, stalled = _watched(state, now)
     cause = _why_grow(state, region, stalled, now)
@@ -248,6 +246,8 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
     At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
     route, roadmap, rounds = _searched(state, region, now)
+    if route is None and not first_look and rounds < now.parameters.retries:  # the next scan may show a way
+        return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH, target=None, rounds=rounds)
     if route is None and first_look:
         return dataclasses.replace(
             PlannerState.initial(now.parameters, now.robot_radius),
@@ -281,25 +281,19 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
     """The route if there is one, the roadmap in which it was found, and the rounds by then.
 
     Where there is none, or only what was tried in vain bars the goal, the roadmap is rebuilt to try that again, before
-    all else is explored that cannot help.
+    all else is explored that cannot help; at most once for each scan.
     """
-    seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
-    roadmap, rounds = state.roadmap, state.rounds
+    seen, parameters = now.seen, now.parameters
     current = None if state.target is None else state.target[0]
-    while True:
-        route = find_route(roadmap, region, now.position, now.goal, parameters, robot_radius, current)
-        if rounds >= parameters.retries:
-            return route, roadmap, rounds
-        if route is not None and not (
-            route.hopeless and barred_in_vain(roadmap, now.position, now.goal, parameters, robot_radius)
-        ):
-            return route, roadmap, rounds
-        rounds += 1
-        roadmap = rebuilt(roadmap, parameters, robot_radius)
-        assert seen.region is not None
-        region = seen.region
-        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-        current = None
+    route = find_route(state.roadmap, region, now, current)
+    hopeless = route is None or (route.hopeless and barred_in_vain(state.roadmap, now))
+    tried = state.roadmap.scans[-1][0].time >= seen.scan.time and state.rounds > 0
+    if not hopeless or tried or state.rounds >= parameters.retries:
+        return route, state.roadmap, state.rounds
+    assert seen.region is not None
+    roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
+    roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
+    return find_route(roadmap, seen.region, now, None), roadmap, state.rounds + 1
 
 
 def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:

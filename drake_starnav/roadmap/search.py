@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
+from drake_starnav.roadmap.approach import Approach, approach
 from drake_starnav.roadmap.frontiers import Frontiers
 from drake_starnav.roadmap.hit_memory import STRIDE, CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.roadmap.state import PlannerInput
 from drake_starnav.roadmap.string_pulling import string_pulled
 from drake_starnav.roadmap.way_on import next_part, optimistic_path
 from drake_starnav.stars.region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
@@ -49,15 +51,11 @@ class Route:
 
 
 def find_route(
-    roadmap: StarRoadmap,
-    here: StarRegion,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-    current: np.ndarray | None = None,
+    roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, current: np.ndarray | None = None
 ) -> Route | None:
     """The goal if a region contains it, else the frontier with the least cost g + h; None if nothing is left.
+
+    For a goal beside a wall, the place nearest to it that a region contains; see `approach`.
 
     g is the length in the graph from the robot to the frontier (or the straight line, where it stays inside the
     union of regions), h the optimistic cost-to-go from the frontier's probe to the goal.
@@ -65,26 +63,26 @@ def find_route(
     Args:
         roadmap: the snapshot.
         here: region of the latest scan.
-        position: of the robot, shape (2,), W, m.
-        goal: shape (2,), W, m.
-        parameters: cost_to_go, gates, growth, hysteresis, string_pulling.
-        robot_radius: m.
+        now: where the robot is and shall go, and the parameters.
         current: stand of the present target frontier, shape (2,), which gets a bonus.
 
     Source: paper, section III-D; ranking of frontiers: this project.
     """
+    position, parameters = now.position, now.parameters
+    goal, places = goal_approach(roadmap, now)
     distance, previous = graph_distances(roadmap, here, position)
-    if covers(here.center, here.bearing_0, here.boundary.values, goal[0], goal[1]):
-        return Route(goal[None, :].copy(), Frontiers.none())
-    goal_node = _entry_node(roadmap, distance, goal)
-    if goal_node >= 0:
-        # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again.
-        direct = parameters.growth == "continuous" and segment_covered(
-            *roadmap.stack.arrays, *position, *goal, LINE_STEP
-        )
-        path = goal[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, goal)
-        return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    known = (roadmap, distance, position, goal, parameters, robot_radius, current)
+    for place in places:
+        if covers(here.center, here.bearing_0, here.boundary.values, place[0], place[1]):
+            return Route(place[None, :].copy(), Frontiers.none())
+        goal_node = _entry_node(roadmap, distance, place)
+        if goal_node >= 0:
+            # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
+            direct = parameters.growth == "continuous" and segment_covered(
+                *roadmap.stack.arrays, *position, *place, LINE_STEP
+            )
+            path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
+            return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
+    known = (roadmap, distance, now, goal, current)
     best, cost, direct, to_go = _cheapest(*known, parameters.gates)
     target = Frontiers.none()
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
@@ -102,16 +100,19 @@ def find_route(
     return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on)
 
 
-def barred_in_vain(
-    roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters, robot_radius: float
-) -> bool:
+def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
+    """Where the robot may arrive, as far as the hits are known."""
+    return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
+
+
+def barred_in_vain(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether only closed and blocked places bar the way from the robot to the goal: the hits leave one."""
     if not len(roadmap.closed) and not len(roadmap.blocked):
         return False
     nothing = np.zeros((0, 2))
     reopened = dataclasses.replace(roadmap, closed=nothing, blocked=nothing)
-    field = optimistic_cost(reopened, position, goal, parameters, robot_radius)
-    return bool(np.isfinite(field.at(position[None, :])[0]))
+    field = optimistic_cost(reopened, now)
+    return bool(np.isfinite(field.at(now.position[None, :])[0]))
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -147,10 +148,8 @@ def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndar
 def _cheapest(
     roadmap: StarRoadmap,
     distance: np.ndarray,
-    position: np.ndarray,
+    now: PlannerInput,
     goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
     current: np.ndarray | None,
     at_robot: bool,
 ) -> tuple[int, float, bool, CostField | None]:
@@ -158,13 +157,13 @@ def _cheapest(
 
     And the cost-to-go, if there is one; `at_robot` as for `optimistic_cost`.
     """
-    frontiers, to_go = roadmap.frontiers, None
+    frontiers, to_go, position, parameters = roadmap.frontiers, None, now.position, now.parameters
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     graph = _graph_lengths(roadmap, frontiers, distance)
     if parameters.cost_to_go == "straight":
         ahead = np.hypot(*(frontiers.probe - goal).T)
     else:
-        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, graph, at_robot)
+        to_go = optimistic_cost(roadmap, now, graph, at_robot)
         ahead = estimates(to_go, frontiers, goal)
     if current is not None:
         ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
@@ -181,19 +180,15 @@ def _cheapest(
 
 
 def optimistic_cost(
-    roadmap: StarRoadmap,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-    cost_to_come: np.ndarray | None = None,
-    at_robot: bool = True,
+    roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray | None = None, at_robot: bool = True
 ) -> CostField:
     """The cost-to-go; with a cost-to-come (n,), m, of the frontiers, only until the cheapest of them is known.
 
     With `at_robot`, the search may also stop once the cost at the robot itself is the least; frontier costs are then
     lower bounds.
     """
+    position, parameters, robot_radius = now.position, now.parameters, now.robot_radius
+    goal = goal_approach(roadmap, now).goal
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border

@@ -349,8 +349,8 @@ def free_range(
 def _with_passages(free, narrow):
     """The free range with the passages that only a narrower robot sees, and whether there are any.
 
-    A passage is a run of bearings in which the narrower robot gets farther by more than PASSAGE_DEPTH, and the wider one
-    nowhere farther than SHUT, not at the ends of the run either: if it did, the narrower one would only cut a corner.
+    A passage is a run of bearings in which the narrower robot gets farther by more than PASSAGE_DEPTH, and the wider
+    one nowhere farther than SHUT, not at the ends of the run either: if it did, the narrower one would only cut a corner.
     """
     n = len(free)
     out = free.copy()
