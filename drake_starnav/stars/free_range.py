@@ -6,6 +6,7 @@ A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -43,6 +44,20 @@ class BearingHits:
     distance: np.ndarray
     half_gap: np.ndarray
     offset: np.ndarray
+
+
+class FreeRange(NamedTuple):
+    """How far the robot's centre can move straight out; sample 0 is at the first beam.
+
+    Attributes:
+        values: shape (M,), m.
+        limit: what they could have been at most, 0 where the scan did not look, shape (M,), m.
+        margin: the least that was kept beyond the robot's radius, m.
+    """
+
+    values: np.ndarray
+    limit: np.ndarray
+    margin: float
 
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
@@ -302,9 +317,7 @@ def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     return out
 
 
-def free_range(
-    scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters
-) -> tuple[np.ndarray, np.ndarray, float]:
+def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
     """Free range of the robot's centre at every bearing, as the planner uses it.
 
     It keeps `margin`, and in passages that this would shut as much less as opens them, down to `least_margin`.
@@ -314,10 +327,6 @@ def free_range(
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
         parameters: margin, least_margin, erosion.
-
-    Returns:
-        The free range and how far it could have been at most (0 where the scan did not look), each of
-        shape (M,), m; sample 0 is the first beam. And the least margin that was kept, m.
 
     Source: paper, section III-A, with the erosion that it leaves to the controller.
     """
@@ -337,12 +346,12 @@ def free_range(
                 wider = narrowest if step == MARGIN_STEPS else eroded_range(hits, radius + tried, sight)
                 free, opened = _with_passages(free, wider)
                 margin = tried if opened else margin
-        return free, limit, margin
+        return FreeRange(free, limit, margin)
     shrink = inflated if parameters.erosion == "radial" else 0.0
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
     limit = free_limit(scan, samples, reach, shrink)
-    return np.clip(distance[beam] - shrink, 0.0, limit), limit, parameters.margin
+    return FreeRange(np.clip(distance[beam] - shrink, 0.0, limit), limit, parameters.margin)
 
 
 @njit(cache=True)
@@ -350,7 +359,7 @@ def _with_passages(free, narrow):
     """The free range with the passages that only a narrower robot sees, and whether there are any.
 
     A passage is a run of bearings in which the narrower robot gets farther by more than PASSAGE_DEPTH, and the wider
-    one nowhere farther than SHUT, not at the ends of the run either: if it did, the narrower one would only cut a corner.
+    one nowhere farther than SHUT, nor at either end of the run: the narrower one would only cut a corner there.
     """
     n = len(free)
     out = free.copy()

@@ -17,7 +17,7 @@ from numba import njit
 from drake_starnav.planar import placed
 from drake_starnav.scan import LaserScan
 from drake_starnav.snapshot import snapshot
-from drake_starnav.stars.free_range import free_range, smoothed_distances
+from drake_starnav.stars.free_range import FreeRange, free_range, smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 
@@ -109,18 +109,15 @@ class StarRegion:
         return np.where(seam, fit.values[nearer], value), np.where(seam, fit.slopes[nearer], slope)
 
 
-def fit_region(
-    profile: tuple[np.ndarray, np.ndarray, float], center: np.ndarray, bearing_0: float, parameters: StarParameters
-) -> StarRegion:
-    """The star-shaped region of a free-range profile (as from `free_range`) about `center` in W."""
-    samples, limit, margin = profile
+def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, parameters: StarParameters) -> StarRegion:
+    """The star-shaped region of a free range (as from `free_range`) about `center` in W."""
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
-        boundary=fit_piecewise_cubic(samples, parameters),
-        free_range=samples,
-        limit=limit,
-        margin=margin,
+        boundary=fit_piecewise_cubic(profile.values, parameters),
+        free_range=profile.values,
+        limit=profile.limit,
+        margin=profile.margin,
     )
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.stars.region import scan_region
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast
@@ -31,7 +31,7 @@ def tried(x: float, time: float, state: PlannerState, parameters: PlannerParamet
     assert not seen.region.contains(BESIDE_A_CORNER[1])
     if len(state.roadmap):
         state = dataclasses.replace(state, target=BESIDE_A_CORNER, status=PlannerStatus.EXPLORING)
-    return plan_step(state, seen, pose[:2], np.array(DOOR.goal), time, parameters, RADIUS)
+    return plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), time, parameters, RADIUS))
 
 
 @pytest.mark.parametrize(("closer_look", "retired"), [(PARAMETERS.closer_look, [0, 0, 0, 1]), (20.0, [0, 1, 2, 3])])

@@ -8,6 +8,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.roadmap import (
     Observation,
+    PlannerInput,
     PlannerParameters,
     PlannerState,
     PlannerStatus,
@@ -49,7 +50,7 @@ def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
     assert last.status is PlannerStatus.UNREACHABLE
     assert not len(last.path) and not len(last.guidance.path)
     assert last.rounds == 1 and last.roadmap.margin == pytest.approx(PARAMETERS.margin - PARAMETERS.margin_step)
-    again = plan_step(last, Observation.none(), np.zeros(2), np.zeros(2), 1e3, parameters, RADIUS)
+    again = plan_step(last, PlannerInput(Observation.none(), np.zeros(2), np.zeros(2), 1e3, parameters, RADIUS))
     assert again is last
 
 
@@ -114,7 +115,9 @@ def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
     scan, pose = given_up.roadmap.scans[-1]
     later = dataclasses.replace(scan, time=scan.time + 60.0)
     seen = Observation(given_up.roadmap.regions[-1], later, pose)
-    state = plan_step(given_up.with_new_goal(), seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, RADIUS)
+    state = plan_step(
+        given_up.with_new_goal(), PlannerInput(seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, RADIUS)
+    )
     assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
 
 
@@ -140,7 +143,7 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
         region = scan_region(scan, np.array((*place, 0.0)), RADIUS, parameters)
         seen = Observation(region, scan, np.array((*place, 0.0)))
         assert not node_is_due(there, region, place, parameters)
-        after = plan_step(there, seen, place, np.array(world.goal), 1.0, parameters, RADIUS)
+        after = plan_step(there, PlannerInput(seen, place, np.array(world.goal), 1.0, parameters, RADIUS))
         assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
         assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
 
@@ -175,7 +178,7 @@ def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
     scan = cast(BAFFLES, pose)
     seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
     moved = dataclasses.replace(state, node_position=place)
-    after = plan_step(moved, seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, RADIUS)
+    after = plan_step(moved, PlannerInput(seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, RADIUS))
     assert after.plans == state.plans + 1 and len(after.roadmap) == len(state.roadmap)
     assert sees_its_way_point(place, after.path)
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import scan_region
 from drake_starnav.worlds.world import World
@@ -99,7 +99,7 @@ def waited(motion: np.ndarray | None) -> PlannerState:
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
         seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
-        state = plan_step(state, seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
+        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, RADIUS))
     return state
 
 

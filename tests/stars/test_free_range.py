@@ -200,7 +200,7 @@ def test_ranges_beyond_the_clip_are_no_returns():
         parameters = StarParameters(smoothing=smoothing, range_clip=2.0, margin=0.0)
         distance = smoothed_distances(scan, parameters)
         assert (distance[scan.distances > 2.0] >= 2.0).all()
-        samples, limit = free_range(scan, distance, RADIUS, parameters)
+        samples, limit, _ = free_range(scan, distance, RADIUS, parameters)
         assert samples.max() <= limit.max() == 2.0 - RADIUS
 
 
