@@ -11,6 +11,7 @@ from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, retire
 from drake_starnav.roadmap.search import UNREACHABLE_PENALTY, optimistic_cost
 from drake_starnav.roadmap.state import PlannerInput
+from drake_starnav.stars.region import StarRegion
 
 BLOCKED_AHEAD = 0.05
 """A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
@@ -35,10 +36,10 @@ def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
     """The roadmap once a target (stand and probe) was tried, its newest region made there.
 
-    A target that the robot has arrived at is kept if the newest region, from there, contains its probe. If much depends
+    A target that the robot has arrived at is kept if the newest region, from there, shows its probe. If much depends
     on it, it is kept at the first look all the same, to be looked at from its very stand. Otherwise it is retired.
     """
-    if arrived and roadmap.regions[-1].contains(target[1]):
+    if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
         return roadmap
     parameters = now.parameters
     first_look = arrived and not _has_looked(roadmap, now)
@@ -61,6 +62,12 @@ def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) ->
     if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _shut_in(now.position, ahead, roadmap.blocked):
         return None
     return ahead
+
+
+def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
+    """Whether a region contains a probe (2,) in W, or a place about a cell (m) from it: gates lie on a grid's cells."""
+    ring = np.arange(8) * (math.pi / 4.0)
+    return bool(region.contains(np.vstack((probe, probe + cell * np.column_stack((np.cos(ring), np.sin(ring)))))).any())
 
 
 def _has_looked(roadmap: StarRoadmap, now: PlannerInput) -> bool:

@@ -11,7 +11,7 @@ from drake_starnav.roadmap.consistency import block, clear_of, reconcile
 from drake_starnav.roadmap.dead_ends import after_trying, has_arrived, place_to_block
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
-from drake_starnav.roadmap.search import Route, barred_in_vain, find_route
+from drake_starnav.roadmap.search import Route, barred_in_vain, find_route, hits_leave_a_way
 from drake_starnav.roadmap.state import NO_PATH, Observation, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.roadmap.string_pulling import last_in_sight
 from drake_starnav.roadmap.way_on import is_barred
@@ -29,6 +29,8 @@ NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
+RETRY_DISTANCE = 0.5
+"""Retries this near to each other are at one place, m."""
 BARRED_AFTER = 0.1
 """A way on that is barred is cause for another plan only this far from where the last was made, m."""
 
@@ -245,9 +247,7 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
-    route, roadmap, rounds = _searched(state, region, now)
-    if route is None and not first_look and rounds < now.parameters.retries:  # the next scan may show a way
-        return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH, target=None, rounds=rounds)
+    route, state = _searched(state, region, now)
     if route is None and first_look:
         return dataclasses.replace(
             PlannerState.initial(now.parameters, now.robot_radius),
@@ -255,10 +255,10 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
             progress_time=state.progress_time,
         )
     if route is None:
-        return dataclasses.replace(
-            state, roadmap=roadmap, status=PlannerStatus.UNREACHABLE, path=NO_PATH, target=None, rounds=rounds
-        )
-    target = None
+        hopeless = not _may_retry(state, route, now)  # else the next scan may show a way
+        status = PlannerStatus.UNREACHABLE if hopeless else state.status
+        return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
+    target, roadmap = None, state.roadmap
     if len(route.target):
         target = np.vstack((route.target.stand, route.target.probe))
         if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
@@ -269,7 +269,6 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
         status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
         path=_path_ahead(roadmap, route.path, now.position, now.parameters),
         target=target,
-        rounds=rounds,
         plans=state.plans + 1,
         plan_position=now.position.copy(),
         way_on=route.way_on,
@@ -277,8 +276,8 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
     )
 
 
-def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, StarRoadmap, int]:
-    """The route if there is one, the roadmap in which it was found, and the rounds by then.
+def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+    """The route if there is one, and the state with the roadmap in which it was found.
 
     Where there is none, or only what was tried in vain bars the goal, the roadmap is rebuilt to try that again, before
     all else is explored that cannot help; at most once for each scan.
@@ -286,14 +285,24 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
     seen, parameters = now.seen, now.parameters
     current = None if state.target is None else state.target[0]
     route = find_route(state.roadmap, region, now, current)
-    hopeless = route is None or (route.hopeless and barred_in_vain(state.roadmap, now))
-    tried = state.roadmap.scans[-1][0].time >= seen.scan.time and state.rounds > 0
-    if not hopeless or tried or state.rounds >= parameters.retries:
-        return route, state.roadmap, state.rounds
+    if route is not None and not route.hopeless:
+        return route, state
+    tried = len(state.retries) > 0 and state.roadmap.scans[-1][0].time >= seen.scan.time
+    if tried or not _may_retry(state, route, now):
+        return route, state
     assert seen.region is not None
     roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
     roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
-    return find_route(roadmap, seen.region, now, None), roadmap, state.rounds + 1
+    state = dataclasses.replace(state, roadmap=roadmap, retries=np.vstack((state.retries, now.position)))
+    return find_route(roadmap, seen.region, now), state
+
+
+def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
+    """Whether there may be a way all the same, and the robot has not often retried hereabouts."""
+    near = np.hypot(*(state.retries - now.position).T) < RETRY_DISTANCE
+    if int(near.sum()) >= now.parameters.retries:
+        return False
+    return hits_leave_a_way(state.roadmap, now) if route is None else barred_in_vain(state.roadmap, now)
 
 
 def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:

@@ -26,6 +26,12 @@ GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
+GATE_INSET = 0.95
+"""A gate at the edge of the latest region stands at this share of the way from its centre to its boundary."""
+GATE_BEARINGS = 180
+"""So many places of that boundary are looked at."""
+GATE_DETOUR = 0.15
+"""The way over it is longer by no more than this, m."""
 CLOSED_SLACK = 0.02
 """About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
 
@@ -87,6 +93,8 @@ def find_route(
     target = Frontiers.none()
     if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
         target, path = optimistic_gate(roadmap, to_go.path(position))
+        if len(target):
+            target, path = gate_in_sight(roadmap, here, to_go, target, path)
         if not len(target):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
             best, cost, direct, to_go = _cheapest(*known, False)
     if not len(target):
@@ -107,8 +115,11 @@ def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
 
 def barred_in_vain(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether only closed and blocked places bar the way from the robot to the goal: the hits leave one."""
-    if not len(roadmap.closed) and not len(roadmap.blocked):
-        return False
+    return bool(len(roadmap.closed) or len(roadmap.blocked)) and hits_leave_a_way(roadmap, now)
+
+
+def hits_leave_a_way(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether there is an optimistic path from the robot to the goal if nothing is closed or blocked."""
     nothing = np.zeros((0, 2))
     reopened = dataclasses.replace(roadmap, closed=nothing, blocked=nothing)
     field = optimistic_cost(reopened, now)
@@ -246,6 +257,37 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
                 gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
                 return gate, path[: last + 1]
     return Frontiers.none(), path[:0]
+
+
+def gate_in_sight(
+    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, gate: Frontiers, path: np.ndarray
+) -> tuple[Frontiers, np.ndarray]:
+    """The gate, or one at the edge of the latest region, if that leads farther without a detour; and the path there.
+
+    The optimistic path cuts corners as closely as cells allow, and may leave the regions beside the robot although they
+    lead on.
+
+    Args:
+        roadmap: its retired places.
+        here: region of the latest scan.
+        to_go: the cost-to-go.
+        gate, path: as from `optimistic_gate`.
+    """
+    places = here.center + GATE_INSET * (here.outline(GATE_BEARINGS) - here.center)
+    cost, least = to_go.at(places), float(to_go.at(gate.stand)[0])
+    known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
+    detour = np.hypot(*(places - path[0]).T) + cost - known
+    retired = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T) <= roadmap.retired[:, 2:]
+    cost = np.where((detour <= GATE_DETOUR) & ~retired.any(axis=0), cost, np.inf)
+    best = int(np.argmin(cost))
+    if not cost[best] < least - GATE_LENGTH:
+        return gate, path
+    stand = places[best]
+    beyond = to_go.path(stand)
+    along = np.cumsum(np.hypot(*np.diff(beyond, axis=0).T))
+    probe = beyond[min(int(np.searchsorted(along, GATE_LENGTH)) + 1, len(beyond) - 1)]
+    owner = max(first_cover(*roadmap.stack.arrays, *stand), 0)
+    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 
 
 def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:

@@ -42,7 +42,7 @@ class PlannerState:
         node_position: where a node was last added, or nothing new was seen for one, shape (2,).
         progress_position: where progress was last made, shape (2,).
         progress_time: when, s.
-        rounds: how often the roadmap was rebuilt for this goal, to retry what was tried in vain.
+        retries: shape (k, 2), where the robot was when the roadmap was rebuilt to try again what was tried in vain.
         plans: how often a path was planned.
         headway: the watch over a robot on the fastest path.
         began_with_map: whether the goal was set when the roadmap had nodes already.
@@ -59,7 +59,7 @@ class PlannerState:
     node_position: np.ndarray
     progress_position: np.ndarray
     progress_time: float
-    rounds: int
+    retries: np.ndarray
     plans: int
     headway: Headway = field(default_factory=Headway)
     began_with_map: bool = False
@@ -79,7 +79,7 @@ class PlannerState:
             node_position=NOWHERE,
             progress_position=NOWHERE,
             progress_time=0.0,
-            rounds=0,
+            retries=NO_PATH,
             plans=0,
         )
 
@@ -91,7 +91,7 @@ class PlannerState:
             path=NO_PATH,
             target=None,
             progress_position=NOWHERE,
-            rounds=0,
+            retries=NO_PATH,
             headway=Headway(),
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
