@@ -75,6 +75,5 @@ def drive(
                 break
             position = moved
             left -= step
-        if state.roadmap.margin == parameters.margin:
-            assert distance(world, position[None])[0] > RADIUS - SLACK
+        assert distance(world, position[None])[0] > RADIUS - SLACK
     return states

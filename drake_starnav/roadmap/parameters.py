@@ -133,7 +133,7 @@ class PlannerParameters(StarParameters):
         "with `contradiction`: drop nodes whose hits a new scan sees through; declared drift or jumps set it",
     )
     retries: int = parameter(
-        3, "how often, at one place, what was tried in vain is tried again where nothing else leads to the goal", low=0
+        6, "how often, at one place, what was tried in vain is tried again where nothing else leads to the goal", low=0
     )
     rate: float = parameter(20.0, "updates of the planner", unit="Hz", above=0.0, high=1000.0)
 

@@ -71,7 +71,7 @@ def test_a_goal_too_far_for_the_grid_is_told():
 
 
 def test_an_enclosed_goal_is_left_to_the_roadmap_which_gives_it_up():
-    states = drive(VAULT, steps=3000, parameters=dataclasses.replace(PARAMETERS, margin=0.03, margin_shrinking=False))
+    states = drive(VAULT, steps=3000, parameters=dataclasses.replace(PARAMETERS, margin=0.03, retries=0))
     assert states[-1].status is PlannerStatus.UNREACHABLE
     assert not len(states[-1].path)
     assert any(state.target is not None for state in states), "it explored as without a fastest path"

@@ -166,7 +166,8 @@ def test_no_keyframe_lies_ahead_of_the_run(script):
 
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
     last = log[-1]["roadmap"]
-    narrow = rebuilt(last.roadmap, last.roadmap.margin - 0.01, PLANNER, ROBOT.radius)
+    less = dataclasses.replace(PLANNER, margin=PLANNER.margin - 0.01)
+    narrow = rebuilt(last.roadmap, less, ROBOT.radius)
     after = {**log[-1], "roadmap": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)
