@@ -16,7 +16,7 @@ TILE = 64
 """Cells along a tile's side."""
 STRIDE = 2
 """A cell of the cost-to-go holds so many cells of the memory in each direction."""
-BLOCKED_SLACK = 0.02
+BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""

@@ -259,6 +259,8 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
         status = PlannerStatus.UNREACHABLE if hopeless else state.status
         return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
     target, roadmap = None, state.roadmap
+    if route.closed is not None and len(route.closed) > len(roadmap.closed):
+        roadmap = dataclasses.replace(roadmap, closed=route.closed)
     if len(route.target):
         target = np.vstack((route.target.stand, route.target.probe))
         if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate

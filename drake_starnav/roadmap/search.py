@@ -32,6 +32,8 @@ GATE_BEARINGS = 180
 """So many places of that boundary are looked at."""
 GATE_DETOUR = 0.15
 """The way over it is longer by no more than this, m."""
+MOST_CLOSED = 4
+"""So many places are closed in one search at most."""
 CLOSED_SLACK = 0.02
 """About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
 
@@ -47,6 +49,8 @@ class Route:
         way_on: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone where none
             leads, nothing where the target is the goal.
         next_on: shape (n, 2), the part of it to which the robot may turn.
+        closed: shape (k, 2), the roadmap's closed places, and those that had to be closed as the optimistic path still
+            led through where it was tried in vain; None if there are no more.
     """
 
     path: np.ndarray
@@ -54,6 +58,7 @@ class Route:
     hopeless: bool = False
     way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     next_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    closed: np.ndarray | None = None
 
 
 def find_route(
@@ -88,15 +93,19 @@ def find_route(
             )
             path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    known = (roadmap, distance, now, goal, current)
-    best, cost, direct, to_go = _cheapest(*known, parameters.gates)
-    target = Frontiers.none()
-    if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
-        target, path = optimistic_gate(roadmap, to_go.path(position))
-        if len(target):
-            target, path = gate_in_sight(roadmap, here, to_go, target, path)
-        if not len(target):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
-            best, cost, direct, to_go = _cheapest(*known, False)
+    target, gates = Frontiers.none(), parameters.gates
+    for _ in range(MOST_CLOSED + 1):
+        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, gates)
+        if not gates or to_go is None or not to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+            break
+        gate, path = optimistic_gate(roadmap, to_go.path(position))
+        if not len(gate):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
+            gates = False
+        elif _is_retired(roadmap, gate.stand)[0]:  # the way that was tried in vain there is still open
+            roadmap = dataclasses.replace(roadmap, closed=np.vstack((roadmap.closed, gate.probe)))
+        else:
+            target, path = gate_in_sight(roadmap, here, to_go, gate, path)
+            break
     if not len(target):
         if best < 0:
             return None
@@ -105,7 +114,13 @@ def find_route(
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
     way_on = optimistic_path(to_go, target)
     next_on = next_part(way_on, to_go, position)
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on, roadmap.closed)
+
+
+def _is_retired(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
+    """Which of some places (n, 2) in W are retired, shape (n,)."""
+    away = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T)
+    return (away <= roadmap.retired[:, 2:]).any(axis=0)
 
 
 def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
@@ -234,10 +249,9 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
 
     Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
     none, though the hits leave it open. And the way to a frontier over the nodes may be far longer than it need be.
-    There is no gate where the path leaves at a retired place.
 
     Args:
-        roadmap: its regions and retired places.
+        roadmap: its regions.
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
     regions = roadmap.stack.arrays
@@ -250,9 +264,6 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
             outside += float(np.hypot(*(path[i] - path[i - 1])))
             if outside >= GATE_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
-                away = np.hypot(*(roadmap.retired[:, :2] - stand).T)
-                if (away <= roadmap.retired[:, 2]).any():
-                    break
                 owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
                 gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
                 return gate, path[: last + 1]
@@ -277,8 +288,7 @@ def gate_in_sight(
     cost, least = to_go.at(places), float(to_go.at(gate.stand)[0])
     known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
     detour = np.hypot(*(places - path[0]).T) + cost - known
-    retired = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T) <= roadmap.retired[:, 2:]
-    cost = np.where((detour <= GATE_DETOUR) & ~retired.any(axis=0), cost, np.inf)
+    cost = np.where((detour <= GATE_DETOUR) & ~_is_retired(roadmap, places), cost, np.inf)
     best = int(np.argmin(cost))
     if not cost[best] < least - GATE_LENGTH:
         return gate, path
