@@ -11,7 +11,7 @@ from drake_starnav.control import Command, ControllerParameters, control_step
 from drake_starnav.guidance import Guidance
 from drake_starnav.lidar import LidarParameters
 from drake_starnav.perception import Perceived, perceive
-from drake_starnav.roadmap import PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
+from drake_starnav.roadmap import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
@@ -113,7 +113,7 @@ def drive(
             if scan_count % SAMPLED == SAMPLED // 2:
                 kept.scans.append(moment)
             begin, before = time.perf_counter(), state.plans
-            state = plan_step(state, known.observation, pose[:2], goal, k * period, PLANNER, ROBOT.radius)
+            state = plan_step(state, PlannerInput(known.observation, pose[:2], goal, k * period, PLANNER, ROBOT.radius))
             spent = time.perf_counter() - begin
             if state.plans > before:
                 kept.plans.append((len(state.roadmap), spent))

@@ -131,10 +131,10 @@ def steps(kept: Drive) -> list[Step]:
     for moment in kept.scans:
         scan = moment.scan
         distance = smoothed_distances(scan, PLANNER)
-        samples, _ = free_range(scan, distance, ROBOT.radius, PLANNER)
+        samples = free_range(scan, distance, ROBOT.radius, PLANNER).values
         erosion.append(
             (
-                lambda scan=scan, distance=distance: free_range(scan, distance, ROBOT.radius, PLANNER)[0],
+                lambda scan=scan, distance=distance: free_range(scan, distance, ROBOT.radius, PLANNER).values,
                 partial(numpy_pipeline.free_range, scan, distance, ROBOT.radius, PLANNER),
             )
         )

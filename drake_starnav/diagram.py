@@ -210,7 +210,13 @@ def _add_planning(
     )
     planner = builder.AddNamedSystem(
         "planner",
-        StarRoadmapPlanner(scenario.robot, scenario.planner, offset=schedule.last, stopwatch=stopwatch),
+        StarRoadmapPlanner(
+            scenario.robot,
+            scenario.planner,
+            goal_tolerance=scenario.simulation.goal_tolerance,
+            offset=schedule.last,
+            stopwatch=stopwatch,
+        ),
     )
     builder.Connect(scan, perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))

@@ -89,7 +89,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "replanning": False,
             "contradiction": 0.0,
             "margin": 0.0,
-            "margin_shrinking": False,
+            "retries": 0,
         },
         "controller": {
             "rate": 40.0,

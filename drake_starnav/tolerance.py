@@ -17,7 +17,7 @@ from drake_starnav.scan_matching import UNSEEN_JUMP
 NOMINAL_NOISE = 0.01
 """Range noise that the margins allow for as they are, m."""
 SMOOTHED_DEVIATIONS = 3.0
-"""Noise beyond the nominal is smoothed as far as so many times its standard deviation."""
+"""Ranges may be moved by so many standard deviations of the noise beyond the nominal more, when they are smoothed."""
 NOISE_PER_DEGREE = 0.015
 """The certificate smooths it over one degree on each side for each so much, m: the margin covers what corners lose."""
 FINE_ENOUGH = 0.5
@@ -140,10 +140,9 @@ def tolerating(
     if localization is not None and not localization.exact:
         contradiction = max(planner.contradiction, PlannerParameters.contradiction)  # at least the default
         planner = dataclasses.replace(planner, contradiction=contradiction, drop_seen_through=True)
-    if lidar is not None and lidar.noise > NOMINAL_NOISE:
-        noise = lidar.noise - NOMINAL_NOISE
-        slack = SMOOTHED_DEVIATIONS * noise
-        width = math.radians(noise / NOISE_PER_DEGREE) / lidar.angle_increment
+    if lidar is not None:
+        slack = SMOOTHED_DEVIATIONS * max(lidar.noise - NOMINAL_NOISE, 0.0)
+        width = math.radians(lidar.noise / NOISE_PER_DEGREE) / lidar.angle_increment
         beams = math.ceil(width - 1e-9) if width >= FINE_ENOUGH else 0
         planner = dataclasses.replace(planner, smoothing_slack=max(planner.smoothing_slack, slack))
         controller = dataclasses.replace(
@@ -159,6 +158,6 @@ def tolerating(
             f"{LARGEST_ERROR:g} m"
         )
     return (
-        dataclasses.replace(planner, margin=planner.margin + error),
+        dataclasses.replace(planner, margin=planner.margin + error, least_margin=planner.least_margin + error),
         dataclasses.replace(controller, safety_margin=controller.safety_margin + error),
     )

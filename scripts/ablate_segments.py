@@ -105,7 +105,7 @@ def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> 
     results: list[list[tuple]] = [[] for _ in rows]
     for view in views:
         plain = StarParameters()
-        samples, _ = free_range(view.scan, smoothed_distances(view.scan, plain), robot_radius, plain)
+        samples = free_range(view.scan, smoothed_distances(view.scan, plain), robot_radius, plain).values
         fits = [fit_piecewise_cubic(samples, row.parameters) for row in rows]
         seconds = fastest([partial(fit_piecewise_cubic, samples, row.parameters) for row in rows])
         for result, fit, spent in zip(results, fits, seconds, strict=True):

@@ -10,6 +10,7 @@ from drake_starnav.planar import composed, now_in
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
 from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import FreeRange
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.region import StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
@@ -143,7 +144,10 @@ def smooth_region(
     for k in range(1, 5):
         samples += mean * rng.uniform(0.0, 0.15) * np.cos(k * bearing + rng.uniform(0.0, 2.0 * math.pi))
     return fit_region(
-        (samples, np.full(720, 3.0 * mean)), center, rng.uniform(-math.pi, math.pi), parameters or StarParameters()
+        FreeRange(samples, np.full(720, 3.0 * mean), 0.0),
+        center,
+        rng.uniform(-math.pi, math.pi),
+        parameters or StarParameters(),
     )
 
 

@@ -70,14 +70,14 @@ def limited_turn(guide: np.ndarray, direction: np.ndarray, limit: float) -> np.n
 
 
 def near_wall_direction(
-    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float
+    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float, push: float = 1.0
 ) -> np.ndarray:
     """The direction with its part towards close hits removed and a push away from them added.
 
     With the clearance c to the nearest hit, the share is a = clip((zone - c)/zone, 0, 1), and q the soft mean of the
     unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE):
-    remove a share a of (u q) q if it is against q, add a q, normalise. Between two walls q is short, and the term
-    leaves the way through the gap alone.
+    remove a share a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and
+    the term leaves the way through the gap alone.
 
     Args:
         position: shape (2,), W, m.
@@ -85,8 +85,9 @@ def near_wall_direction(
         hits: shape (n, 2), W, m.
         radius: of the robot, with what it shall keep off the hits, m.
         zone: clearance at which the push begins, m.
+        push: its largest share.
     """
-    return np.array(_near_wall(*position, *direction, hits, radius, zone))
+    return np.array(_near_wall(*position, *direction, hits, radius, zone, push))
 
 
 def nearest_point_direction(
@@ -198,7 +199,7 @@ def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma, ca
 
 
 @njit(cache=True)
-def _near_wall(x, y, ux, uy, hits, radius, zone):
+def _near_wall(x, y, ux, uy, hits, radius, zone, push):
     nearest = np.inf
     for i in range(len(hits)):
         dx, dy = x - hits[i, 0], y - hits[i, 1]
@@ -224,8 +225,9 @@ def _near_wall(x, y, ux, uy, hits, radius, zone):
     if against < 0.0:
         ux -= share * against * qx
         uy -= share * against * qy
-    ux += share * qx
-    uy += share * qy
+    push = min(share, push)
+    ux += push * qx
+    uy += push * qy
     length = math.sqrt(ux * ux + uy * uy)
     if length < 1e-6:
         return qx, qy

@@ -28,6 +28,9 @@ LOOK_AHEAD_SPARE = 0.004
 """A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
 LEAST_SHARE = 0.8
 """Where the certificate ends, the near-wall term has at least this share: every guiding vector leads off the wall."""
+TURNING_TIMES = 2.0
+"""The push off a wall leads no farther aside than across the near-wall zone in so many times 1 / heading_gain, in which
+the robot turns back; else it would sway between the walls of a narrow passage."""
 PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
 """The paper's gains."""
 
@@ -56,6 +59,7 @@ def guiding_vector(
     hits: np.ndarray,
     parameters: ControllerParameters,
     robot_radius: float,
+    speed: float = 0.0,
 ) -> tuple[np.ndarray, float]:
     """Unit vector to follow, shape (2,), W, and the distance to the short-term goal, m.
 
@@ -66,6 +70,7 @@ def guiding_vector(
         hits: close to the robot, shape (n, 2), W, m.
         parameters: modulation, near-wall and nearest-point terms.
         robot_radius: m.
+        speed: of the robot, m/s.
     """
     ahead = path[0]
     for ahead in path:
@@ -86,9 +91,10 @@ def guiding_vector(
         rho, away = parameters.nearest_point_distance, parameters.nearest_point_term == "away"
         direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho, away)
     if parameters.near_wall_term:
-        direction = near_wall_direction(
-            position, direction, hits, near_wall_radius(parameters, robot_radius), parameters.near_wall_zone
-        )
+        zone = parameters.near_wall_zone
+        push = zone / max(TURNING_TIMES / parameters.heading_gain * abs(speed), zone)
+        radius = near_wall_radius(parameters, robot_radius)
+        direction = near_wall_direction(position, direction, hits, radius, zone, push)
     return direction, distance
 
 
@@ -156,7 +162,9 @@ def desired_twist(
         ahead, clearance, last = look_ahead(pose[:2], path, star.hits, needed, parameters.look_ahead, least)
         path = ahead[None, :]
     if len(path):
-        direction, distance = guiding_vector(pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius)
+        direction, distance = guiding_vector(
+            pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius, robot.max_speed
+        )
     if direction.any():
         if parameters.certificate and parameters.certified_by == "star":
             direction = swerved(pose[:2], direction, star, parameters.max_swerve)

@@ -15,11 +15,10 @@ from numba import njit
 
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended
-from drake_starnav.roadmap.state import Moment
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.free_range import eroded_range, half_gaps, point_hits
 from drake_starnav.stars.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.stars.region import StarRegion, scan_region
+from drake_starnav.stars.region import StarRegion
 
 KEPT_SHARE = 0.7
 """A region is dropped when less than this share of its free range is left, summed over all bearings."""
@@ -150,15 +149,6 @@ def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParamete
     return _with_free_range(region, eroded_range(hits, radius, free), parameters)
 
 
-def seen_with_margin(now: Moment, roadmap: StarRoadmap, margin: float) -> StarRegion:
-    """The region of the latest scan with a margin (m), clear of what is blocked."""
-    seen, region = now.seen, now.seen.region
-    if region is None or region.margin != margin:
-        parameters = dataclasses.replace(now.parameters, margin=margin)
-        region = scan_region(seen.scan, seen.pose, now.robot_radius, parameters)
-    return clear_of(region, roadmap.blocked, now.parameters, now.robot_radius)
-
-
 def _with_free_range(region: StarRegion, free_range: np.ndarray, parameters: PlannerParameters) -> StarRegion:
     """The region with another free range, shape (M,), m, fitted anew."""
     return dataclasses.replace(region, free_range=free_range, boundary=fit_piecewise_cubic(free_range, parameters))
@@ -178,7 +168,6 @@ def _remade(
     out = dataclasses.replace(
         empty,
         hits=empty.hits if forgets else roadmap.hits,
-        margin=roadmap.margin,
         retired=roadmap.retired,
         closed=roadmap.closed,
         looked=roadmap.looked,

@@ -6,12 +6,12 @@ import math
 import numpy as np
 
 from drake_starnav.polyline import distance_to_segment
-from drake_starnav.roadmap.consistency import seen_with_margin
 from drake_starnav.roadmap.hit_memory import CLOSED_RADIUS
 from drake_starnav.roadmap.parameters import PlannerParameters
-from drake_starnav.roadmap.roadmap import StarRoadmap, extended, retire
+from drake_starnav.roadmap.roadmap import StarRoadmap, retire
 from drake_starnav.roadmap.search import UNREACHABLE_PENALTY, optimistic_cost
-from drake_starnav.roadmap.state import Moment
+from drake_starnav.roadmap.state import PlannerInput
+from drake_starnav.stars.region import StarRegion
 
 BLOCKED_AHEAD = 0.05
 """A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
@@ -27,37 +27,29 @@ LOOKED_AROUND = 2.0
 """The robot has looked within this many arrival distances of a place from which it looked."""
 
 
-def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: Moment) -> bool:
+def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
     """Whether the robot is at a target (stand and probe): at its very stand where it has looked in vain."""
     near = AT_STAND if _has_looked(roadmap, now) else np.inf
     return bool(np.hypot(*(now.position - target[0])) < min(near, now.parameters.arrival_distance))
 
 
-def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: Moment) -> StarRoadmap:
+def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
     """The roadmap once a target (stand and probe) was tried, its newest region made there.
 
-    A target that the robot has arrived at is kept if a region from there contains its probe: the newest one, or at the
-    first look one with less margin. If much depends on it, it is kept at the first look all the same, to be looked at
-    from its very stand, then with the margin as it is: what only less margin shows from there is a gap that the robot
-    would hardly get through. Otherwise it is retired.
+    A target that the robot has arrived at is kept if the newest region, from there, shows its probe. If much depends
+    on it, it is kept at the first look all the same, to be looked at from its very stand. Otherwise it is retired.
     """
-    if arrived and roadmap.regions[-1].contains(target[1]):
+    if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
         return roadmap
     parameters = now.parameters
     first_look = arrived and not _has_looked(roadmap, now)
-    margin = roadmap.regions[-1].margin - parameters.margin_step
-    while first_look and parameters.margin_shrinking and margin > -1e-9:
-        region = seen_with_margin(now, roadmap, max(margin, 0.0))
-        if region.contains(target[1]):
-            return extended(roadmap, region, now.seen.scan, now.seen.pose, parameters, now.robot_radius, stamp=False)
-        margin -= parameters.margin_step
     given_up = retire(roadmap, target[0], parameters.retired_radius, target[1])
     if first_look and _lengthens_the_way(roadmap, given_up, now):
         return dataclasses.replace(roadmap, looked=np.vstack((roadmap.looked, now.position)))
     return given_up
 
 
-def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: Moment) -> np.ndarray | None:
+def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) -> np.ndarray | None:
     """The place just ahead of a stalled robot, shape (2,), W, m; None where nothing need bar its path (k, 2) in W.
 
     It may stand only to turn; it may have come along there; or it may be slow to leave another blocked place.
@@ -65,30 +57,33 @@ def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: Moment) -> np.nd
     if not len(path) or not _faces(now.seen.pose, path[0]):
         return None
     way = path[0] - now.position
-    distance = now.robot_radius + roadmap.margin + BLOCKED_AHEAD
+    distance = now.robot_radius + now.parameters.margin + BLOCKED_AHEAD
     ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
     if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _shut_in(now.position, ahead, roadmap.blocked):
         return None
     return ahead
 
 
-def _has_looked(roadmap: StarRoadmap, now: Moment) -> bool:
+def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
+    """Whether a region contains a probe (2,) in W, or a place about a cell (m) from it: gates lie on a grid's cells."""
+    ring = np.arange(8) * (math.pi / 4.0)
+    return bool(region.contains(np.vstack((probe, probe + cell * np.column_stack((np.cos(ring), np.sin(ring)))))).any())
+
+
+def _has_looked(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether the robot is about where it has looked in vain at a target that was kept."""
     away = np.hypot(*(roadmap.looked - now.position).T)
     return bool((away < LOOKED_AROUND * now.parameters.arrival_distance).any())
 
 
-def _lengthens_the_way(before: StarRoadmap, after: StarRoadmap, now: Moment) -> bool:
+def _lengthens_the_way(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
     """Whether the optimistic path to the goal is longer by more than `closer_look` in one roadmap than in another."""
     if now.parameters.cost_to_go != "grid":
         return False
     here = now.position[None, :]
     away = np.hypot(*(before.closed - here).T)  # where the robot stands nothing is closed
     before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])
-    shorter, longer = (
-        float(optimistic_cost(known, now.position, now.goal, now.parameters, now.robot_radius).at(here)[0])
-        for known in (before, after)
-    )
+    shorter, longer = (float(optimistic_cost(known, now).at(here)[0]) for known in (before, after))
     return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > now.parameters.closer_look
 
 

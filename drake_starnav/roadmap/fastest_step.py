@@ -8,33 +8,26 @@ from drake_starnav.roadmap.fastest_path import Headway, fastest_path, narrowest_
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.planner import check_beams, node_is_due, node_spacing_driven, plan_step
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points
-from drake_starnav.roadmap.state import NO_PATH, Observation, PlannerState, PlannerStatus
+from drake_starnav.roadmap.state import NO_PATH, Observation, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.robot import RobotParameters
 
 NO_PLACES = np.zeros((0, 2))
 
 
-def fastest_step(
-    state: PlannerState,
-    seen: Observation,
-    position: np.ndarray,
-    goal: np.ndarray,
-    time: float,
-    parameters: PlannerParameters,
-    robot: RobotParameters,
-) -> PlannerState:
+def fastest_step(state: PlannerState, now: PlannerInput, robot: RobotParameters) -> PlannerState:
     """One update of the planner along the fastest path; see `fastest_path`.
 
     Every scan's hits are remembered, and the path is found anew at each update. Places shut for want of headway are
     opened again when they leave no way; if there still is none, the roadmap is searched as in `plan_step`.
 
     Args:
-        state, seen, position, goal, time, parameters: as for `plan_step`.
+        state, now: as for `plan_step`.
         robot: its size and speed limit.
 
     Raises:
         StarnavError: as `plan_step`.
     """
+    seen, position, goal, time, parameters = now.seen, now.position, now.goal, now.time, now.parameters
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     check_beams(state.roadmap, seen)
@@ -47,7 +40,7 @@ def fastest_step(
     if not len(path):
         if state.headway.followed:  # what is left of that path leads nowhere
             state = dataclasses.replace(state, path=NO_PATH, headway=Headway())
-        return plan_step(state, seen, position, goal, time, parameters, robot.radius)
+        return plan_step(state, now)
     headway, stalled = dataclasses.replace(state.headway, shut=shut, followed=True).watched(to_go, time)
     place = narrowest_place(state.roadmap.hits, path, robot.radius) if stalled else None
     if place is not None:

@@ -15,8 +15,8 @@ from drake_starnav.errors import StarnavError
 TILE = 64
 """Cells along a tile's side."""
 STRIDE = 2
-"""The cost-to-go uses every second cell of the memory in each direction."""
-BLOCKED_SLACK = 0.02
+"""A cell of the cost-to-go holds so many cells of the memory in each direction."""
+BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""
@@ -86,7 +86,12 @@ class HitMemory:
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray, stride: int = STRIDE) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a box in W: distances (nx, ny) of every `stride`-th cell, and the first cell's index (2,).
+        """A coarser grid over a box in W, whose cells hold `stride` x `stride` cells of the memory.
+
+        A coarse cell has the greatest distance of its cells, so that no passage falls between them.
+
+        Returns:
+            Distances, shape (nx, ny), m, and the index of the first cell of the first coarse cell, shape (2,).
 
         Raises:
             StarnavError: there would be more than LARGEST_GRID cells.
@@ -100,14 +105,15 @@ class HitMemory:
         first = np.floor(low / self.resolution / stride).astype(np.int64) * stride
         count = np.ceil((high - low) / self.resolution / stride).astype(np.int64) + 1
         out = np.full(count, self.cap, np.float32)
-        last = first + (count - 1) * stride
+        last = first + count * stride - 1
         for (i, j), tile in self.tiles.items():
             a, b = i * TILE, j * TILE  # multiples of the stride, as `first` is
             if a > last[0] or b > last[1] or a + TILE <= first[0] or b + TILE <= first[1]:
                 continue
             a0, b0 = max(a, int(first[0])), max(b, int(first[1]))
             a1, b1 = min(a + TILE, int(last[0]) + 1), min(b + TILE, int(last[1]) + 1)
-            part = tile[a0 - a : a1 - a : stride, b0 - b : b1 - b : stride]
+            part = tile[a0 - a : a1 - a, b0 - b : b1 - b]
+            part = part.reshape(part.shape[0] // stride, stride, -1, stride).max(axis=(1, 3))
             p, q = (a0 - int(first[0])) // stride, (b0 - int(first[1])) // stride
             out[p : p + part.shape[0], q : q + part.shape[1]] = part
         return out, first
@@ -194,7 +200,7 @@ def cost_to_go(
     """
     cell = memory.resolution * STRIDE
     distance, first = memory.window(low, high)
-    origin = first * memory.resolution
+    origin = (first + 0.5 * (STRIDE - 1)) * memory.resolution
     blocked = robot_radius - BLOCKED_SLACK
     weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
     if closed is not None:

@@ -132,13 +132,9 @@ class PlannerParameters(StarParameters):
         False,
         "with `contradiction`: drop nodes whose hits a new scan sees through; declared drift or jumps set it",
     )
-    margin_shrinking: bool = parameter(
-        True,
-        "when nothing is left to explore, try again with less margin",
-        when="turn it off where the margin must be kept, even if the goal is then out of reach",
+    retries: int = parameter(
+        6, "how often, at one place, what was tried in vain is tried again where nothing else leads to the goal", low=0
     )
-    margin_step: float = parameter(0.01, "by how much the margin shrinks", unit="m", above=0.0, high=1.0)
-    margin_rounds: int = parameter(6, "how often it may shrink or be retried", low=0, high=100)
     rate: float = parameter(20.0, "updates of the planner", unit="Hz", low=0.1, high=1000.0)
 
     def __post_init__(self) -> None:

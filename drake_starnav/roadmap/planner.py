@@ -7,12 +7,12 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.roadmap.consistency import block, clear_of, reconcile, seen_with_margin
+from drake_starnav.roadmap.consistency import block, clear_of, reconcile
 from drake_starnav.roadmap.dead_ends import after_trying, has_arrived, place_to_block
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
-from drake_starnav.roadmap.search import Route, barred_in_vain, find_route
-from drake_starnav.roadmap.state import NO_PATH, Moment, Observation, PlannerState, PlannerStatus
+from drake_starnav.roadmap.search import Route, barred_in_vain, find_route, hits_leave_a_way
+from drake_starnav.roadmap.state import NO_PATH, Observation, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.roadmap.string_pulling import last_in_sight
 from drake_starnav.roadmap.way_on import is_barred
 from drake_starnav.stars.region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
@@ -29,6 +29,8 @@ NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
+RETRY_DISTANCE = 0.5
+"""Retries this near to each other are at one place, m."""
 BARRED_AFTER = 0.1
 """A way on that is barred is cause for another plan only this far from where the last was made, m."""
 
@@ -54,15 +56,7 @@ class Cause(Flag):
     TRIED = ARRIVED | STUCK | STALLED
 
 
-def plan_step(
-    state: PlannerState,
-    seen: Observation,
-    position: np.ndarray,
-    goal: np.ndarray,
-    time: float,
-    parameters: PlannerParameters,
-    robot_radius: float,
-) -> PlannerState:
+def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     """One update of the planner: the roadmap grows if there is cause, and where that leaves no path one is planned.
 
     With `replanning` one is planned, too, as soon as the latest scan bars the way on past the target frontier. With
@@ -70,29 +64,23 @@ def plan_step(
 
     Args:
         state: before; it is not changed.
-        seen: the latest scan.
-        position: of the robot now, shape (2,), W, m.
-        goal: shape (2,), W, m.
-        time: s.
-        parameters: of the roadmap.
-        robot_radius: m.
+        now: the latest scan, and where the robot is and shall go.
 
     Raises:
         StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
     """
+    seen, parameters = now.seen, now.parameters
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     check_beams(state.roadmap, seen)
-    now = Moment(seen, position, goal, time, parameters, robot_radius)
-    state = _with_whole_margin(state, now)
-    region = seen_with_margin(now, state.roadmap, state.roadmap.margin) if len(state.roadmap) else seen.region
+    region = clear_of(seen.region, state.roadmap.blocked, parameters, now.robot_radius)
     state, stalled = _watched(state, now)
     cause = _why_grow(state, region, stalled, now)
     state, region = _grown(state, region, cause, now)
     if len(state.path):
         state = _unless_barred(state, now)
     if len(state.path):
-        state = _along_path(state, position, parameters)
+        state = _along_path(state, now.position, parameters)
     if not len(state.path):
         first_look = state.plans == 0 and not stalled
         state = _planned(state, region, first_look, now)
@@ -111,15 +99,7 @@ def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
         )
 
 
-def _with_whole_margin(state: PlannerState, now: Moment) -> PlannerState:
-    """The state with the margin made whole again, if it was shrunk for an earlier goal."""
-    margin = now.parameters.margin
-    if state.status is not PlannerStatus.WAITING or not len(state.roadmap) or state.roadmap.margin == margin:
-        return state
-    return dataclasses.replace(state, roadmap=rebuilt(state.roadmap, margin, now.parameters, now.robot_radius))
-
-
-def _watched(state: PlannerState, now: Moment) -> tuple[PlannerState, bool]:
+def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
     """The state with its progress watch brought up to date, and whether the robot has stalled.
 
     A robot at its goal, one that gets no scans, or one that may be giving way has reason to stand.
@@ -140,7 +120,7 @@ def _watched(state: PlannerState, now: Moment) -> tuple[PlannerState, bool]:
     return state, False
 
 
-def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: Moment) -> Cause:
+def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> Cause:
     """The causes for the roadmap to grow."""
     cause = Cause.STALLED if stalled else Cause.NONE
     if state.target is not None:
@@ -155,7 +135,7 @@ def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: Momen
     return cause
 
 
-def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: Moment) -> tuple[PlannerState, StarRegion]:
+def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: PlannerInput) -> tuple[PlannerState, StarRegion]:
     """The state with one more node if there is cause, and then without path; and what is left of the scan's region.
 
     What the scan contradicts is dropped first. A target that was tried is no target any more, and may be retired; where
@@ -222,7 +202,7 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
     return False
 
 
-def _unless_barred(state: PlannerState, now: Moment) -> PlannerState:
+def _unless_barred(state: PlannerState, now: PlannerInput) -> PlannerState:
     """The state; where the latest scan bars the way on from the target, with the scan's hits and without path."""
     if not now.parameters.replanning or len(state.way_on) < 2:  # there is nothing beyond the probe
         return state
@@ -262,12 +242,12 @@ def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bo
     return first_cover(*regions, *position) >= 0 and not segment_covered(*regions, *position, *path[0], LINE_STEP)
 
 
-def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Moment) -> PlannerState:
+def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: PlannerInput) -> PlannerState:
     """The state with a new path; where there is none the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
-    route, roadmap, rounds = _searched(state, region, now)
+    route, state = _searched(state, region, now)
     if route is None and first_look:
         return dataclasses.replace(
             PlannerState.initial(now.parameters, now.robot_radius),
@@ -275,10 +255,12 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Mom
             progress_time=state.progress_time,
         )
     if route is None:
-        return dataclasses.replace(
-            state, roadmap=roadmap, status=PlannerStatus.UNREACHABLE, path=NO_PATH, target=None, rounds=rounds
-        )
-    target = None
+        hopeless = not _may_retry(state, route, now)  # else the next scan may show a way
+        status = PlannerStatus.UNREACHABLE if hopeless else state.status
+        return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
+    target, roadmap = None, state.roadmap
+    if route.closed is not None and len(route.closed) > len(roadmap.closed):
+        roadmap = dataclasses.replace(roadmap, closed=route.closed)
     if len(route.target):
         target = np.vstack((route.target.stand, route.target.probe))
         if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
@@ -289,7 +271,6 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Mom
         status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
         path=_path_ahead(roadmap, route.path, now.position, now.parameters),
         target=target,
-        rounds=rounds,
         plans=state.plans + 1,
         plan_position=now.position.copy(),
         way_on=route.way_on,
@@ -297,39 +278,42 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Mom
     )
 
 
-def _searched(state: PlannerState, region: StarRegion, now: Moment) -> tuple[Route | None, StarRoadmap, int]:
-    """The route if there is one, the roadmap in which it was found, and the rounds by then.
+def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+    """The route if there is one, and the state with the roadmap in which it was found.
 
-    Where there is none the roadmap is rebuilt round by round with less margin. Where only what was tried in vain bars
-    the goal, it is rebuilt with the same margin to try that again, before all else is explored that cannot help.
+    Where there is none, or only what was tried in vain bars the goal, the roadmap is rebuilt to try that again, before
+    all else is explored that cannot help; at most once for each scan.
     """
-    seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
-    most_rounds = parameters.margin_rounds if parameters.margin_shrinking else 0
-    roadmap, rounds = state.roadmap, state.rounds
+    seen, parameters = now.seen, now.parameters
     current = None if state.target is None else state.target[0]
-    while True:
-        route = find_route(roadmap, region, now.position, now.goal, parameters, robot_radius, current)
-        if rounds >= most_rounds:
-            return route, roadmap, rounds
-        if route is not None and not (
-            route.hopeless and barred_in_vain(roadmap, now.position, now.goal, parameters, robot_radius)
-        ):
-            return route, roadmap, rounds
-        rounds += 1
-        margin = roadmap.margin if route is not None else max(roadmap.margin - parameters.margin_step, 0.0)
-        roadmap = rebuilt(roadmap, margin, parameters, robot_radius)
-        region = seen_with_margin(now, roadmap, margin)
-        roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-        current = None
+    route = find_route(state.roadmap, region, now, current)
+    if route is not None and not route.hopeless:
+        return route, state
+    tried = len(state.retries) > 0 and state.roadmap.scans[-1][0].time >= seen.scan.time
+    if tried or not _may_retry(state, route, now):
+        return route, state
+    assert seen.region is not None
+    roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
+    roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, retries=np.vstack((state.retries, now.position)))
+    return find_route(roadmap, seen.region, now), state
 
 
-def _with_anticipation(state: PlannerState, region: StarRegion, now: Moment) -> PlannerState:
+def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
+    """Whether there may be a way all the same, and the robot has not often retried hereabouts."""
+    near = np.hypot(*(state.retries - now.position).T) < RETRY_DISTANCE
+    if int(near.sum()) >= now.parameters.retries:
+        return False
+    return hits_leave_a_way(state.roadmap, now) if route is None else barred_in_vain(state.roadmap, now)
+
+
+def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:
     """The state with what the latest scan's region shows of the way on past the target."""
     anticipated = _anticipated(state, region, now)
     return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
 
 
-def _anticipated(state: PlannerState, region: StarRegion, now: Moment) -> Guidance | None:
+def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> Guidance | None:
     """The last point of the way on that is in straight sight inside the region of the latest scan, as guidance.
 
     None on the way to another way point, to the goal, and while nothing of the way on is seen.

@@ -47,7 +47,6 @@ class StarRoadmap:
         blocked: shape (b, 2), places before which the robot stalled: in no region does it touch one; obstacles to the
             cost-to-go.
         hits: distances to the hits of all node scans, and of those that barred a way on.
-        margin: clearance that the regions keep beyond the robot's radius, m.
     """
 
     regions: tuple[StarRegion, ...]
@@ -61,7 +60,6 @@ class StarRoadmap:
     looked: np.ndarray
     blocked: np.ndarray
     hits: HitMemory
-    margin: float
 
     def __len__(self) -> int:
         return len(self.regions)
@@ -81,7 +79,6 @@ class StarRoadmap:
             looked=np.zeros((0, 2)),
             blocked=np.zeros((0, 2)),
             hits=HitMemory.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
-            margin=parameters.margin,
         )
 
 
@@ -175,9 +172,8 @@ def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.nda
     )
 
 
-def rebuilt(roadmap: StarRoadmap, margin: float, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans with another margin, m; nothing is retired, closed, looked at or blocked in it."""
-    parameters = dataclasses.replace(parameters, margin=margin)
+def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+    """A roadmap of the same scans in which nothing is retired, closed, looked at or blocked."""
     out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
     for scan, pose in roadmap.scans:
         region = scan_region(scan, pose, robot_radius, parameters)

@@ -2,15 +2,18 @@
 
 import dataclasses
 import heapq
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
 
+from drake_starnav.roadmap.approach import Approach, approach
 from drake_starnav.roadmap.frontiers import Frontiers
-from drake_starnav.roadmap.hit_memory import CostField, cost_to_go
+from drake_starnav.roadmap.hit_memory import STRIDE, CostField, cost_to_go
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap
+from drake_starnav.roadmap.state import PlannerInput
 from drake_starnav.roadmap.string_pulling import string_pulled
 from drake_starnav.roadmap.way_on import next_part, optimistic_path
 from drake_starnav.stars.region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
@@ -23,6 +26,14 @@ GATE_ADVANTAGE = 0.25
 """The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
 GATE_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this long, m."""
+GATE_INSET = 0.95
+"""A gate at the edge of the latest region stands at this share of the way from its centre to its boundary."""
+GATE_BEARINGS = 180
+"""So many places of that boundary are looked at."""
+GATE_DETOUR = 0.15
+"""The way over it is longer by no more than this, m."""
+MOST_CLOSED = 4
+"""So many places are closed in one search at most."""
 CLOSED_SLACK = 0.02
 """About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
 
@@ -38,6 +49,8 @@ class Route:
         way_on: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone where none
             leads, nothing where the target is the goal.
         next_on: shape (n, 2), the part of it to which the robot may turn.
+        closed: shape (k, 2), the roadmap's closed places, and those that had to be closed as the optimistic path still
+            led through where it was tried in vain; None if there are no more.
     """
 
     path: np.ndarray
@@ -45,18 +58,15 @@ class Route:
     hopeless: bool = False
     way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     next_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    closed: np.ndarray | None = None
 
 
 def find_route(
-    roadmap: StarRoadmap,
-    here: StarRegion,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-    current: np.ndarray | None = None,
+    roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, current: np.ndarray | None = None
 ) -> Route | None:
     """The goal if a region contains it, else the frontier with the least cost g + h; None if nothing is left.
+
+    For a goal beside a wall, the place nearest to it that a region contains; see `approach`.
 
     g is the length in the graph from the robot to the frontier (or the straight line, where it stays inside the
     union of regions), h the optimistic cost-to-go from the frontier's probe to the goal.
@@ -64,32 +74,38 @@ def find_route(
     Args:
         roadmap: the snapshot.
         here: region of the latest scan.
-        position: of the robot, shape (2,), W, m.
-        goal: shape (2,), W, m.
-        parameters: cost_to_go, gates, growth, hysteresis, string_pulling.
-        robot_radius: m.
+        now: where the robot is and shall go, and the parameters.
         current: stand of the present target frontier, shape (2,), which gets a bonus.
 
     Source: paper, section III-D; ranking of frontiers: this project.
     """
+    position, parameters = now.position, now.parameters
+    goal, places = goal_approach(roadmap, now)
     distance, previous = graph_distances(roadmap, here, position)
-    if covers(here.center, here.bearing_0, here.boundary.values, goal[0], goal[1]):
-        return Route(goal[None, :].copy(), Frontiers.none())
-    goal_node = _entry_node(roadmap, distance, goal)
-    if goal_node >= 0:
-        # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again.
-        direct = parameters.growth == "continuous" and segment_covered(
-            *roadmap.stack.arrays, *position, *goal, LINE_STEP
-        )
-        path = goal[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, goal)
-        return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    known = (roadmap, distance, position, goal, parameters, robot_radius, current)
-    best, cost, direct, to_go = _cheapest(*known, parameters.gates)
-    target = Frontiers.none()
-    if to_go is not None and parameters.gates and to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
-        target, path = optimistic_gate(roadmap, to_go.path(position))
-        if not len(target):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
-            best, cost, direct, to_go = _cheapest(*known, False)
+    for place in places:
+        if covers(here.center, here.bearing_0, here.boundary.values, place[0], place[1]):
+            return Route(place[None, :].copy(), Frontiers.none())
+        goal_node = _entry_node(roadmap, distance, place)
+        if goal_node >= 0:
+            # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
+            direct = parameters.growth == "continuous" and segment_covered(
+                *roadmap.stack.arrays, *position, *place, LINE_STEP
+            )
+            path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
+            return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
+    target, gates = Frontiers.none(), parameters.gates
+    for _ in range(MOST_CLOSED + 1):
+        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, gates)
+        if not gates or to_go is None or not to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+            break
+        gate, path = optimistic_gate(roadmap, to_go.path(position))
+        if not len(gate):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
+            gates = False
+        elif _is_retired(roadmap, gate.stand)[0]:  # the way that was tried in vain there is still open
+            roadmap = dataclasses.replace(roadmap, closed=np.vstack((roadmap.closed, gate.probe)))
+        else:
+            target, path = gate_in_sight(roadmap, here, to_go, gate, path)
+            break
     if not len(target):
         if best < 0:
             return None
@@ -98,19 +114,31 @@ def find_route(
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
     way_on = optimistic_path(to_go, target)
     next_on = next_part(way_on, to_go, position)
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on, roadmap.closed)
 
 
-def barred_in_vain(
-    roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters, robot_radius: float
-) -> bool:
+def _is_retired(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
+    """Which of some places (n, 2) in W are retired, shape (n,)."""
+    away = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T)
+    return (away <= roadmap.retired[:, 2:]).any(axis=0)
+
+
+def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
+    """Where the robot may arrive, as far as the hits are known."""
+    return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
+
+
+def barred_in_vain(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether only closed and blocked places bar the way from the robot to the goal: the hits leave one."""
-    if not len(roadmap.closed) and not len(roadmap.blocked):
-        return False
+    return bool(len(roadmap.closed) or len(roadmap.blocked)) and hits_leave_a_way(roadmap, now)
+
+
+def hits_leave_a_way(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether there is an optimistic path from the robot to the goal if nothing is closed or blocked."""
     nothing = np.zeros((0, 2))
     reopened = dataclasses.replace(roadmap, closed=nothing, blocked=nothing)
-    field = optimistic_cost(reopened, position, goal, parameters, robot_radius)
-    return bool(np.isfinite(field.at(position[None, :])[0]))
+    field = optimistic_cost(reopened, now)
+    return bool(np.isfinite(field.at(now.position[None, :])[0]))
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -146,10 +174,8 @@ def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndar
 def _cheapest(
     roadmap: StarRoadmap,
     distance: np.ndarray,
-    position: np.ndarray,
+    now: PlannerInput,
     goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
     current: np.ndarray | None,
     at_robot: bool,
 ) -> tuple[int, float, bool, CostField | None]:
@@ -157,13 +183,13 @@ def _cheapest(
 
     And the cost-to-go, if there is one; `at_robot` as for `optimistic_cost`.
     """
-    frontiers, to_go = roadmap.frontiers, None
+    frontiers, to_go, position, parameters = roadmap.frontiers, None, now.position, now.parameters
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     graph = _graph_lengths(roadmap, frontiers, distance)
     if parameters.cost_to_go == "straight":
         ahead = np.hypot(*(frontiers.probe - goal).T)
     else:
-        to_go = optimistic_cost(roadmap, position, goal, parameters, robot_radius, graph, at_robot)
+        to_go = optimistic_cost(roadmap, now, graph, at_robot)
         ahead = estimates(to_go, frontiers, goal)
     if current is not None:
         ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
@@ -180,24 +206,20 @@ def _cheapest(
 
 
 def optimistic_cost(
-    roadmap: StarRoadmap,
-    position: np.ndarray,
-    goal: np.ndarray,
-    parameters: PlannerParameters,
-    robot_radius: float,
-    cost_to_come: np.ndarray | None = None,
-    at_robot: bool = True,
+    roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray | None = None, at_robot: bool = True
 ) -> CostField:
     """The cost-to-go; with a cost-to-come (n,), m, of the frontiers, only until the cheapest of them is known.
 
     With `at_robot`, the search may also stop once the cost at the robot itself is the least; frontier costs are then
     lower bounds.
     """
+    position, parameters, robot_radius = now.position, now.parameters, now.robot_radius
+    goal = goal_approach(roadmap, now).goal
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     points = np.vstack((roadmap.frontiers.probe, position))
-    clearance = np.full(len(roadmap.closed), robot_radius + roadmap.margin + CLOSED_SLACK)
+    clearance = np.full(len(roadmap.closed), robot_radius + parameters.margin + CLOSED_SLACK)
     closed = np.column_stack(
         (np.vstack((roadmap.closed, roadmap.blocked)), np.append(clearance, np.full(len(roadmap.blocked), np.inf)))
     )
@@ -227,13 +249,13 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
 
     Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
     none, though the hits leave it open. And the way to a frontier over the nodes may be far longer than it need be.
-    There is no gate where the path leaves at a retired place.
 
     Args:
-        roadmap: its regions and retired places.
+        roadmap: its regions.
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
     regions = roadmap.stack.arrays
+    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, *regions)
     last, outside = 0, 0.0  # the robot itself may stand a little outside
     for i in range(1, len(path)):
         if first_cover(*regions, *path[i]) >= 0:
@@ -242,13 +264,40 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
             outside += float(np.hypot(*(path[i] - path[i - 1])))
             if outside >= GATE_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
-                away = np.hypot(*(roadmap.retired[:, :2] - stand).T)
-                if (away <= roadmap.retired[:, 2]).any():
-                    break
                 owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
                 gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
                 return gate, path[: last + 1]
     return Frontiers.none(), path[:0]
+
+
+def gate_in_sight(
+    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, gate: Frontiers, path: np.ndarray
+) -> tuple[Frontiers, np.ndarray]:
+    """The gate, or one at the edge of the latest region, if that leads farther without a detour; and the path there.
+
+    The optimistic path cuts corners as closely as cells allow, and may leave the regions beside the robot although they
+    lead on.
+
+    Args:
+        roadmap: its retired places.
+        here: region of the latest scan.
+        to_go: the cost-to-go.
+        gate, path: as from `optimistic_gate`.
+    """
+    places = here.center + GATE_INSET * (here.outline(GATE_BEARINGS) - here.center)
+    cost, least = to_go.at(places), float(to_go.at(gate.stand)[0])
+    known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
+    detour = np.hypot(*(places - path[0]).T) + cost - known
+    cost = np.where((detour <= GATE_DETOUR) & ~_is_retired(roadmap, places), cost, np.inf)
+    best = int(np.argmin(cost))
+    if not cost[best] < least - GATE_LENGTH:
+        return gate, path
+    stand = places[best]
+    beyond = to_go.path(stand)
+    along = np.cumsum(np.hypot(*np.diff(beyond, axis=0).T))
+    probe = beyond[min(int(np.searchsorted(along, GATE_LENGTH)) + 1, len(beyond) - 1)]
+    owner = max(first_cover(*roadmap.stack.arrays, *stand), 0)
+    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 
 
 def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
@@ -263,6 +312,21 @@ def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parame
     if not parameters.string_pulling or len(path) < 2:
         return path
     return string_pulled(path, position, roadmap.stack)
+
+
+@njit(cache=True)
+def _inside_where_possible(path, half_cell, center, bearing_0, values, reach):
+    """The centres of a path's cells, each moved to a place in its cell that the regions cover, if there is one."""
+    out = path.copy()
+    for i in range(len(path)):
+        for k in range(9):  # the centre, then around it
+            turn = 0.25 * math.pi * (k - 1)
+            x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
+            y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
+            if first_cover(center, bearing_0, values, reach, x, y) >= 0:
+                out[i, 0], out[i, 1] = x, y
+                break
+    return out
 
 
 @njit(cache=True)

@@ -42,7 +42,7 @@ class PlannerState:
         node_position: where a node was last added, or nothing new was seen for one, shape (2,).
         progress_position: where progress was last made, shape (2,).
         progress_time: when, s.
-        rounds: how often the roadmap was rebuilt for this goal, with less margin or to retry what was tried in vain.
+        retries: shape (k, 2), where the robot was when the roadmap was rebuilt to try again what was tried in vain.
         plans: how often a path was planned.
         headway: the watch over a robot on the fastest path.
         began_with_map: whether the goal was set when the roadmap had nodes already.
@@ -59,7 +59,7 @@ class PlannerState:
     node_position: np.ndarray
     progress_position: np.ndarray
     progress_time: float
-    rounds: int
+    retries: np.ndarray
     plans: int
     headway: Headway = field(default_factory=Headway)
     began_with_map: bool = False
@@ -79,22 +79,19 @@ class PlannerState:
             node_position=NOWHERE,
             progress_position=NOWHERE,
             progress_time=0.0,
-            rounds=0,
+            retries=NO_PATH,
             plans=0,
         )
 
     def with_new_goal(self) -> "PlannerState":
-        """The state once the goal has moved, even after having given up: the map stays, all else begins anew.
-
-        Margins that were shrunk for the goal before are whole again with the next `plan_step`.
-        """
+        """The state once the goal has moved, even after having given up: the map stays, all else begins anew."""
         return dataclasses.replace(
             self,
             status=PlannerStatus.WAITING,
             path=NO_PATH,
             target=None,
             progress_position=NOWHERE,
-            rounds=0,
+            retries=NO_PATH,
             headway=Headway(),
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
@@ -135,7 +132,7 @@ class Observation:
         return Observation(region, self.scan, composed(frame, self.pose))
 
 
-class Moment(NamedTuple):
+class PlannerInput(NamedTuple):
     """What one update of the planner is given, beside its state.
 
     Attributes:
@@ -145,6 +142,7 @@ class Moment(NamedTuple):
         time: s.
         parameters: of the roadmap.
         robot_radius: m.
+        goal_tolerance: a robot this near to the goal has reached it, m.
     """
 
     seen: Observation
@@ -153,3 +151,4 @@ class Moment(NamedTuple):
     time: float
     parameters: PlannerParameters
     robot_radius: float
+    goal_tolerance: float = 0.0

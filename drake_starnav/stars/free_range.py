@@ -6,6 +6,7 @@ A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,6 +21,12 @@ SMOOTHING_JUMP = 0.12
 """Range step between beams at which smoothing stops, m."""
 SMOOTHING_LIMIT = 0.04
 """A smoothed range that differs by more than this from the measured one is refused, m."""
+PASSAGE_DEPTH = 0.2
+"""A passage leads at least so much farther than what is free without it, m."""
+SHUT = 0.5
+"""A passage is shut to a robot that gets no farther than this, m: whoever gets farther looks again from there."""
+MARGIN_STEPS = 2
+"""Margins that are tried in a passage, from the wider to the narrower."""
 PAPER_GAUSSIAN_SAMPLES = 10
 """Width of the paper's Gaussian filter: standard deviation of a quarter of it, so 10 samples hold 95 %."""
 
@@ -37,6 +44,20 @@ class BearingHits:
     distance: np.ndarray
     half_gap: np.ndarray
     offset: np.ndarray
+
+
+class FreeRange(NamedTuple):
+    """How far the robot's centre can move straight out; sample 0 is at the first beam.
+
+    Attributes:
+        values: shape (M,), m.
+        limit: what they could have been at most, 0 where the scan did not look, shape (M,), m.
+        margin: the least that was kept beyond the robot's radius, m.
+    """
+
+    values: np.ndarray
+    limit: np.ndarray
+    margin: float
 
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
@@ -296,20 +317,16 @@ def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     return out
 
 
-def free_range(
-    scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters
-) -> tuple[np.ndarray, np.ndarray]:
+def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
     """Free range of the robot's centre at every bearing, as the planner uses it.
+
+    It keeps `margin`, and in passages that this would shut as much less as opens them, down to `least_margin`.
 
     Args:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
-        parameters: margin, erosion.
-
-    Returns:
-        The free range and how far it could have been at most (0 where the scan did not look), each of
-        shape (M,), m; sample 0 is the first beam.
+        parameters: margin, least_margin, erosion.
 
     Source: paper, section III-A, with the erosion that it leaves to the controller.
     """
@@ -319,9 +336,53 @@ def free_range(
     if parameters.erosion == "disc":
         hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
         limit = free_limit(scan, samples, reach, inflated)
-        return eroded_range(hits, inflated, sight_limit(scan, limit, inflated)), limit
+        sight = sight_limit(scan, limit, inflated)
+        free, margin = eroded_range(hits, inflated, sight), parameters.margin
+        least = min(parameters.least_margin, margin)
+        narrowest = eroded_range(hits, radius + least, sight)
+        if least < margin and _with_passages(free, narrowest)[1]:
+            for step in range(1, MARGIN_STEPS + 1):
+                tried = margin + (least - margin) * step / MARGIN_STEPS
+                wider = narrowest if step == MARGIN_STEPS else eroded_range(hits, radius + tried, sight)
+                free, opened = _with_passages(free, wider)
+                margin = tried if opened else margin
+        return FreeRange(free, limit, margin)
     shrink = inflated if parameters.erosion == "radial" else 0.0
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
     limit = free_limit(scan, samples, reach, shrink)
-    return np.clip(distance[beam] - shrink, 0.0, limit), limit
+    return FreeRange(np.clip(distance[beam] - shrink, 0.0, limit), limit, parameters.margin)
+
+
+@njit(cache=True)
+def _with_passages(free, narrow):
+    """The free range with the passages that only a narrower robot sees, and whether there are any.
+
+    A passage is a run of bearings in which the narrower robot gets farther by more than PASSAGE_DEPTH, and the wider
+    one nowhere farther than SHUT, nor at either end of the run: the narrower one would only cut a corner there.
+    """
+    n = len(free)
+    out = free.copy()
+    deeper = narrow > free + PASSAGE_DEPTH
+    opened = False
+    start = 0
+    while start < n and deeper[start]:
+        start += 1
+    if start == n:  # all around: the wider robot cannot move at all
+        return narrow.copy(), True
+    k = start
+    while k < start + n:
+        if not deeper[k % n]:
+            k += 1
+            continue
+        first = k
+        reached = free[(first - 1) % n]
+        while deeper[k % n]:
+            reached = max(reached, free[k % n])
+            k += 1
+        reached = max(reached, free[k % n])
+        if reached < SHUT:
+            opened = True
+            for i in range(first, k):
+                out[i % n] = narrow[i % n]
+    return out, opened

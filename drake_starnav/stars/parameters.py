@@ -17,6 +17,13 @@ class StarParameters:
         high=1.0,
         when="raise it by one or two standard deviations of a noisy lidar",
     )
+    least_margin: float = parameter(
+        0.01,
+        "clearance kept in passages that `planner.margin` would shut; `planner.margin` or more: none is entered",
+        unit="m",
+        low=0.0,
+        high=1.0,
+    )
     erosion: str = parameter(
         "disc",
         "how the robot's radius shrinks the scan: disc (exact configuration space), radial (range - radius), "

@@ -17,7 +17,7 @@ from numba import njit
 from drake_starnav.planar import placed
 from drake_starnav.scan import LaserScan
 from drake_starnav.snapshot import snapshot
-from drake_starnav.stars.free_range import free_range, smoothed_distances
+from drake_starnav.stars.free_range import FreeRange, free_range, smoothed_distances
 from drake_starnav.stars.parameters import StarParameters
 from drake_starnav.stars.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 
@@ -35,7 +35,7 @@ class StarRegion:
         boundary: the fitted cubics.
         free_range: shape (M,), what was fitted, m.
         limit: shape (M,), free range at a bearing without obstacles, m; 0 where the scan did not look.
-        margin: clearance kept beyond the robot's radius, m.
+        margin: least clearance kept beyond the robot's radius, m.
     """
 
     center: np.ndarray
@@ -109,18 +109,15 @@ class StarRegion:
         return np.where(seam, fit.values[nearer], value), np.where(seam, fit.slopes[nearer], slope)
 
 
-def fit_region(
-    profile: tuple[np.ndarray, np.ndarray], center: np.ndarray, bearing_0: float, parameters: StarParameters
-) -> StarRegion:
-    """The star-shaped region of a free-range profile (as from `free_range`) about `center` in W."""
-    samples, limit = profile
+def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, parameters: StarParameters) -> StarRegion:
+    """The star-shaped region of a free range (as from `free_range`) about `center` in W."""
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
-        boundary=fit_piecewise_cubic(samples, parameters),
-        free_range=samples,
-        limit=limit,
-        margin=parameters.margin,
+        boundary=fit_piecewise_cubic(profile.values, parameters),
+        free_range=profile.values,
+        limit=profile.limit,
+        margin=profile.margin,
     )
 
 

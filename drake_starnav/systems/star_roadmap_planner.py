@@ -8,6 +8,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.guidance import Guidance
 from drake_starnav.roadmap import (
     Observation,
+    PlannerInput,
     PlannerParameters,
     PlannerState,
     fastest_step,
@@ -51,6 +52,7 @@ class StarRoadmapPlanner(LeafSystem):
         robot: RobotParameters,
         planner: PlannerParameters,
         *,
+        goal_tolerance: float = 0.0,
         offset: float,
         stopwatch: Stopwatch | None = None,
     ) -> None:
@@ -58,11 +60,12 @@ class StarRoadmapPlanner(LeafSystem):
         Args:
             robot: its radius.
             planner: parameters.
+            goal_tolerance: a robot this near to the goal has reached it, m.
             offset: of the first update, s; later than the perception's, by at least one step of the plant.
             stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
         """
         super().__init__()
-        self._robot, self._planner = robot, planner
+        self._robot, self._planner, self._goal_tolerance = robot, planner, goal_tolerance
         self._stopwatch = stopwatch or Stopwatch()
         self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
@@ -103,11 +106,13 @@ class StarRoadmapPlanner(LeafSystem):
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             before = before.with_new_goal()
         with self._stopwatch.measure("update"):
-            now = (before, seen, position, goal, context.get_time(), self._planner)
+            now = PlannerInput(
+                seen, position, goal, context.get_time(), self._planner, self._robot.radius, self._goal_tolerance
+            )
             if self._planner.path == "fastest":
-                after = fastest_step(*now, self._robot)
+                after = fastest_step(before, now, self._robot)
             else:
-                after = plan_step(*now, self._robot.radius)
+                after = plan_step(before, now)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
         if after is before and len(after.path):

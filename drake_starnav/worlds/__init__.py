@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.worlds.barn import Barn
+from drake_starnav.worlds.channel import Channel
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.corridor import Corridor
@@ -19,13 +20,28 @@ from drake_starnav.worlds.movers import Movers, mover_states
 from drake_starnav.worlds.obstacles import Obstacles
 from drake_starnav.worlds.paper_forest import PaperForest
 from drake_starnav.worlds.room import Room
+from drake_starnav.worlds.rooms import Rooms
 from drake_starnav.worlds.ros_map import RosMap
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
     kind.__name__: kind
-    for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd, DynaBarn)
+    for kind in (
+        Forest,
+        Room,
+        Maze,
+        PaperForest,
+        Corridor,
+        Channel,
+        Rooms,
+        Obstacles,
+        RosMap,
+        Model,
+        Barn,
+        Crowd,
+        DynaBarn,
+    )
 }
 
 __all__ = [

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav import PlannerParameters, World
-from drake_starnav.roadmap import Observation, PlannerState, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerState, plan_step
 from drake_starnav.scan_log import LoggedScan, read_csv, read_rosbag
 from drake_starnav.stars.region import scan_region
 from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
@@ -25,7 +25,7 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
     for seen in log:
         observation = Observation(scan_region(seen.scan, seen.pose, radius, parameters), seen.scan, seen.pose)
         before = state.plans
-        state = plan_step(state, observation, seen.pose[:2], goal, seen.scan.time, parameters, radius)
+        state = plan_step(state, PlannerInput(observation, seen.pose[:2], goal, seen.scan.time, parameters, radius))
         if state.plans > before:
             x, y = state.path[0] if len(state.path) else seen.pose[:2]
             print(f"{seen.scan.time:5.2f} s: {state.status.value} by way of ({x:.2f}, {y:.2f})", end=", ")

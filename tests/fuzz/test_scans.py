@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars.averaging import averaged
 from drake_starnav.stars.free_range import smoothed_distances
@@ -55,5 +55,5 @@ def test_any_ranges_are_perceived(found, pose):
     seen = Observation(region, scan, pose)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for time in (0.0, 0.1):
-        state = plan_step(state, seen, pose[:2], np.zeros(2), time, PARAMETERS, RADIUS)
+        state = plan_step(state, PlannerInput(seen, pose[:2], np.zeros(2), time, PARAMETERS, RADIUS))
     assert np.isfinite(state.path).all()

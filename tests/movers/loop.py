@@ -10,7 +10,7 @@ from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracker import Tracked, track
 from drake_starnav.movers.wary_step import wary_step
 from drake_starnav.perception import Perceived, perceive
-from drake_starnav.roadmap import PlannerParameters, PlannerState, plan_step
+from drake_starnav.roadmap import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
 from tests.movers.scenes import PERIOD, Scene, hall, moved
 
@@ -51,7 +51,7 @@ def drive(
         if k % TICKS == 0:
             known = track(known, scene.scan(time, pose, rng), pose, movers)
             perceived = perceive(perceived, known.scan, pose, PLANNER, CONTROLLER, ROBOT.radius)
-            plan = plan_step(plan, perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius)
+            plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
         age = time - known.tracks.time
         command = wary_step(
             control_step, pose, twist, errors, plan.guidance, perceived.safety, CONTROLLER, ROBOT,

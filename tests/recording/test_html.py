@@ -38,7 +38,7 @@ from drake_starnav.recording.recorder import (
     start_recording,
     write_html,
 )
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
 from drake_starnav.stars import scan_region
@@ -76,7 +76,9 @@ class Drive(LeafSystem):
             pose = np.array([SPEED * PERIOD * k, 0.0, 0.0])
             scan = scan_at(pose, PERIOD * k)
             seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
-            state = plan_step(state, seen, pose[:2], np.array([6.0, 0.0]), PERIOD * k, PLANNER, ROBOT.radius)
+            state = plan_step(
+                state, PlannerInput(seen, pose[:2], np.array([6.0, 0.0]), PERIOD * k, PLANNER, ROBOT.radius)
+            )
             braking = SimpleNamespace(path=pose + np.array([(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)]))
             self._log.append((pose, scan, state, braking))
         for name in ("pose", "scan_pose"):

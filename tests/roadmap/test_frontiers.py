@@ -13,6 +13,7 @@ from drake_starnav.roadmap.frontiers import (
 )
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.scan import LaserScan
+from drake_starnav.stars.free_range import FreeRange
 from drake_starnav.stars.region import RegionStack, StarRegion, fit_region, scan_region
 from tests.scans import RADIUS, cast, scattered, seeds, smooth_region
 
@@ -27,7 +28,9 @@ def polar(region: StarRegion, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def stepped(low: float, high: float, limit: float) -> StarRegion:
     """Range `low` on the first half turn, `high` on the second."""
-    return fit_region((np.repeat((low, high), 360), np.full(720, limit)), np.array((1.0, 2.0)), 0.5, PARAMETERS)
+    return fit_region(
+        FreeRange(np.repeat((low, high), 360), np.full(720, limit), 0.0), np.array((1.0, 2.0)), 0.5, PARAMETERS
+    )
 
 
 @settings(max_examples=25)
@@ -65,14 +68,14 @@ def test_a_step_too_small_for_the_robot_is_no_frontier():
 
 
 def test_an_arc_without_obstacles_is_lined_with_stands_at_its_rim():
-    region = fit_region((np.full(720, 2.0), np.full(720, 2.0)), np.zeros(2), 0.0, PARAMETERS)
+    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 2.0), 0.0), np.zeros(2), 0.0, PARAMETERS)
     found = edge_frontiers(region, 0, PARAMETERS)
     radius, theta = polar(region, found.stand)
     np.testing.assert_allclose(radius, 1.98)
     np.testing.assert_allclose(np.hypot(*found.probe.T), 2.0 + PARAMETERS.probe_distance)
     gaps = 2.0 * np.diff(np.sort(theta % (2.0 * math.pi)))
     assert gaps.min() >= 0.25 and gaps.max() < 0.25 + 2.0 * 2.0 * 2.0 * math.pi / 720
-    hidden = fit_region((np.full(720, 2.0), np.full(720, 4.0)), np.zeros(2), 0.0, PARAMETERS)
+    hidden = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 4.0), 0.0), np.zeros(2), 0.0, PARAMETERS)
     assert len(edge_frontiers(hidden, 0, PARAMETERS)) == 0
 
 
@@ -92,7 +95,7 @@ def test_uncovered_equals_a_look_at_every_region(seed):
 
 
 def test_a_region_reaches_points_a_slack_beyond_its_boundary():
-    region = fit_region((np.full(720, 2.0), np.full(720, 5.0)), np.zeros(2), 0.0, PARAMETERS)
+    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 5.0), 0.0), np.zeros(2), 0.0, PARAMETERS)
     points = np.array([(1.99, 0.0), (2.05, 0.0), (0.0, -2.05), (2.11, 0.0)])
     arrays = RegionStack.of([region]).arrays
     assert uncovered(points, arrays).tolist() == [False, True, True, True]

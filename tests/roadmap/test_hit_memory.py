@@ -20,6 +20,8 @@ from tests.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
 CELL = RESOLUTION * STRIDE
+CORNERS = 0.5 * RESOLUTION * np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
+"""From the centre of a cell of the cost-to-go to the centres of the memory's cells in it, m."""
 LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
 
 
@@ -81,15 +83,16 @@ def test_snapshots_are_immutable_and_share_untouched_tiles(seed):
 
 @settings(max_examples=10)
 @given(seeds)
-def test_a_window_holds_every_second_cell(seed):
+def test_a_cell_of_a_window_has_the_greatest_distance_of_the_cells_in_it(seed):
     rng = np.random.default_rng(seed)
     grid = memory(rng.uniform(-4.0, 4.0, (200, 2)))
     low = rng.uniform(-6.0, 0.0, 2)
     distance, first = grid.window(low, low + rng.uniform(1.0, 6.0, 2))
     assert (first % STRIDE == 0).all() and (first * RESOLUTION <= low + 1e-9).all()
-    i, j = np.indices(distance.shape)
-    cells = first + STRIDE * np.stack((i, j), axis=-1).reshape(-1, 2)
-    np.testing.assert_allclose(distance.ravel(), grid.distance(cells * RESOLUTION), atol=1e-6)
+    cells = first + STRIDE * np.moveaxis(np.indices(distance.shape), 0, -1).reshape(-1, 1, 2)
+    inside = cells + np.stack(np.indices((STRIDE, STRIDE)), axis=-1).reshape(1, -1, 2)
+    fine = grid.distance(inside.reshape(-1, 2) * RESOLUTION).reshape(inside.shape[:2])
+    np.testing.assert_allclose(distance.ravel(), fine.max(axis=1), atol=1e-6)
 
 
 def reference_cost(grid: HitMemory, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
@@ -112,9 +115,10 @@ def reference_cost(grid: HitMemory, goal: np.ndarray, near_wall_cost: float) -> 
     graph = coo_array(
         (np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(nx * ny, nx * ny)
     )
-    i, j = np.rint((goal - first * RESOLUTION) / CELL).astype(int)
+    middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
+    i, j = np.rint((goal - middle) / CELL).astype(int)
     cost = dijkstra(graph.tocsr(), indices=number[i, j])
-    cells = first * RESOLUTION + CELL * np.stack(np.indices((nx, ny)), axis=-1)
+    cells = middle + CELL * np.stack(np.indices((nx, ny)), axis=-1)
     return cells.reshape(-1, 2), cost
 
 
@@ -224,7 +228,8 @@ def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(s
     if len(path):
         steps = np.hypot(*np.diff(path, axis=0).T)
         assert (steps < 1.5 * CELL).all() and np.hypot(*(path[-1] - goal)) < CELL
-        assert (grid.distance(path[:-1]) > RADIUS - BLOCKED_SLACK - 1e-6).all()
+        free = [grid.distance(path[:-1] + np.array(offset)) for offset in CORNERS]  # of the cells of the memory in it
+        assert (np.max(free, axis=0) > RADIUS - BLOCKED_SLACK - 1e-6).all()
         assert steps.sum() == pytest.approx(cost, abs=1.5 * CELL + 0.02 * cost)
 
 
@@ -250,3 +255,16 @@ def test_a_window_may_show_every_cell():
     distance, first = grid.window(np.array((-0.2, -0.1)), np.array((0.2, 0.1)), stride=1)
     centres = (np.stack(np.indices(distance.shape), axis=-1) + first) * RESOLUTION
     np.testing.assert_allclose(distance, np.hypot(*np.moveaxis(centres, -1, 0)), atol=1e-6)
+
+
+@pytest.mark.parametrize("shift", np.arange(0.0, 2.0 * CELL, 0.25 * RESOLUTION))
+def test_a_passage_that_the_robot_just_fits_lies_between_no_cells(shift):
+    """Wherever it lies on the grid, at both of the hits' errors; a passage too narrow by a cell's size stays shut."""
+    goal, points = np.array((1.0, shift)), np.array(((-1.0, shift),))
+
+    def cost(half: float) -> float:
+        wall = [line((0.0, -3.5), (0.0, shift - half)), line((0.0, shift + half), (0.0, 3.5))]
+        return float(cost_to_go(memory(np.vstack(wall)), points, goal, LOW, HIGH, RADIUS, 0.0).at(points)[0])
+
+    assert cost(RADIUS + 0.5 * RESOLUTION) < 2.3
+    assert cost(RADIUS - BLOCKED_SLACK - 0.75 * RESOLUTION) == math.inf

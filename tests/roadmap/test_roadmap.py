@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from drake_starnav.roadmap.consistency import block
 from drake_starnav.roadmap.frontiers import uncovered
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import (
@@ -27,7 +28,7 @@ def hits(roadmap: StarRoadmap) -> np.ndarray:
 
 
 def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
-    for part in ("edges", "lengths", "retired", "margin"):
+    for part in ("edges", "lengths", "retired"):
         np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
     for part in ("stack", "frontiers"):
         for field in dataclasses.fields(getattr(one, part)):
@@ -111,9 +112,9 @@ def test_retired_places_stay_away(seed):
 
 @settings(max_examples=8)
 @given(seeds)
-def test_rebuilt_with_the_same_margin_it_is_the_same(seed):
+def test_rebuilt_it_is_the_same(seed):
     _, roadmap = wandered(seed, nodes=4)
-    again = rebuilt(roadmap, roadmap.margin, PARAMETERS, RADIUS)
+    again = rebuilt(roadmap, PARAMETERS, RADIUS)
     for part in ("center", "bearing_0", "values", "slopes", "reach"):
         np.testing.assert_array_equal(getattr(again.stack, part), getattr(roadmap.stack, part))
     np.testing.assert_array_equal(again.edges, roadmap.edges)
@@ -122,14 +123,18 @@ def test_rebuilt_with_the_same_margin_it_is_the_same(seed):
 
 @settings(max_examples=8)
 @given(seeds)
-def test_rebuilt_with_less_margin_it_reaches_farther_and_forgets_what_was_retired(seed):
+def test_rebuilt_it_forgets_what_was_retired_closed_looked_at_and_blocked(seed):
     _, roadmap = wandered(seed, nodes=3)
-    given_up = retire(roadmap, roadmap.frontiers.stand[0], 10.0, roadmap.frontiers.probe[0])
-    wider = rebuilt(given_up, 0.01, PARAMETERS, RADIUS)
-    assert wider.margin == 0.01 and all(r.margin == 0.01 for r in wider.regions)
-    assert not len(given_up.frontiers) and len(wider.frontiers) and not len(wider.retired)
-    for old, new in zip(roadmap.regions, wider.regions, strict=True):
-        assert (new.free_range >= old.free_range).all()
+    stand, probe = roadmap.frontiers.stand[0], roadmap.frontiers.probe[0]
+    given_up = block(retire(roadmap, stand, 10.0, probe), probe, PARAMETERS, RADIUS)
+    given_up = dataclasses.replace(given_up, looked=stand[None])
+    again = rebuilt(given_up, PARAMETERS, RADIUS)
+    assert not len(given_up.frontiers) and len(given_up.closed) and len(given_up.blocked)
+    assert not any(len(part) for part in (again.retired, again.closed, again.looked, again.blocked))
+    assert_same(again, rebuilt(roadmap, PARAMETERS, RADIUS))
+    for old, new in zip(roadmap.regions, again.regions, strict=True):
+        np.testing.assert_array_equal(new.free_range, old.free_range)
+        assert new.margin == old.margin > PARAMETERS.least_margin - 1e-9
 
 
 @settings(max_examples=8)
@@ -144,7 +149,7 @@ def test_snapshots_are_untouched_by_what_is_made_from_them(seed):
         scan = cast(world, pose)
         extended(roadmap, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
     retire(roadmap, np.zeros(2), 1.0, np.zeros(2))
-    rebuilt(roadmap, 0.0, PARAMETERS, RADIUS)
+    rebuilt(roadmap, dataclasses.replace(PARAMETERS, margin=0.0), RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
 

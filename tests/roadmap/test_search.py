@@ -6,6 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.roadmap.frontiers import Frontiers
+from drake_starnav.roadmap.hit_memory import STRIDE
 from drake_starnav.roadmap.parameters import PlannerParameters
 from drake_starnav.roadmap.roadmap import StarRoadmap, retire
 from drake_starnav.roadmap.search import (
@@ -17,18 +18,26 @@ from drake_starnav.roadmap.search import (
     optimistic_cost,
     optimistic_gate,
 )
+from drake_starnav.roadmap.state import Observation, PlannerInput
 from drake_starnav.roadmap.way_on import NEXT
 from drake_starnav.stars.region import LINE_STEP, StarRegion, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.scans import RADIUS, cast, distance, explored, free_point, length, seeds, wandered
 
 PARAMETERS = PlannerParameters()
+HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
+"""Half of a side of a cell of the cost-to-go, m."""
 WITHOUT_GATES = dataclasses.replace(PARAMETERS, gates=False)
 
 
 def here(world: World, position: np.ndarray) -> StarRegion:
     pose = np.array((*position, 0.0))
     return scan_region(cast(world, pose), pose, RADIUS, PARAMETERS)
+
+
+def moment(position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters = PARAMETERS) -> PlannerInput:
+    """What the search is given of the robot at a place: no scan, for it looks at the roadmap alone."""
+    return PlannerInput(Observation.none(), position, goal, 0.0, parameters, RADIUS)
 
 
 def floyd_warshall(roadmap: StarRoadmap) -> np.ndarray:
@@ -75,17 +84,14 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
     region = here(world, position)
     for goal in rng.uniform(-3.0, 3.0, (20, 2)):
         seen = [r.contains(goal) for r in (*roadmap.regions, region)]
-        route = find_route(roadmap, region, position, goal, PARAMETERS, RADIUS)
+        route = find_route(roadmap, region, moment(position, goal))
         assert (route is not None and not len(route.target)) == any(seen)
         if any(seen):
             np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
     nothing = find_route(
         StarRoadmap(**{**vars(roadmap), "frontiers": Frontiers.none()}),
         region,
-        position,
-        np.full(2, 9.0),
-        WITHOUT_GATES,
-        RADIUS,
+        moment(position, np.full(2, 9.0), WITHOUT_GATES),
     )
     assert nothing is None
 
@@ -97,7 +103,7 @@ def test_without_string_pulling_a_goal_in_sight_is_not_approached_by_the_node_be
     hidden = here(World("post", (0, 0, 0), tuple(goal), cylinders=[(2.0, 0.0, 0.05)]), position)
     assert not hidden.contains(goal)
     parameters = dataclasses.replace(PARAMETERS, string_pulling=False, growth=growth)
-    route = find_route(roadmap, hidden, position, goal, parameters, RADIUS)
+    route = find_route(roadmap, hidden, moment(position, goal, parameters))
     np.testing.assert_allclose(route.path, way, atol=1e-12)
 
 
@@ -117,14 +123,14 @@ def test_the_cheapest_frontier_is_chosen(seed, gates):
     region = here(world, position)
     frontiers = roadmap.frontiers
     for current in (None, frontiers.stand[-1]):
-        route = find_route(roadmap, region, position, goal, parameters, RADIUS, current)
+        route = find_route(roadmap, region, moment(position, goal, parameters), current)
         distances, _ = graph_distances(roadmap, region, position)
         cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
         for k, stand in enumerate(frontiers.stand):
             if segment_covered(*roadmap.stack.arrays, *position, *stand, LINE_STEP):
                 cost[k] = min(cost[k], np.hypot(*(stand - position)))
         cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
-        cost += estimates(optimistic_cost(roadmap, position, goal, PARAMETERS, RADIUS), frontiers, goal)
+        cost += estimates(optimistic_cost(roadmap, moment(position, goal)), frontiers, goal)
         if current is not None:
             cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
         chosen = np.flatnonzero((frontiers.stand == route.target.stand).all(axis=1))[0]
@@ -140,10 +146,14 @@ def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
     gate, way = optimistic_gate(roadmap, path)
     assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
-    after = np.flatnonzero((path == gate.stand[0]).all(axis=1))[0] + 1
-    beyond = path[after : after + int(np.hypot(*(gate.probe[0] - gate.stand[0])) / 0.1 + 0.5)]
-    assert not any(region.contains(point) for region in roadmap.regions for point in beyond)
-    assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + 1e-9
+    away = np.hypot(*(path - gate.stand[0]).T)
+    assert away.min() < HALF_CELL + 1e-9
+    after = np.argmin(away) + 1
+    last = np.argmin(np.hypot(*(path - gate.probe[0]).T))
+    around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
+    beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
+    assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
+    assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + HALF_CELL + 1e-9
     np.testing.assert_array_equal(way[-1], gate.stand[0])
     assert not len(optimistic_gate(retire(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
 
@@ -158,8 +168,8 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     bare = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     region, position, goal = here(world, np.zeros(2)), np.zeros(2), np.array(world.goal)
-    assert find_route(bare, region, position, goal, WITHOUT_GATES, RADIUS) is None
-    route = find_route(bare, region, position, goal, PARAMETERS, RADIUS)
+    assert find_route(bare, region, moment(position, goal, WITHOUT_GATES)) is None
+    route = find_route(bare, region, moment(position, goal))
     assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
 
 
@@ -167,10 +177,15 @@ def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
     _, roadmap = wandered(1, nodes=1)
     direction = np.array((1.0, 0.0))
     edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
-    path = (edge + 0.01 + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-    gate, way = optimistic_gate(roadmap, path)
-    np.testing.assert_array_equal(gate.stand, path[:1])
-    assert len(way) == 1 and gate.owner.tolist() == [0]
+    for outside in (0.01, HALF_CELL + 0.01):
+        path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
+        gate, way = optimistic_gate(roadmap, path)
+        if outside > HALF_CELL:
+            np.testing.assert_array_equal(gate.stand, path[:1])
+        else:  # a place in the robot's cell is inside
+            assert roadmap.regions[0].contains(gate.stand[0])
+            assert np.hypot(*(gate.stand[0] - path[0])) == pytest.approx(HALF_CELL)
+        assert len(way) == 1 and gate.owner.tolist() == [0]
 
 
 def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
@@ -181,7 +196,7 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
     position, goal = np.zeros(2), np.array(world.goal)
     for gates in (True, False):
         parameters = dataclasses.replace(PARAMETERS, gates=gates)
-        route = find_route(roadmap, here(world, position), position, goal, parameters, RADIUS)
+        route = find_route(roadmap, here(world, position), moment(position, goal, parameters))
         np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
         assert np.hypot(*(route.way_on[-1] - goal)) < 2.0 * PARAMETERS.grid_resolution
         assert distance(world, route.way_on[1:]).min() > RADIUS - 0.05  # the probe may lie nearer, out of sight
@@ -189,7 +204,7 @@ def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
         assert NEXT - 0.15 < length(route.next_on) < NEXT + 0.3  # the first step is from the probe to a cell
         to_go = np.hypot(*(route.next_on - goal).T)
         assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_on[-1] - route.target.stand[0])) > 0.5
-    route = find_route(roadmap, here(world, position), position, np.array((0.5, 0.5)), parameters, RADIUS)
+    route = find_route(roadmap, here(world, position), moment(position, np.array((0.5, 0.5)), parameters))
     assert not len(route.target) and not len(route.way_on) and not len(route.next_on)
 
 
@@ -199,9 +214,9 @@ def test_a_way_on_that_leads_back_past_the_robot_has_no_next_part_but_the_probe(
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     behind = roadmap.frontiers.where(roadmap.frontiers.probe[:, 0] < -1.0)
     roadmap, position, goal = dataclasses.replace(roadmap, frontiers=behind), np.zeros(2), np.array(world.goal)
-    to_go = optimistic_cost(roadmap, position, goal, PARAMETERS, RADIUS)
+    to_go = optimistic_cost(roadmap, moment(position, goal))
     assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
-    route = find_route(roadmap, here(world, position), position, goal, WITHOUT_GATES, RADIUS)
+    route = find_route(roadmap, here(world, position), moment(position, goal, WITHOUT_GATES))
     np.testing.assert_array_equal(route.next_on, route.target.probe)
     assert length(route.way_on) > 3.0
 
@@ -222,6 +237,6 @@ def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_v
         places = np.array([(2.05, y) for y in np.arange(-0.4, 0.41, 0.1)])
         frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)
         roadmap = dataclasses.replace(roadmap, closed=places, frontiers=frontiers)
-    route = find_route(roadmap, here(world, position), position, goal, PARAMETERS, RADIUS)
+    route = find_route(roadmap, here(world, position), moment(position, goal))
     assert route.hopeless == (tried or door < 0.1)
-    assert barred_in_vain(roadmap, position, goal, PARAMETERS, RADIUS) == in_vain
+    assert barred_in_vain(roadmap, moment(position, goal)) == in_vain

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.stars.region import scan_region
 from drake_starnav.worlds.world import World
@@ -75,10 +75,10 @@ def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help(
     world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
-    again = next(k for k, state in enumerate(states) if state.rounds)
+    again = next(k for k, state in enumerate(states) if len(state.retries))
     assert len(states[again - 1].roadmap.blocked)
     assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
-    assert states[again].roadmap.margin == PARAMETERS.margin and not len(states[again].roadmap.blocked)
+    assert not len(states[again].roadmap.blocked) and len(states[again].retries) == 1
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
 
@@ -99,7 +99,7 @@ def waited(motion: np.ndarray | None) -> PlannerState:
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
         seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
-        state = plan_step(state, seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
+        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, RADIUS))
     return state
 
 

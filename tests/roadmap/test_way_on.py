@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.roadmap.planner import BARRED_AFTER
 from drake_starnav.roadmap.way_on import BARRED_SLACK, is_barred
 from drake_starnav.scan import MOVES
@@ -32,7 +32,7 @@ def told(before: PlannerState, world: World, place=FARTHER, parameters=PARAMETER
     if motion is not None:
         scan = dataclasses.replace(scan, motion=np.where(scan.hits, motion, 0).astype(np.int8))
     seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
-    return plan_step(before, seen, pose[:2], np.array(world.goal), scan.time, parameters, RADIUS)
+    return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, parameters, RADIUS))
 
 
 def beginning(parameters: PlannerParameters = PARAMETERS) -> PlannerState:
@@ -102,9 +102,9 @@ def test_the_robot_does_not_turn_to_a_way_on_past_a_blocked_place():
     seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
     goal, time = np.array(BAFFLES.goal), PERIOD * k
     np.testing.assert_array_equal(
-        plan_step(before, seen, position, goal, time, PARAMETERS, RADIUS).guidance.path[0], aim
+        plan_step(before, PlannerInput(seen, position, goal, time, PARAMETERS, RADIUS)).guidance.path[0], aim
     )
     barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, blocked=aim[None]))
-    later = plan_step(barred, seen, position, goal, time, PARAMETERS, RADIUS)
+    later = plan_step(barred, PlannerInput(seen, position, goal, time, PARAMETERS, RADIUS))
     assert later.plans == before.plans
     assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > RADIUS

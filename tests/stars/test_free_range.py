@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.scan import MOVES, STAYS, LaserScan
 from drake_starnav.stars.free_range import (
+    FreeRange,
     bearing_count,
     eroded_range,
     free_limit,
@@ -22,7 +23,8 @@ from drake_starnav.stars.free_range import (
 from drake_starnav.stars.parameters import StarParameters
 from tests.scans import RADIUS, cast, scattered, seeds, segment_distance
 
-RAW = StarParameters(smoothing="none")
+RAW = StarParameters(smoothing="none", least_margin=StarParameters.margin)
+"""One margin everywhere; what passages get is in test_passages.py."""
 INFLATED = RADIUS + RAW.margin
 
 
@@ -30,7 +32,7 @@ def full_scan(ranges: np.ndarray, range_max: float = 5.0) -> LaserScan:
     return LaserScan(0.0, -math.pi, 2.0 * math.pi / len(ranges), 0.0, range_max, ranges)
 
 
-def profile(scan: LaserScan, parameters: StarParameters = RAW) -> tuple[np.ndarray, np.ndarray]:
+def profile(scan: LaserScan, parameters: StarParameters = RAW) -> FreeRange:
     return free_range(scan, smoothed_distances(scan, parameters), RADIUS, parameters)
 
 
@@ -48,7 +50,7 @@ def clearances(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
 @given(seeds, st.sampled_from([180, 360, 720]))
 def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
     scan = cast(scattered(np.random.default_rng(seed)), beams=beams)
-    samples, limit = profile(scan)
+    samples, limit, _ = profile(scan)
     radius = np.hypot(INFLATED, half_gaps(scan, scan.distances)[scan.hits])
     points = scan.points()
     spare = clearances(samples[:, None] * rays(scan, len(samples)), points) - radius
@@ -63,7 +65,7 @@ def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
 def test_between_two_samples_the_smaller_one_bounds(seed):
     rng = np.random.default_rng(seed)
     scan = cast(scattered(rng))
-    samples, _ = profile(scan)
+    samples = profile(scan).values
     left = rng.integers(0, len(samples), 300)
     angle = scan.angle_min + 2.0 * math.pi / len(samples) * (left + rng.random(300))
     smaller = np.minimum(samples[left], samples[(left + 1) % len(samples)])
@@ -75,7 +77,7 @@ def test_between_two_samples_the_smaller_one_bounds(seed):
 @given(seeds)
 def test_no_slit_is_left_between_hits_of_one_surface(seed):
     scan = cast(scattered(np.random.default_rng(seed)), beams=120)
-    samples, _ = profile(scan)
+    samples = profile(scan).values
     ends = samples[:, None] * rays(scan, len(samples))
     points = scan.points()
     neighbours = scan.hits & np.roll(scan.hits, -1)
@@ -95,7 +97,7 @@ def test_partial_field_of_view_is_bounded_inside_and_zero_outside(seed, beams, f
     rng = np.random.default_rng(seed)
     first, increment = rng.uniform(-4.0, 4.0), field / (beams - 1)
     scan = cast(scattered(rng), beams=beams, angle_min=first, angle_increment=increment)
-    samples, limit = profile(scan)
+    samples, limit, _ = profile(scan)
     bearing = 2.0 * math.pi / len(samples) * np.arange(len(samples))
     looked = bearing <= field + 1e-9
     assert len(samples) == 720
@@ -125,7 +127,7 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
 def test_one_hit_in_closed_form():
     ranges = np.full(720, np.inf)
     ranges[360] = 1.0
-    samples, limit = profile(full_scan(ranges))
+    samples, limit, _ = profile(full_scan(ranges))
     angle = 2.0 * math.pi / 720 * (np.arange(720) - 360)
     shadow = np.abs(angle) < math.asin(INFLATED)
     exact = np.cos(angle) - np.sqrt(np.maximum(INFLATED**2 - np.sin(angle) ** 2, 0.0))
@@ -134,15 +136,15 @@ def test_one_hit_in_closed_form():
 
 
 def test_beams_without_return_reach_to_the_rim_and_too_close_ones_allow_only_retreat():
-    open_space, _ = profile(full_scan(np.full(360, np.inf)))
+    open_space = profile(full_scan(np.full(360, np.inf))).values
     np.testing.assert_allclose(open_space, 5.0 - INFLATED)
     ranges = np.full(360, np.inf)
     ranges[180] = -np.inf  # straight ahead
-    samples, _ = profile(full_scan(ranges))
+    samples = profile(full_scan(ranges)).values
     angle = 2.0 * math.pi / 720 * (np.arange(720) - 360)
     assert (samples[np.abs(angle) <= math.pi / 2 + 1e-9] == 0.0).all()
     np.testing.assert_allclose(samples[np.abs(angle) > math.pi / 2 + 1e-9], 5.0 - INFLATED)
-    assert (profile(full_scan(np.full(360, -np.inf)))[0] == 0.0).all()
+    assert (profile(full_scan(np.full(360, -np.inf))).values == 0.0).all()
 
 
 def test_wider_discs_and_shorter_ranges_never_gain():
@@ -157,7 +159,7 @@ def test_wider_discs_and_shorter_ranges_never_gain():
 @pytest.mark.parametrize("erosion, shrink", [("radial", INFLATED), ("none", 0.0)])
 def test_other_erosions_take_each_beam_alone(erosion, shrink):
     scan = cast(scattered(np.random.default_rng(1)))
-    samples, limit = profile(scan, dataclasses.replace(RAW, erosion=erosion))
+    samples, limit, _ = profile(scan, dataclasses.replace(RAW, erosion=erosion))
     np.testing.assert_allclose(samples[::2], np.maximum(scan.distances - shrink, 0.0))
     np.testing.assert_allclose(limit, 5.0 - shrink)
 
@@ -200,7 +202,7 @@ def test_ranges_beyond_the_clip_are_no_returns():
         parameters = StarParameters(smoothing=smoothing, range_clip=2.0, margin=0.0)
         distance = smoothed_distances(scan, parameters)
         assert (distance[scan.distances > 2.0] >= 2.0).all()
-        samples, limit = free_range(scan, distance, RADIUS, parameters)
+        samples, limit, _ = free_range(scan, distance, RADIUS, parameters)
         assert samples.max() <= limit.max() == 2.0 - RADIUS
 
 
@@ -209,8 +211,8 @@ def test_what_moves_hides_what_is_behind_it_but_takes_no_room_beside_it() -> Non
     bearing = -math.pi + 2.0 * math.pi / n * np.arange(n)
     shown = np.abs(bearing) < 0.1
     scan = dataclasses.replace(full_scan(np.where(shown, 1.5, 4.0)), motion=np.where(shown, MOVES, STAYS))
-    free, limit = profile(scan)
-    nothing, _ = profile(full_scan(np.full(n, 4.0)))
+    free, limit, _ = profile(scan)
+    nothing = profile(full_scan(np.full(n, 4.0))).values
     samples = len(free)
     theta = -math.pi + 2.0 * math.pi / samples * np.arange(samples)
     np.testing.assert_allclose(free[np.abs(theta) < 0.1], 1.5 - INFLATED)

@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav.drawing import LAYERS, RecordingParameters
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerState, plan_step
+from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.roadmap.roadmap import rebuilt
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scan import LaserScan
@@ -76,7 +76,7 @@ def run_log(duration=3.0, period=0.05):
         pose = np.array([SPEED * period * k, 0.0, 0.0])
         scan = scan_at(pose, period * k)
         seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
-        state = plan_step(state, seen, pose[:2], GOAL, period * k, PLANNER, ROBOT.radius)
+        state = plan_step(state, PlannerInput(seen, pose[:2], GOAL, period * k, PLANNER, ROBOT.radius))
         braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
         twist = np.array([SPEED, 0.0])
         log.append({"pose": pose, "scan_pose": pose, "goal": GOAL, "twist": twist, "scan": scan})
@@ -166,7 +166,8 @@ def test_no_keyframe_lies_ahead_of_the_run(script):
 
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
     last = log[-1]["roadmap"]
-    narrow = rebuilt(last.roadmap, last.roadmap.margin - 0.01, PLANNER, ROBOT.radius)
+    less = dataclasses.replace(PLANNER, margin=PLANNER.margin - 0.01)
+    narrow = rebuilt(last.roadmap, less, ROBOT.radius)
     after = {**log[-1], "roadmap": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)

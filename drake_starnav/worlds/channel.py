@@ -1,0 +1,107 @@
+"""A winding passage that is hardly wider than the robot."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.worlds.outlines import place, rectangle
+from drake_starnav.worlds.rectangles import solid_rectangles
+from drake_starnav.worlds.solvable import check_order, check_robot_radius, random_yaw
+from drake_starnav.worlds.world import World
+
+_SHAPES = ("corridor", "u_turn", "serpentine", "spiral")
+_SLOWEST = 0.05
+"""The time limit allows for this mean speed, m/s."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A passage of constant width, as wide as the robot and `clearance` on each side, turned by a random angle."""
+
+    shape: str = parameter(
+        "any",
+        "corridor (straight), u_turn (two lanes), serpentine (several lanes), spiral (from outside to its centre), or "
+        "any: one of the four by chance",
+        choices=("any", *_SHAPES),
+    )
+    clearance: float = parameter(0.05, "free space on each side of the robot", unit="m", above=0.0, high=2.0)
+    min_length: float = parameter(2.0, "shortest lane", unit="m", low=1.0, high=100.0)
+    max_length: float = parameter(5.0, "longest lane", unit="m", low=1.0, high=100.0)
+    min_lanes: int = parameter(3, "fewest lanes of a serpentine or a spiral", low=3, high=50)
+    max_lanes: int = parameter(8, "most lanes of a serpentine or a spiral", low=3, high=50)
+    min_wall: float = parameter(0.03, "thinnest wall between two lanes", unit="m", above=0.0, high=5.0)
+    max_wall: float = parameter(0.4, "thickest wall between two lanes", unit="m", above=0.0, high=5.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """The channel for a robot of this radius (m); it has a way by construction.
+
+        Raises:
+            StarnavError: a parameter is out of its limits.
+        """
+        check_parameters(self, "Channel")
+        for quantity in ("length", "lanes", "wall"):
+            check_order(self, f"min_{quantity}", f"max_{quantity}")
+        check_robot_radius(robot_radius)
+        shape = str(rng.choice(_SHAPES)) if self.shape == "any" else self.shape
+        length = rng.uniform(self.min_length, self.max_length)
+        lanes = int(rng.integers(self.min_lanes, self.max_lanes + 1))
+        wall = rng.uniform(self.min_wall, self.max_wall)
+        width = 2.0 * (robot_radius + self.clearance)
+        line = _middle_line(shape, length, lanes, width + wall)
+        angle = rng.uniform(-math.pi, math.pi)
+        ends = place(line[[0, -1]], (0.0, 0.0), angle)
+        driven = float(np.hypot(*np.diff(line, axis=0).T).sum())
+        return World(
+            name="channel",
+            start=(*ends[0], random_yaw(rng)),
+            goal=tuple(ends[1]),
+            polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _walls(line, width, wall)),
+            timeout=60.0 + driven / _SLOWEST,
+        )
+
+
+def _middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndarray:
+    """Corners of the channel's middle line, all runs parallel to an axis, shape (k, 2), m.
+
+    Args:
+        shape: one of _SHAPES.
+        length: of a lane, m.
+        lanes: how many.
+        pitch: between the middle lines of neighbouring lanes, m.
+    """
+    if shape == "corridor":
+        return np.array([(0.0, 0.0), (length, 0.0)])
+    if shape == "spiral":
+        return _spiral(length, lanes, pitch)
+    corners = []
+    for k in range(2 if shape == "u_turn" else lanes):
+        ends = [(0.0, k * pitch), (length, k * pitch)]
+        corners += ends if k % 2 == 0 else ends[::-1]
+    return np.array(corners)
+
+
+def _spiral(length: float, lanes: int, pitch: float) -> np.ndarray:
+    """A rectangular spiral inwards: its runs are shorter by a pitch from the second turn on, and at least that long."""
+    runs = [length] + [max(length - k * pitch, 0.0) for k in range(lanes) for _ in range(2)]
+    steps = itertools.cycle(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
+    corners = [np.zeros(2)]
+    for run, step in zip(runs[:lanes], steps, strict=False):
+        if run < 0.5 * pitch:
+            break
+        corners.append(corners[-1] + run * np.array(step))
+    return np.array(corners)
+
+
+def _walls(line: np.ndarray, width: float, wall: float) -> list[np.ndarray]:
+    """Rectangles that bound all places within half a width of the middle line, in the largest norm."""
+    low, high = np.minimum(line[:-1], line[1:]) - 0.5 * width, np.maximum(line[:-1], line[1:]) + 0.5 * width
+    x, y = (np.unique(np.round((low[:, a], high[:, a], low[:, a] - wall, high[:, a] + wall), 9)) for a in (0, 1))
+    middle = np.stack(np.meshgrid(0.5 * (x[:-1] + x[1:]), 0.5 * (y[:-1] + y[1:]), indexing="ij"), axis=-1)[..., None, :]
+    free = ((middle > low) & (middle < high)).all(axis=-1).any(axis=-1)
+    solid = ((middle > low - wall) & (middle < high + wall)).all(axis=-1).any(axis=-1) & ~free
+    parts = solid_rectangles(~free)
+    inside = [(i0, j0, i1, j1) for i0, j0, i1, j1 in parts if solid[i0:i1, j0:j1].any()]
+    return [rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inside]

@@ -1,0 +1,98 @@
+"""Rooms joined by doors, with a goal close to a wall."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
+from drake_starnav.worlds.world import World
+
+_WALL = 0.1
+"""Thickness of walls, m."""
+_GOALS = ("wall", "corner", "niche")
+
+
+@dataclass(frozen=True)
+class Rooms:
+    """A square of rooms, each with doors to its neighbours; start and goal are in opposite corner rooms."""
+
+    count: int = parameter(3, "rooms along a side", low=2, high=50)
+    size: float = parameter(2.5, "side of a room", unit="m", low=1.5, high=20.0)
+    door: float = parameter(0.9, "width of a door", unit="m", low=0.3, high=10.0)
+    shut: float = parameter(0.2, "share of the doors that are walled up, as long as all rooms are joined", low=0.0)
+    goal: str = parameter(
+        "any",
+        "where the goal lies: beside a wall, in a corner, in a niche of a wall, or any: one of these by chance",
+        choices=("any", *_GOALS),
+    )
+    goal_clearance: float = parameter(
+        0.1, "free space between a robot at the goal and the nearest walls", unit="m", above=0.0, high=2.0
+    )
+    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """The rooms for a robot of this radius (m).
+
+        Raises:
+            StarnavError: a parameter is out of its limits.
+        """
+        check_parameters(self, "Rooms")
+        check_robot_radius(robot_radius)
+        n, side = self.count, self.count * self.size
+        joined = _joined_rooms(n, self.shut, rng)
+        polygons = []
+        for axis in (0, 1):
+            for i, j in np.ndindex(n - 1, n):
+                wall, along = (i + 1) * self.size, j * self.size
+                gap = along + rng.uniform(0.1, max(self.size - self.door - 0.1, 0.1))
+                pieces = [(along, gap), (gap + self.door, along + self.size)] if joined[axis][i, j] else []
+                for first, last in pieces or [(along, along + self.size)]:
+                    low, high = (wall - _WALL / 2.0, first), (wall + _WALL / 2.0, last)
+                    polygons.append(rectangle(*low, *high) if axis == 0 else rectangle(*low[::-1], *high[::-1]))
+        goal, niche = self._goal(rng, robot_radius, side)
+        return World(
+            name="rooms",
+            start=(0.5 * self.size, 0.5 * self.size, random_yaw(rng)),
+            goal=goal,
+            polygons=(*polygons, *niche),
+            bounds=(0.0, 0.0, side, side),
+            timeout=self.timeout,
+        )
+
+    def _goal(
+        self, rng: np.random.Generator, robot_radius: float, side: float
+    ) -> tuple[tuple[float, float], list[np.ndarray]]:
+        """The goal in the last room, and the two walls of its niche, if it lies in one."""
+        kind = str(rng.choice(_GOALS)) if self.goal == "any" else self.goal
+        off = robot_radius + self.goal_clearance
+        if kind == "corner":
+            return (side - off, side - off), []
+        y = side - self.size + rng.uniform(0.35, 0.65) * self.size
+        if kind == "wall":
+            return (side - off, y), []
+        depth = robot_radius + off  # the niche is as deep as the robot is wide, and leaves it room on both sides
+        half = robot_radius + max(self.goal_clearance, 0.05)
+        sides = [
+            rectangle(side - depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign)
+            for sign in (-1.0, 1.0)
+        ]
+        return (side - off, y), sides
+
+
+def _joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Which neighbours are joined by a door: along x, shape (n - 1, n) as [i, j]; along y, as [j, i].
+
+    A random spanning tree of doors stays open, and each other door with probability 1 - `shut`.
+    """
+    joined = (rng.random((n - 1, n)) >= shut, rng.random((n - 1, n)) >= shut)
+    group = np.arange(n * n).reshape(n, n)
+    walls = [(axis, i, j) for axis in (0, 1) for i in range(n - 1) for j in range(n)]
+    for k in rng.permutation(len(walls)):
+        axis, i, j = walls[k]
+        here, there = ((i, j), (i + 1, j)) if axis == 0 else ((j, i), (j, i + 1))
+        if group[here] != group[there]:
+            group[group == group[there]] = group[here]
+            joined[axis][i, j] = True
+    return joined
