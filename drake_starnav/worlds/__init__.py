@@ -21,11 +21,12 @@ from drake_starnav.worlds.paper_forest import PaperForest
 from drake_starnav.worlds.room import Room
 from drake_starnav.worlds.ros_map import RosMap
 from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.stop_and_go import StopAndGo
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
     kind.__name__: kind
-    for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd, DynaBarn)
+    for kind in (Forest, Room, Maze, PaperForest, Corridor, Obstacles, RosMap, Model, Barn, Crowd, StopAndGo, DynaBarn)
 }
 
 __all__ = [
