@@ -22,6 +22,7 @@ from numba import njit
 
 from drake_starnav.control.braking import simulated_step
 from drake_starnav.control.drive_law import limited
+from drake_starnav.movers.hidden import HIDDEN_SPACING
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 
@@ -36,39 +37,33 @@ def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
     """What a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius; a track that
-    counts but is not in view is a disc. What has no settled track may do anything within `max_speed`.
+    counts but is not in view is a disc.
 
     Args:
         tracks: of the last scan.
         parameters: what is declared.
     """
     trusted = tracks.counted & tracks.settled
-    rows = [_free_to_move(tracks.hidden, parameters)]
     known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
-    rows.append(_free_to_move(tracks.hits[~known], parameters))
-    rows.append(_tracked(tracks, tracks.owner[known], tracks.hits[known], np.zeros(known.sum()), parameters))
     lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
-    drifted = parameters.caution * parameters.speed_change * (tracks.time - tracks.seen[lost])
-    rows.append(_tracked(tracks, lost, tracks.position[lost], tracks.radius[lost] + drifted, parameters))
+    cautious = parameters.caution * parameters.max_speed
+    moving = (1.0 - parameters.caution) * tracks.velocity
+    still = np.zeros(2)
+    rows = [
+        _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
+        _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
+        _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
+    ]
+    if cautious > 0.0:  # else they stay, and the other certificate is about them
+        rows.append(_rows(tracks.standing, still, cautious, 0.0))
+        rows.append(_rows(tracks.hidden, still, cautious, 0.5 * HIDDEN_SPACING))
     return np.vstack(rows)
 
 
-def _free_to_move(places: np.ndarray, parameters: MoverParameters) -> np.ndarray:
-    rows = np.zeros((len(places), 6))
-    rows[:, :VX] = places
-    rows[:, GROWTH] = parameters.max_speed
-    return rows
-
-
-def _tracked(
-    tracks: Tracks, owner: np.ndarray, places: np.ndarray, radius: np.ndarray, parameters: MoverParameters
-) -> np.ndarray:
-    """Rows for places that move with the tracks `owner`, as far as the caution lets it be trusted."""
-    rows = np.zeros((len(places), 6))
-    rows[:, :VX] = places
-    rows[:, VX:GROWTH] = (1.0 - parameters.caution) * tracks.velocity[owner]
-    rows[:, GROWTH] = parameters.caution * tracks.greatest_speed(parameters)[owner]
-    rows[:, RADIUS] = radius
+def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.ndarray | float) -> np.ndarray:
+    rows = np.empty((len(places), 6))
+    rows[:, :VX], rows[:, VX:GROWTH] = places, velocity
+    rows[:, GROWTH], rows[:, RADIUS] = growth, radius
     return rows
 
 

@@ -132,7 +132,7 @@ def encounter(
     counted, limits, path = tracks.counted, limits_array(robot), guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
-    discs = Discs(tracks.course[counted], tracks.radius[counted], tracks.greatest_speed(movers)[counted], age)
+    discs = Discs(tracks.course[counted], tracks.radius[counted], age)
     settings = Settings(
         horizon=movers.horizon,
         heading_gain=controller.heading_gain,
@@ -140,6 +140,7 @@ def encounter(
         radius=robot.radius,
         margin=movers.margin,
         caution=movers.caution,
+        max_speed=movers.max_speed,
         comfort=movers.comfort,
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again

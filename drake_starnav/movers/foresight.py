@@ -55,13 +55,11 @@ class Discs(NamedTuple):
     Attributes:
         course: shape (n, k, 2), places every COURSE_STEP from the time of the scan on, W, m.
         radius: shape (n,), m.
-        speed: shape (n,), the greatest that the certificate in time counts with, m/s.
         age: of the scan, s.
     """
 
     course: np.ndarray
     radius: np.ndarray
-    speed: np.ndarray
     age: float
 
 
@@ -78,6 +76,7 @@ class Settings(NamedTuple):
     radius: float
     margin: float
     caution: float
+    max_speed: float
     comfort: float
 
 
@@ -122,7 +121,7 @@ def _place(course, j, time):
 
 
 @njit(cache=True)
-def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, caution):
+def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, max_speed):
     """Whether a robot that brakes fully now might be touched before it stands, with the discs where they are foreseen.
 
     Checked half way in time and at the end.
@@ -137,7 +136,7 @@ def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, cau
         for j in range(len(radius)):
             disc_x, disc_y, vx, vy = _place(course, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
-            needed = distance + radius[j] + caution * speed[j] * t
+            needed = distance + radius[j] + caution * max_speed * t
             if dx * dx + dy * dy < needed * needed:
                 return True
     return False
@@ -147,14 +146,14 @@ def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, cau
 def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a way on in place by one manoeuvre; it ends early where the robot is touched or explores on."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
-    course, radius, speed, age = discs
+    course, radius, age = discs
     distance = settings.radius + settings.margin + FORESEEN_MARGIN
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
         want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
-        if _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, settings.caution):
+        if _must_brake(x, y, yaw, v, course, radius, time, limits, distance, settings.caution, settings.max_speed):
             want_v = 0.0
         x, y, yaw, v, omega, _ = foreseen_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
         row[YAW], row[V], row[OMEGA] = yaw, v, omega

@@ -20,13 +20,6 @@ class MoverParameters:
     max_radius: float = parameter(
         0.6, "radius of the largest; what is seen to be larger stays where it is", unit="m", above=0.0, high=5.0
     )
-    speed_change: float = parameter(
-        0.15,
-        "how much faster than its track says a tracked obstacle may be, or become while the robot brakes",
-        unit="m/s",
-        low=0.0,
-        high=10.0,
-    )
     caution: float = parameter(
         0.5,
         "which share of a tracked obstacle's greatest speed the certificate counts with in all directions; the rest is "
@@ -37,14 +30,6 @@ class MoverParameters:
     )
     margin: float = parameter(
         0.03, "clearance that the certificate keeps from obstacles that move", unit="m", low=0.0, high=1.0
-    )
-    hidden: bool = parameter(
-        False,
-        "count with obstacles that come out from behind what stands",
-        when="true in front of doors and corners that somebody may come round",
-    )
-    static_after: float = parameter(
-        2.0, "time after which what has stayed in its place counts as standing", unit="s", above=0.0, high=60.0
     )
     cell: float = parameter(0.05, "cell of the grid that tells what moves", unit="m", low=0.01, high=0.5)
     agility: float = parameter(
