@@ -7,11 +7,10 @@ from numba import njit
 
 from drake_starnav.scan import LaserScan
 
-HIDDEN_JUMP = 0.3
-"""Where the ranges of neighbouring beams differ by more, something may hide behind the nearer surface, m."""
 HIDDEN_REACH = 6.0
 HIDDEN_SPACING = 0.15
-"""Hidden places are noted up to this range, m, and so far apart."""
+"""Where the ranges of neighbouring beams differ by more than the spacing, m, something may hide behind the nearer hit:
+so far apart are the places on the ray between the two, up to this reach, m."""
 
 
 def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
@@ -33,7 +32,7 @@ def _hidden(distance, increment, wrap, x, y, bearing_0):
     places = []
     for k in range(n if wrap else n - 1):
         a, b = distance[k], distance[(k + 1) % n]
-        if abs(a - b) < HIDDEN_JUMP:
+        if abs(a - b) < HIDDEN_SPACING:
             continue
         theta = bearing_0 + (k + 0.5) * increment
         r, end = min(a, b) + HIDDEN_SPACING, min(max(a, b), HIDDEN_REACH)

@@ -46,7 +46,8 @@ def _large(distance, bearing, hit, wrap, width):
     start = 0
     while start < n and joined[start]:
         start += 1
-    start %= n  # one surface all around is cut open anywhere
+    if start == n:  # one outline all around is cut open at its farthest corner
+        start = int(np.argmax(distance))
     first = start
     while first < start + n:
         last = first
