@@ -7,10 +7,9 @@ from numba import njit
 
 from drake_starnav.scan import LaserScan
 
-HIDDEN_REACH = 6.0
 HIDDEN_SPACING = 0.15
-"""Where the ranges of neighbouring beams differ by more than the spacing, m, something may hide behind the nearer hit:
-so far apart are the places on the ray between the two, up to this reach, m."""
+"""Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit: so far
+apart are the places on the ray between the two."""
 
 
 def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
@@ -35,7 +34,7 @@ def _hidden(distance, increment, wrap, x, y, bearing_0):
         if abs(a - b) < HIDDEN_SPACING:
             continue
         theta = bearing_0 + (k + 0.5) * increment
-        r, end = min(a, b) + HIDDEN_SPACING, min(max(a, b), HIDDEN_REACH)
+        r, end = min(a, b) + HIDDEN_SPACING, max(a, b)
         while r < end:
             places.append((x + r * math.cos(theta), y + r * math.sin(theta)))
             r += HIDDEN_SPACING

@@ -18,12 +18,17 @@ class MoverParameters:
         when="set it where people or machines move, to the fastest of them",
     )
     max_radius: float = parameter(
-        0.6, "radius of the largest; what is seen to be larger stays where it is", unit="m", above=0.0, high=5.0
+        0.6,
+        "radius of the largest; what is seen to be larger stays where it is, what is smaller may start at any time",
+        unit="m",
+        above=0.0,
+        high=5.0,
+        when="smaller where columns or furniture are wider than anything that moves: they cost the robot room",
     )
     caution: float = parameter(
         0.5,
-        "which share of a tracked obstacle's greatest speed the certificate counts with in all directions; the rest is "
-        "trusted to be its tracked motion. 1: no contact while driving, whatever it does",
+        "which share of `max_speed` the certificate counts with in all directions, for what is tracked, stands, or may "
+        "come out of hiding; the rest is trusted to be tracked motion. 1: no contact while driving, whatever it does",
         low=0.0,
         high=1.0,
         when="1 for the guarantee; less where being run into while standing is as bad as running into something",

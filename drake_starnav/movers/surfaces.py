@@ -15,7 +15,9 @@ from drake_starnav.movers.motion_grid import connected
 from drake_starnav.scan import LaserScan
 
 FLATNESS = 0.05
-"""A notch of less than this between two things is not seen, m."""
+NOISES = 5.0
+"""A notch of less than this between two things is not seen, m; nor one of less than so many standard deviations of the
+noise, as far as the scan itself shows it."""
 
 
 def on_large_surfaces(scan: LaserScan, width: float) -> np.ndarray:
@@ -29,14 +31,24 @@ def on_large_surfaces(scan: LaserScan, width: float) -> np.ndarray:
     """
     out = np.zeros(len(scan.ranges), bool)
     said = np.flatnonzero(~scan.lost)
-    out[said] = _large(
-        scan.distances[said], scan.bearings[said], (scan.ranges < scan.range_max)[said], scan.full_circle, width
-    )
+    distance, hit = scan.distances[said], (scan.ranges < scan.range_max)[said]
+    notch = max(FLATNESS, NOISES * noise_shown(distance, hit))
+    out[said] = _large(distance, scan.bearings[said], hit, scan.full_circle, width, notch)
     return out
 
 
+def noise_shown(distance: np.ndarray, hit: np.ndarray) -> float:
+    """Standard deviation of the range noise as the bends between three hits show it, m; robust to steps and corners.
+
+    Args:
+        distance, hit: of the beams that say something, shape (n,), m and bool.
+    """
+    bend = np.abs(np.diff(distance, 2))[hit[:-2] & hit[1:-1] & hit[2:]]
+    return float(np.median(bend)) / (0.6745 * math.sqrt(6.0)) if len(bend) else 0.0
+
+
 @njit(cache=True)
-def _large(distance, bearing, hit, wrap, width):
+def _large(distance, bearing, hit, wrap, width, notch):
     n = len(distance)
     out = np.zeros(n, np.bool_)
     joined = np.empty(n, np.bool_)  # whether beam k continues the surface of the one before
@@ -54,13 +66,13 @@ def _large(distance, bearing, hit, wrap, width):
         while last + 1 < start + n and joined[(last + 1) % n]:
             last += 1
         if hit[first % n]:
-            _part(distance, bearing, first, last, width, out)
+            _part(distance, bearing, first, last, width, notch, out)
         first = last + 1
     return out
 
 
 @njit(cache=True)
-def _part(distance, bearing, first, last, width, out):
+def _part(distance, bearing, first, last, width, notch, out):
     """Mark which of the connected hits first to last, modulo their number, are on a wide convex surface."""
     n = len(distance)
     count = last - first + 1
@@ -68,7 +80,7 @@ def _part(distance, bearing, first, last, width, out):
     for k in range(count):
         b = (first + k) % n
         x[k], y[k] = distance[b] * math.cos(bearing[b]), distance[b] * math.sin(bearing[b])
-    corner = _outline(x, y)
+    corner = _outline(x, y, notch)
     begin = 0  # index of the corner that the present surface begins at
     for i in range(1, len(corner)):
         receding = i == len(corner) - 1
@@ -97,8 +109,8 @@ def _extent(x, y, low, high):
 
 
 @njit(cache=True)
-def _outline(x, y):
-    """Indices of the corners of a polygon no farther than FLATNESS from any of the points; the ends are two of them."""
+def _outline(x, y, notch):
+    """Indices of the corners of a polygon no farther than `notch` from any of the points; the ends are two of them."""
     count = len(x)
     chosen = np.zeros(count, np.bool_)
     chosen[0] = chosen[count - 1] = True
@@ -107,7 +119,7 @@ def _outline(x, y):
         a, b = pending.pop()
         dx, dy = x[b] - x[a], y[b] - y[a]
         square = max(dx * dx + dy * dy, 1e-12)
-        most, farthest = FLATNESS, -1
+        most, farthest = notch, -1
         for k in range(a + 1, b):
             along = min(max(((x[k] - x[a]) * dx + (y[k] - y[a]) * dy) / square, 0.0), 1.0)
             away = math.hypot(x[k] - x[a] - along * dx, y[k] - y[a] - along * dy)

@@ -58,6 +58,21 @@ def test_walls_are_large_wherever_the_scan_begins() -> None:
         assert large(cast(hall(half=HALF), np.array((0.3, -0.4, yaw)))).all()
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.02, 0.03])
+def test_noise_tears_no_wall_to_pieces_and_makes_no_disc_part_of_one(noise: float) -> None:
+    disc = (HALF - 0.3, 0.4, 0.3)
+    bare, standing = (Scene(hall(*discs, half=HALF), (), lambda t: np.zeros((0, 2))) for discs in ((), (disc,)))
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        pose = np.array((0.3, -0.4, rng.uniform(-3.0, 3.0)))
+        assert large(bare.scan(0.0, pose, rng, noise)).mean() > 0.97
+        scan = standing.scan(0.0, pose, rng, noise)
+        hit = np.hypot(*(standing.scan(0.0, pose).points(pose) - disc[:2]).T) < 0.3 + 1e-6
+        points = scan.points(pose)
+        assert hit.sum() > 8
+        assert not large(scan)[hit & (points[:, 0] < HALF - 0.15)].any()
+
+
 @pytest.mark.parametrize("thickness", [0.05, 0.12, 0.4])
 def test_the_end_of_a_partition_is_part_of_it(thickness: float) -> None:
     wall = np.array([(0.5, 0.6), (2.5, 0.6), (2.5, 0.6 + thickness), (0.5, 0.6 + thickness)])
