@@ -1,18 +1,24 @@
 """The braking certificate in time: a twist is sent only if the robot can stop before what moves can reach it.
 
-Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for
-one control period and then brakes as hard as its limits allow, then until it stands no hit of the last scan that may
-belong to something that moves has come nearer to its centre than its radius, provided that
- (1) it moves no faster than declared: `max_speed`, and `speed_change` beyond its track's speed for a tracked one,
- (2) nothing that moves comes from where no beam has looked, or `hidden` is on, and
+Guarantee. With caution 1: if a command is accepted, and the robot keeps its last twist for a declared delay, follows
+the command for one control period and then brakes as hard as its limits allow, then until it stands nothing that moves
+has come nearer to its centre than its radius, provided that
+ (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it has done before,
+ (2) it is seen, or hidden behind what is seen: nothing comes from outside of the lidar's view, or out of nowhere, and
  (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
-A hit q at the time of the scan is taken to be anywhere within
+A place q at the time of the scan is taken to be anywhere within
 
-    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = min(s + speed_change, max_speed)
+    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = max_speed
 
-a time t later, with the caution c and the greatest speed s of late. With c = 1 that is all directions, and the
-guarantee holds; a smaller caution trusts the track as far. For a hit without a settled track c = 1, u = 0 and
-g = max_speed. What may hit the robot while it stands is beyond any certificate.
+a time t later, with the caution c. With c = 1 that is all directions. The places are
+
+    hits of tracks                              trusted by 1 - c to go on with u
+    hits that neither are tracked nor stand     c = 1: nothing is known to trust in
+    hits on what stands and is small enough     u = 0: it may start
+    the edges of where no beam has looked       u = 0: something may come out
+
+What is part of a convex surface wider than 2 max_radius stays where it is (`surfaces`). What may hit the robot while it
+stands is beyond any certificate.
 """
 
 import math
@@ -22,6 +28,7 @@ from numba import njit
 
 from drake_starnav.control.braking import simulated_step
 from drake_starnav.control.drive_law import limited
+from drake_starnav.movers.hidden import HIDDEN_SPACING
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 
@@ -35,40 +42,34 @@ X, Y, VX, VY, GROWTH, RADIUS = range(6)
 def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
     """What a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
-    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius; a track that
-    counts but is not in view is a disc. What has no settled track may do anything within `max_speed`.
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius. A track that
+    counts but is not in view is a disc where it is foreseen, besides what its hiding place may let out.
 
     Args:
         tracks: of the last scan.
         parameters: what is declared.
     """
     trusted = tracks.counted & tracks.settled
-    rows = [_free_to_move(tracks.hidden, parameters)]
     known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
-    rows.append(_free_to_move(tracks.hits[~known], parameters))
-    rows.append(_tracked(tracks, tracks.owner[known], tracks.hits[known], np.zeros(known.sum()), parameters))
     lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
-    drifted = parameters.caution * parameters.speed_change * (tracks.time - tracks.seen[lost])
-    rows.append(_tracked(tracks, lost, tracks.position[lost], tracks.radius[lost] + drifted, parameters))
+    cautious = parameters.caution * parameters.max_speed
+    moving = (1.0 - parameters.caution) * tracks.velocity
+    still = np.zeros(2)
+    rows = [
+        _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
+        _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
+        _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
+    ]
+    if cautious > 0.0:  # else they stay, and the other certificate is about them
+        rows.append(_rows(tracks.standing, still, cautious, 0.0))
+        rows.append(_rows(tracks.hidden, still, cautious, 0.5 * HIDDEN_SPACING))
     return np.vstack(rows)
 
 
-def _free_to_move(places: np.ndarray, parameters: MoverParameters) -> np.ndarray:
-    rows = np.zeros((len(places), 6))
-    rows[:, :VX] = places
-    rows[:, GROWTH] = parameters.max_speed
-    return rows
-
-
-def _tracked(
-    tracks: Tracks, owner: np.ndarray, places: np.ndarray, radius: np.ndarray, parameters: MoverParameters
-) -> np.ndarray:
-    """Rows for places that move with the tracks `owner`, as far as the caution lets it be trusted."""
-    rows = np.zeros((len(places), 6))
-    rows[:, :VX] = places
-    rows[:, VX:GROWTH] = (1.0 - parameters.caution) * tracks.velocity[owner]
-    rows[:, GROWTH] = parameters.caution * tracks.greatest_speed(parameters)[owner]
-    rows[:, RADIUS] = radius
+def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.ndarray | float) -> np.ndarray:
+    rows = np.empty((len(places), 6))
+    rows[:, :VX], rows[:, VX:GROWTH] = places, velocity
+    rows[:, GROWTH], rows[:, RADIUS] = growth, radius
     return rows
 
 

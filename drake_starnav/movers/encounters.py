@@ -25,6 +25,7 @@ from drake_starnav.movers.foresight import (
     ENDED,
     FIRST,
     HEADING,
+    HELD,
     LEAST,
     PATH,
     STEP,
@@ -56,6 +57,10 @@ SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.15, 0.5, 0.3
 """Ways on that end nearer to each other than this do not differ, m, rad, m/s."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
+
+
+STANDING_SPACING = 0.1
+"""Hits on what stands that are nearer to each other than this, m, are foreseen as one."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +137,8 @@ def encounter(
     counted, limits, path = tracks.counted, limits_array(robot), guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
-    discs = Discs(tracks.course[counted], tracks.radius[counted], tracks.greatest_speed(movers)[counted], age)
+    standing = thinned(tracks.standing, pose[:2], movers.horizon * robot.max_speed)
+    discs = Discs(tracks.course[counted], tracks.radius[counted], standing, age)
     settings = Settings(
         horizon=movers.horizon,
         heading_gain=controller.heading_gain,
@@ -140,11 +146,12 @@ def encounter(
         radius=robot.radius,
         margin=movers.margin,
         caution=movers.caution,
+        max_speed=movers.max_speed,
         comfort=movers.comfort,
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
-    nearest = _along_the_path(pose, twist, line, known, discs, limits, settings)
-    if nearest >= movers.comfort:
+    nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
+    if nearest >= movers.comfort and not held:
         return Encounter(nearest, None, np.inf)
     ways, left = manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)), times_left(line, limits)
     standard = standards(star, controller, robot, movers)
@@ -153,12 +160,31 @@ def encounter(
 
 
 @njit(cache=True)
+def thinned(places, position, reach):
+    """Those of some places (n, 2) that are within reach (m) of a position, and no nearer together than the spacing."""
+    kept = np.empty((len(places), 2))
+    n = 0
+    for k in range(len(places)):
+        x, y = places[k]
+        apart = math.hypot(x - position[0], y - position[1]) < reach
+        for q in range(n):
+            apart = apart and (x - kept[q, 0]) ** 2 + (y - kept[q, 1]) ** 2 >= STANDING_SPACING**2
+        if apart:
+            kept[n] = x, y
+            n += 1
+    return kept[:n]
+
+
+@njit(cache=True)
 def _along_the_path(pose, twist, line, known, discs, limits, settings):
-    """Least foreseen distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`."""
+    """Least foreseen distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`.
+
+    And whether it has to brake for what stands.
+    """
     row = start_row(pose, twist, known.hits, settings.radius)
     steps = int(math.ceil(settings.horizon / STEP - 1e-9))
     drive(row, PATH, 1.0, 0.0, steps, line, known, discs, limits, settings)
-    return row[LEAST] if row[LEAST] < settings.comfort else np.inf
+    return row[LEAST] if row[LEAST] < settings.comfort else np.inf, row[HELD] > 0.0
 
 
 @njit(cache=True)

@@ -1,7 +1,8 @@
 """A foreseen way on: a robot that drives among the predicted discs, and what that costs.
 
-The discs are where their courses lead. The robot stops at what is not known to be free, and brakes as soon as the
-certificate in time would make it: a way on that its own caution would cut short shows where it really ends.
+The discs are where their courses lead; what stands is taken to stay. The robot stops at what is not known to be free,
+and brakes as soon as the certificate in time would make it, also for what stands, as it might start: a way on that its
+own caution would cut short shows where it really ends.
 
 In seconds,
 
@@ -44,8 +45,10 @@ FORESEEN_MARGIN = 0.03
 WALL_ZONE = 0.1
 WALL_COST = 0.6
 """What the least clearance to what stays costs, s, if less than the zone, m: from a wall one cannot step aside."""
-X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, FIRST, COST = range(16)
-COLUMNS = 16
+X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, HELD, FIRST, COST = (
+    range(17)
+)
+COLUMNS = 17
 """Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
 
 
@@ -55,13 +58,13 @@ class Discs(NamedTuple):
     Attributes:
         course: shape (n, k, 2), places every COURSE_STEP from the time of the scan on, W, m.
         radius: shape (n,), m.
-        speed: shape (n,), the greatest that the certificate in time counts with, m/s.
+        standing: shape (m, 2), places on what might start, W, m.
         age: of the scan, s.
     """
 
     course: np.ndarray
     radius: np.ndarray
-    speed: np.ndarray
+    standing: np.ndarray
     age: float
 
 
@@ -78,6 +81,7 @@ class Settings(NamedTuple):
     radius: float
     margin: float
     caution: float
+    max_speed: float
     comfort: float
 
 
@@ -122,7 +126,7 @@ def _place(course, j, time):
 
 
 @njit(cache=True)
-def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, caution):
+def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, max_speed):
     """Whether a robot that brakes fully now might be touched before it stands, with the discs where they are foreseen.
 
     Checked half way in time and at the end.
@@ -137,8 +141,25 @@ def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, cau
         for j in range(len(radius)):
             disc_x, disc_y, vx, vy = _place(course, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
-            needed = distance + radius[j] + caution * speed[j] * t
+            needed = distance + radius[j] + caution * max_speed * t
             if dx * dx + dy * dy < needed * needed:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _held(x, y, yaw, v, standing, limits, distance, growth):
+    """Whether a robot that brakes fully from the next step on might be touched by what stands now, before it stands."""
+    if abs(v) < STANDING_SPEED:
+        return False
+    stop = abs(v) / limits[2]
+    for share in (0.5, 1.0):
+        t = share * stop
+        way = v * (t + STEP) - 0.5 * math.copysign(limits[2], v) * t * t
+        px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
+        needed = distance + growth * (t + STEP)
+        for j in range(len(standing)):
+            if (px - standing[j, 0]) ** 2 + (py - standing[j, 1]) ** 2 < needed * needed:
                 return True
     return False
 
@@ -147,15 +168,19 @@ def _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, cau
 def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a way on in place by one manoeuvre; it ends early where the robot is touched or explores on."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
-    course, radius, speed, age = discs
+    course, radius, standing, age = discs
     distance = settings.radius + settings.margin + FORESEEN_MARGIN
+    near, growth = settings.radius + settings.margin, settings.caution * settings.max_speed
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
         want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
-        if _must_brake(x, y, yaw, v, course, radius, speed, time, limits, distance, settings.caution):
+        if _must_brake(x, y, yaw, v, course, radius, time, limits, distance, settings.caution, settings.max_speed):
             want_v = 0.0
+        if _held(x, y, yaw, v, standing, limits, near, growth):
+            want_v = 0.0
+            row[HELD] = 1.0
         x, y, yaw, v, omega, _ = foreseen_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
         row[YAW], row[V], row[OMEGA] = yaw, v, omega
         free = covers(star_center, star_bearing_0, star_values, x, y)

@@ -5,6 +5,9 @@ tip or a post thinner than the distance between two beams is now missed and now 
 a cell at or beside it has been hit for long enough without being seen free in between. Before either is known, a hit
 belongs to something that stays if it is part of a surface that is wider than anything that moves, or of one that is
 known to stay elsewhere: as the robot drives by, more and more of it comes into view.
+
+What stays may start at any time, unless it is too large to move: the grid also remembers where surfaces were seen that
+are.
 """
 
 import math
@@ -23,8 +26,10 @@ RECENTRED = 1.0
 NEVER = -1.0
 RANGE_SLACK = 0.05
 """A cell is seen free if it ends by this much before all beams near it do, m."""
+STANDING_AFTER = 2.0
 HIT_SHARE = 0.5
-"""The first and the last hit of a cell that counts as standing lie at least this share of `static_after` apart."""
+"""What has been hit for so long, s, counts as standing if the first and the last hit lie at least this share of it
+apart."""
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
@@ -39,6 +44,7 @@ class MotionGrid:
         first: cell (i, j) of W in which the arrays begin, shape (2,).
         first_hit: time of the first hit since it was last seen free, shape (n, n), s; NEVER without one.
         last_hit, seen_free: time of the last, shape (n, n), s; NEVER.
+        large: time of the last hit on a surface too large to move, since it was last seen free, shape (n, n), s; NEVER.
     """
 
     cell: float
@@ -46,6 +52,7 @@ class MotionGrid:
     first_hit: np.ndarray
     last_hit: np.ndarray
     seen_free: np.ndarray
+    large: np.ndarray
 
     @staticmethod
     def about(position: np.ndarray, cell: float) -> "MotionGrid":
@@ -53,7 +60,7 @@ class MotionGrid:
         n = 2 * math.ceil(REACH / cell)
         first = np.floor(np.asarray(position) / cell).astype(np.int64) - n // 2
         empty = np.full((n, n), NEVER)
-        return MotionGrid(cell, first, empty, empty, empty)
+        return MotionGrid(cell, first, empty, empty, empty, empty)
 
     def following(self, position: np.ndarray) -> "MotionGrid":
         """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
@@ -62,7 +69,8 @@ class MotionGrid:
         shift = wanted - self.first
         if np.abs(shift).max() * self.cell < RECENTRED:
             return self
-        arrays = [_shifted(array, *shift) for array in (self.first_hit, self.last_hit, self.seen_free)]
+        before = (self.first_hit, self.last_hit, self.seen_free, self.large)
+        arrays = [_shifted(array, *shift) for array in before]
         return MotionGrid(self.cell, wanted, *arrays)
 
     def told(self, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> np.ndarray:
@@ -73,12 +81,12 @@ class MotionGrid:
         Args:
             scan: the latest, in S.
             pose: (x, y, yaw) of S in W when it was taken.
-            parameters: static_after, max_radius.
+            parameters: max_radius.
         """
         x, y, yaw = pose
         stands, freed = _looked_up(
             self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
-            scan.angle_increment, scan.distances, scan.hits, scan.time, parameters.static_after,
+            scan.angle_increment, scan.distances, scan.hits, scan.time,
         )  # fmt: skip
         widest = 2.0 * parameters.max_radius
         stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
@@ -87,19 +95,32 @@ class MotionGrid:
         unknown = scan.hits & ~stands & (freed | ~stays)
         return np.where(moves, MOVES, np.where(unknown, UNKNOWN, STAYS))
 
-    def walls(self, time: float, parameters: MoverParameters) -> np.ndarray:
-        """Middles of the cells that have stayed hit for `static_after` at a time (s), shape (n, 2), W, m."""
-        standing = _stands(self.first_hit, self.last_hit, time, parameters.static_after)
+    def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
+        """Which hits are of something that could move, whether or not it does, shape (n,), bool.
+
+        Args:
+            scan, pose: as for `told`.
+            large: which hits are on a surface that is too large to move, shape (n,).
+        """
+        x, y, yaw = pose
+        known = _seen_large(
+            self.large, self.first, self.cell, x, y, yaw + scan.angle_min, scan.angle_increment, scan.distances
+        )
+        return scan.hits & ~large & ~known
+
+    def walls(self, time: float) -> np.ndarray:
+        """Middles of the cells that have stayed hit for STANDING_AFTER at a time (s), shape (n, 2), W, m."""
+        standing = _stands(self.first_hit, self.last_hit, time)
         return (np.argwhere(standing) + self.first + 0.5) * self.cell
 
-    def updated(self, scan: LaserScan, pose: np.ndarray) -> "MotionGrid":
-        """The grid with one more scan; arguments as for `told`."""
+    def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "MotionGrid":
+        """The grid with one more scan; arguments as for `may_start`."""
         grid = self.following(pose[:2])
-        arrays = grid.first_hit.copy(), grid.last_hit.copy(), grid.seen_free.copy()
+        arrays = grid.first_hit.copy(), grid.last_hit.copy(), grid.seen_free.copy(), grid.large.copy()
         x, y, yaw = pose
         _update(
             *arrays, grid.first, grid.cell, x, y, yaw + scan.angle_min, scan.angle_increment,
-            np.where(scan.lost, 0.0, scan.distances), scan.hits, scan.full_circle, scan.time,
+            np.where(scan.lost, 0.0, scan.distances), scan.hits, large, scan.full_circle, scan.time,
         )  # fmt: skip
         return MotionGrid(grid.cell, grid.first, *arrays)
 
@@ -156,13 +177,15 @@ def _on_what_stays(distance, hit, increment, wrap, width, stands):
 
 
 @njit(cache=True)
-def _stands(first_hit, last_hit, time, lasting):
+def _stands(first_hit, last_hit, time):
     """Whether something has stayed in a cell, or in each of an array of cells, for long enough."""
-    return (first_hit >= 0.0) & (time - first_hit >= lasting) & (last_hit - first_hit >= HIT_SHARE * lasting)
+    return (
+        (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
+    )
 
 
 @njit(cache=True)
-def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time, lasting):
+def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time):
     """Which beams hit what stands in or beside their cell, or is outside the grid; and which hit what was seen free."""
     n, cells = len(distance), len(first_hit)
     stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
@@ -178,13 +201,28 @@ def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, in
         freed[k] = seen_free[i, j] >= 0.0
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
-                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time, lasting)
+                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
     return stands, freed
 
 
 @njit(cache=True)
+def _seen_large(large, origin, cell, x, y, bearing_0, increment, distance):
+    """Which beams end in or beside a cell that a large surface was seen in."""
+    n, cells = len(distance), len(large)
+    out = np.zeros(n, np.bool_)
+    for k in range(n):
+        theta = bearing_0 + k * increment
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        if 1 <= i < cells - 1 and 1 <= j < cells - 1:
+            out[k] = large[i - 1 : i + 2, j - 1 : j + 2].max() >= 0.0
+    return out
+
+
+@njit(cache=True)
 def _update(
-    first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, wrap, time
+    first_hit, last_hit, seen_free, seen_large, origin, cell, x, y, bearing_0, increment, distance, hit, large, wrap,
+    time,
 ):  # fmt: skip
     n, cells = len(distance), len(first_hit)
     half = 0.5 * math.sqrt(2.0) * cell
@@ -217,6 +255,7 @@ def _update(
             if free:
                 seen_free[i, j] = time
                 first_hit[i, j] = NEVER
+                seen_large[i, j] = NEVER
     for k in range(n):
         if not hit[k]:
             continue
@@ -227,3 +266,5 @@ def _update(
             if first_hit[i, j] < 0.0:
                 first_hit[i, j] = time
             last_hit[i, j] = time
+            if large[k]:
+                seen_large[i, j] = time

@@ -18,33 +18,23 @@ class MoverParameters:
         when="set it where people or machines move, to the fastest of them",
     )
     max_radius: float = parameter(
-        0.6, "radius of the largest; what is seen to be larger stays where it is", unit="m", above=0.0, high=5.0
-    )
-    speed_change: float = parameter(
-        0.15,
-        "how much faster than its track says a tracked obstacle may be, or become while the robot brakes",
-        unit="m/s",
-        low=0.0,
-        high=10.0,
+        0.6,
+        "radius of the largest; what is seen to be larger stays where it is, what is smaller may start at any time",
+        unit="m",
+        above=0.0,
+        high=5.0,
+        when="smaller where columns or furniture are wider than anything that moves: they cost the robot room",
     )
     caution: float = parameter(
         0.5,
-        "which share of a tracked obstacle's greatest speed the certificate counts with in all directions; the rest is "
-        "trusted to be its tracked motion. 1: no contact while driving, whatever it does",
+        "which share of `max_speed` the certificate counts with in all directions, for what is tracked, stands, or may "
+        "come out of hiding; the rest is trusted to be tracked motion. 1: no contact while driving, whatever it does",
         low=0.0,
         high=1.0,
         when="1 for the guarantee; less where being run into while standing is as bad as running into something",
     )
     margin: float = parameter(
         0.03, "clearance that the certificate keeps from obstacles that move", unit="m", low=0.0, high=1.0
-    )
-    hidden: bool = parameter(
-        False,
-        "count with obstacles that come out from behind what stands",
-        when="true in front of doors and corners that somebody may come round",
-    )
-    static_after: float = parameter(
-        2.0, "time after which what has stayed in its place counts as standing", unit="s", above=0.0, high=60.0
     )
     cell: float = parameter(0.05, "cell of the grid that tells what moves", unit="m", low=0.01, high=0.5)
     agility: float = parameter(

@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_starnav.movers.motion_grid import MotionGrid
 from drake_starnav.movers.parameters import MoverParameters
+from drake_starnav.movers.surfaces import on_large_surfaces
 from drake_starnav.movers.tracks import Tracks, updated
 from drake_starnav.scan import MOVES, STAYS, LaserScan
 from drake_starnav.snapshot import snapshot
@@ -46,13 +47,15 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverP
         scan = taken_at_once(scan, before.pose, before.scan.time, pose)
     grid = before.grid or MotionGrid.about(pose[:2], parameters.cell)
     motion = grid.told(scan, pose, parameters)
-    walls = np.vstack(
-        (grid.walls(scan.time, parameters), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose))
-    )
-    tracks = updated(before.tracks, scan, motion, pose, parameters, walls)
+    large = on_large_surfaces(scan, 2.0 * parameters.max_radius)
+    may_start = grid.may_start(scan, pose, large)
+    walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose)))
+    tracks = updated(before.tracks, scan, motion, may_start, pose, parameters, walls)
     told = motion.copy()
     told[np.flatnonzero(motion != STAYS)[(tracks.owner >= 0) & _counted(tracks)]] = MOVES
-    return Tracked(grid.updated(scan, pose), tracks, dataclasses.replace(scan, motion=told), pose)
+    return Tracked(
+        grid.updated(scan, pose, large & (motion != MOVES)), tracks, dataclasses.replace(scan, motion=told), pose
+    )
 
 
 def _counted(tracks: Tracks) -> np.ndarray:

@@ -60,9 +60,10 @@ class Tracks:
         motion: shape (n,), share of its beams that hit what was free before, smoothed.
         pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
+        standing: shape (l, 2), those that do, but are of something that might start.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
         course: shape (n, k, 2), where each is foreseen to be now and every `COURSE_STEP` from now on.
-        hidden: shape (m, 2), places that no beam has looked behind or at, at the edges of what was seen.
+        hidden: shape (m, 2), places at the edges of what was seen, where something may come out of hiding.
     """
 
     time: float = -math.inf
@@ -76,6 +77,7 @@ class Tracks:
     pace: np.ndarray = field(default_factory=lambda: np.zeros(0))
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    standing: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     course: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
     hidden: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
@@ -86,11 +88,6 @@ class Tracks:
     def counted(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
         return (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
-
-    def greatest_speed(self, parameters: MoverParameters) -> np.ndarray:
-        """The greatest speed that each may have until the robot has braked, shape (n,), m/s."""
-        known = np.minimum(self.pace + parameters.speed_change, parameters.max_speed)
-        return np.where(self.settled, known, parameters.max_speed)
 
     @property
     def settled(self) -> np.ndarray:
@@ -106,6 +103,7 @@ def updated(
     tracks: Tracks,
     scan: LaserScan,
     motion: np.ndarray,
+    may_start: np.ndarray,
     pose: np.ndarray,
     parameters: MoverParameters,
     walls: np.ndarray,
@@ -119,9 +117,9 @@ def updated(
     Args:
         tracks: before.
         scan: the latest, in S.
-        motion: shape (n,), as from `MotionGrid.told`.
+        motion, may_start: shape (n,), as from `MotionGrid`.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: max_speed, max_radius, agility, horizon, hidden.
+        parameters: max_speed, max_radius, agility, horizon.
         walls: shape (m, 2), points that stay, W, m.
     """
     before = _predicted(tracks, scan.time, parameters.agility)
@@ -172,8 +170,9 @@ def updated(
         pace=table[:, 11].copy(),
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
+        standing=points[may_start & ~doubtful],
         course=courses(position, velocity, radius, walls, parameters.horizon + COURSE_LEAD),
-        hidden=hidden_places(scan, motion, pose) if parameters.hidden else np.zeros((0, 2)),
+        hidden=hidden_places(scan, pose),
     )
 
 

@@ -57,7 +57,7 @@ def wary_step(
     reach = robot.radius + movers.margin + (robot.max_speed + movers.max_speed) * longest
     rows = near(rows, pose[:2], reach)
 
-    if tracks.counted.any():
+    if tracks.counted.any() or len(tracks.standing):
         met = encounter(pose, twist, guidance, star, tracks, rows, age, parameters, robot, movers)
         if met.twist is not None:
             return Command(limited_twist(twist, met.twist, robot, period), command.guiding_vector, True, command.errors)

@@ -23,6 +23,7 @@ from drake_starnav.worlds.room import Room
 from drake_starnav.worlds.rooms import Rooms
 from drake_starnav.worlds.ros_map import RosMap
 from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.stop_and_go import StopAndGo
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {
@@ -40,6 +41,7 @@ WORLD_KINDS: dict[str, type] = {
         Model,
         Barn,
         Crowd,
+        StopAndGo,
         DynaBarn,
     )
 }

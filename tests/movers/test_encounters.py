@@ -10,7 +10,7 @@ from drake_starnav.control.braking import limits_array
 from drake_starnav.guidance import Guidance
 from drake_starnav.movers.certificate import stays_clear, threats
 from drake_starnav.movers.course import courses
-from drake_starnav.movers.encounters import Encounter, around, encounter, manoeuvres
+from drake_starnav.movers.encounters import STANDING_SPACING, Encounter, around, encounter, manoeuvres, thinned
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.movers.tracks import Tracks
 from drake_starnav.robot import RobotParameters
@@ -109,3 +109,27 @@ def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     assert around(np.zeros(3), PATH, tracks, 0.0, ROBOT, without) is None
     assert around(np.zeros(3), np.zeros((0, 2)), tracks, 0.0, ROBOT, MOVERS) is None
     assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1
+
+
+def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
+    """A column that might start."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
+    return Tracks(time=0.0, standing=np.array((x, y)) + radius * np.column_stack((np.cos(angle), np.sin(angle))))
+
+
+def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found() -> None:
+    assert met(standing(1.5, 1.6)).twist is None, "far from the path"
+    found = met(standing(1.2, 0.55))  # 10 cm from where the robot would pass
+    assert found.twist is not None
+    assert math.isinf(found.nearest), "nothing moves"
+    assert found.twist[1] < 0.0, "away from it"
+
+
+def test_what_stands_is_foreseen_as_few_places() -> None:
+    places = standing(1.0, 0.0).standing
+    kept = thinned(places, np.zeros(2), 1.1)
+    assert 3 < len(kept) < 20
+    apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))
+    assert apart.min() >= STANDING_SPACING
+    near = places[np.hypot(*places.T) < 1.1]
+    assert np.hypot(*(near[:, None] - kept).transpose(2, 0, 1)).min(axis=1).max() < STANDING_SPACING

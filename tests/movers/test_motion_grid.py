@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.movers.motion_grid import MotionGrid
+from drake_starnav.movers.motion_grid import STANDING_AFTER, MotionGrid
 from drake_starnav.movers.parameters import MoverParameters
 from drake_starnav.scan import MOVES, STAYS, UNKNOWN
 from tests.movers.scenes import PERIOD, Scene, hall, moved, straight
 from tests.scans import scattered, seeds
 
 MOVERS = MoverParameters(max_speed=1.0)
+NOTHING = np.zeros(360, bool)
+"""No hit is on a surface too large to move."""
 
 
 @settings(max_examples=15, deadline=None)
@@ -26,7 +28,7 @@ def test_in_a_static_world_nothing_moves_for_a_moving_robot_with_noise(seed: int
     for k in range(60):
         scan = world.scan(k * PERIOD, pose, rng)
         assert not (grid.told(scan, pose, MOVERS) == MOVES).any()
-        grid = grid.updated(scan, pose)
+        grid = grid.updated(scan, pose, NOTHING)
         pose = moved(pose, twist, PERIOD)
 
 
@@ -35,13 +37,13 @@ def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
     pose = np.zeros(3)
     column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
-    for k in range(math.ceil(MOVERS.static_after / PERIOD) + 1):
+    for k in range(math.ceil(STANDING_AFTER / PERIOD) + 1):
         scan = scene.scan(k * PERIOD, pose)
         motion = grid.told(scan, pose, MOVERS)
         assert (motion[~column] == STAYS).all()
-        if k * PERIOD < MOVERS.static_after:
+        if k * PERIOD < STANDING_AFTER:
             assert (motion[column & scan.hits] == UNKNOWN).all()
-        grid = grid.updated(scan, pose)
+        grid = grid.updated(scan, pose, NOTHING)
     assert (grid.told(scene.scan((k + 1) * PERIOD, pose), pose, MOVERS) == STAYS).all()
 
 
@@ -55,7 +57,7 @@ def looks(
         scan = scene.scan(time, pose)
         motion = grid.told(scan, pose, MOVERS)
         yield time, scan.points_at(scan.distances, np.ones(len(motion), bool), pose), motion
-        grid = grid.updated(scan, pose)
+        grid = grid.updated(scan, pose, NOTHING)
 
 
 def on_disc(points: np.ndarray, center: np.ndarray | tuple[float, float], radius: float) -> np.ndarray:
@@ -76,7 +78,7 @@ def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     scene = Scene(hall((2.0, 1.0, 0.2)), (), lambda t: np.zeros((0, 2)))
     grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
     for k in range(50):
-        grid = grid.updated(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3))
+        grid = grid.updated(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
     pose = np.array((1.1, -1.3, 0.4))
     followed = grid.following(pose[:2])
     assert followed is not grid
@@ -90,16 +92,16 @@ def test_an_update_leaves_the_grid_before_it_alone() -> None:
     scene = Scene(hall(), (), lambda t: np.zeros((0, 2)))
     grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
     before = grid.first_hit.copy()
-    assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3)).first_hit != before).any()
+    assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3), NOTHING).first_hit != before).any()
     np.testing.assert_array_equal(grid.first_hit, before)
 
 
 def test_the_far_side_of_what_stays_stays_too_as_it_comes_into_view() -> None:
     scene = Scene(hall((2.0, 0.7, 0.3)), (), lambda t: np.zeros((0, 2)))
-    looking, driving = math.ceil(MOVERS.static_after / PERIOD), round(4.0 / 0.8 / PERIOD)
+    looking, driving = math.ceil(STANDING_AFTER / PERIOD), round(4.0 / 0.8 / PERIOD)
     starts = (looking + 1) * PERIOD
     for time, points, motion in looks(scene, looking + driving, lambda t: (0.8 * max(t - starts, 0.0), 0.0, 0.0)):
-        if time > MOVERS.static_after + 0.5 * PERIOD:
+        if time > STANDING_AFTER + 0.5 * PERIOD:
             assert (motion[on_disc(points, (2.0, 0.7), 0.3)] == STAYS).all(), f"at {time:.2f} s"
 
 
@@ -107,7 +109,7 @@ def test_the_far_side_of_what_stays_stays_too_as_it_comes_into_view() -> None:
 def test_what_passes_close_by_what_stays_is_noticed(gap: float) -> None:
     scene = Scene(hall((1.5, 0.9, 0.3)), (0.25,), straight((0.0, 0.35 - gap), (0.5, 0.0)))
     for time, points, motion in looks(scene, 120, lambda _: (1.5, -1.0, 1.5)):
-        if time > MOVERS.static_after:
+        if time > STANDING_AFTER:
             assert (motion[on_disc(points, scene.at(time)[0], 0.25)] == MOVES).mean() > 0.6
 
 
@@ -117,3 +119,25 @@ def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
     for time, points, motion in looks(scene, 90):
         if time > 2.5 + 0.2 / 0.5:
             assert (motion[on_disc(points, scene.at(time)[0], 0.25)] != STAYS).all()
+
+
+def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view() -> None:
+    wall, piece = Scene(hall(), (), lambda t: np.zeros((0, 2))), np.zeros(360, bool)
+    scan = wall.scan(0.0, np.zeros(3))
+    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    assert (grid.may_start(scan, np.zeros(3), piece) == scan.hits).all()
+    grid = grid.updated(scan, np.zeros(3), scan.hits)
+    assert not grid.may_start(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece).any()
+
+
+def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
+    standing = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
+    empty = Scene(hall(), (), lambda t: np.zeros((0, 2)))
+    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    first = standing.scan(0.0, np.zeros(3))
+    own = on_disc(first.points(), (1.5, 0.0), 0.3)
+    beams = np.flatnonzero(first.hits)[own]
+    grid = grid.updated(first, np.zeros(3), first.hits)
+    assert not grid.may_start(first, np.zeros(3), NOTHING)[beams].any()
+    grid = grid.updated(empty.scan(PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
+    assert grid.may_start(standing.scan(2 * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)[beams].all()

@@ -19,6 +19,7 @@ from drake_starnav.worlds import (
     Obstacles,
     PaperForest,
     Room,
+    StopAndGo,
     World,
     clearance,
     convex_parts,
@@ -26,7 +27,7 @@ from drake_starnav.worlds import (
     shortest_path,
 )
 
-KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor(), Crowd()]
+KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), PaperForest(), Corridor(), Crowd(), StopAndGo()]
 GENERATORS = [kind for name, kind in WORLD_KINDS.items() if name not in ("Obstacles", "Model", "Barn", "DynaBarn")]
 
 
