@@ -34,10 +34,10 @@ docs: install
 
 wheels: install
 	$(RUN) -m build --outdir dist
-	$(RUN) scripts/check_wheel.py dist
+	$(RUN) scripts/maintenance/check_wheel.py dist
 
 install:
-	@sh scripts/make_venv.sh "$(VENV)" "$(PYTHON)"
+	@sh scripts/maintenance/make_venv.sh "$(VENV)" "$(PYTHON)"
 
 clean:
 	rm -rf "$(VENV)" out dist

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drake_starnav.control import Command, ControllerParameters, control_step
-from drake_starnav.guidance import Guidance
-from drake_starnav.lidar import LidarParameters
-from drake_starnav.perception import Perceived, perceive
-from drake_starnav.roadmap import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.perception import Perceived, perceive
+from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import LaserScan
-from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.worlds import World
 from drake_starnav.worlds.view import scan_from, visible_shapes
 

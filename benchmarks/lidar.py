@@ -30,8 +30,8 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.lidar import LidarParameters
-from drake_starnav.systems.lidar_sensor import LidarSensor
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.station.lidar_sensor import LidarSensor
 
 try:
     import mujoco

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.lidar import LidarParameters
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station import NavigationStation
+from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
-from drake_starnav.worlds.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, write_map
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, write_map
 
 
 def warehouse(rng: np.random.Generator, rows: int = 1000, columns: int = 1700) -> np.ndarray:

@@ -10,21 +10,27 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking import LONGEST_STEP, SAMPLE_SPACING, SPEED_SHARES, STOPPED_DISTANCE, TURN_SHARES
-from drake_starnav.control.drive_law import CREEP_SPEED
+from drake_starnav.control.braking_certificate import (
+    LONGEST_STEP,
+    SAMPLE_SPACING,
+    SPEED_SHARES,
+    STOPPED_DISTANCE,
+    TURN_SHARES,
+)
+from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP
+from drake_starnav.control.heading_controller import CREEP_SPEED
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
-from drake_starnav.control.swerve import OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.tracking import near_wall_radius
-from drake_starnav.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.roadmap import StarRoadmap
-from drake_starnav.roadmap.hit_memory import BLOCKED_SLACK, SOFT_ZONE, STRIDE
+from drake_starnav.control.path_following import near_wall_radius
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning import StarRoadmap
+from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, STRIDE
+from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.regions import RegionStack, StarParameters
+from drake_starnav.regions.erosion import CONNECTED_CHORD, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
+from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
+from drake_starnav.regions.star_region import LINE_STEP, segment_covered
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import LaserScan
-from drake_starnav.stars import RegionStack, StarParameters
-from drake_starnav.stars.free_range import CONNECTED_CHORD, SMOOTHING_JUMP, SMOOTHING_LIMIT
-from drake_starnav.stars.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
-from drake_starnav.stars.region import LINE_STEP, segment_covered
-from drake_starnav.stars.safety import SafetyStar, ScanMemory
 
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:

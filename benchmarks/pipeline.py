@@ -32,12 +32,12 @@ from benchmarks.kinematic_drive import (
     scan_processing,
 )
 from drake_starnav.baselines import foa_velocity
-from drake_starnav.control.drive_law import limited_twist
-from drake_starnav.roadmap import StarRoadmap
-from drake_starnav.roadmap.hit_memory import cost_to_go
-from drake_starnav.stars.free_range import free_range, smoothed_distances
-from drake_starnav.stars.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.stars.safety import NEAR_HIT_RANGE
+from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.planning import StarRoadmap
+from drake_starnav.planning.cost_field import cost_to_go
+from drake_starnav.regions.erosion import free_range, smoothed_distances
+from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
+from drake_starnav.regions.safe_region import NEAR_HIT_RANGE
 from drake_starnav.worlds import Corridor, Forest, Maze, Room, make_world
 
 TOLERANCE = 1e-9

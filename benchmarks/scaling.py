@@ -16,15 +16,15 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from drake_starnav.benchmark import Job, TrialFile, dask_pool, make_cases, make_header, make_jobs, run_job, run_jobs
-from drake_starnav.benchmark import workers as workers_module
-from drake_starnav.benchmark.jobs import Record
-from drake_starnav.benchmark.summary import markdown_table
-from drake_starnav.benchmark.trial_file import processor_name
-from drake_starnav.benchmark.workers import local_processes
-from drake_starnav.console import exit_code
+from drake_starnav.cli.options import exit_code
 from drake_starnav.errors import StarnavError
-from scripts.record_results import FOLDER, ROOT, with_section
+from drake_starnav.evaluation import Job, TrialFile, dask_pool, make_cases, make_header, make_jobs, run_job, run_jobs
+from drake_starnav.evaluation import workers as workers_module
+from drake_starnav.evaluation.jobs import Record
+from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.trial_file import processor_name
+from drake_starnav.evaluation.workers import local_processes
+from scripts.maintenance.record_results import FOLDER, ROOT, with_section
 
 SCENARIOS = ("forest", "maze", "room")
 COMMAND = "python -m benchmarks.scaling"

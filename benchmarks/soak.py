@@ -19,15 +19,15 @@ import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.console import INTERRUPTED, add_overrides, exit_code
-from drake_starnav.diagram import Navigation, add_navigation
-from drake_starnav.files import replacing
-from drake_starnav.roadmap import PlannerStatus
+from drake_starnav.cli.options import INTERRUPTED, add_overrides, exit_code
+from drake_starnav.navigation import Navigation, add_navigation
+from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.simulation import add_collision_monitor, omniscient_path
-from drake_starnav.stopwatch import Stopwatch
-from drake_starnav.systems.collision_monitor import COLLISION, STRUCK
-from drake_starnav.systems.model_world import make_world_with_footprints
+from drake_starnav.station.collision_monitor import COLLISION, STRUCK
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.utils.files import replacing
+from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import clearance
 from drake_starnav.worlds.world import World
 

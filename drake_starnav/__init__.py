@@ -10,70 +10,70 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.control import ControllerParameters as ControllerParameters
     from drake_starnav.control.certificate import Certificate as Certificate
-    from drake_starnav.diagram import add_navigation as add_navigation
-    from drake_starnav.diagram import make_diagram as make_diagram
-    from drake_starnav.drawing import RecordingParameters as RecordingParameters
     from drake_starnav.errors import StarnavError as StarnavError
-    from drake_starnav.faults import DriveParameters as DriveParameters
-    from drake_starnav.faults import LocalizationParameters as LocalizationParameters
-    from drake_starnav.guidance import Guidance as Guidance
-    from drake_starnav.lidar import LidarParameters as LidarParameters
-    from drake_starnav.motion import Motion as Motion
-    from drake_starnav.movers import MoverParameters as MoverParameters
-    from drake_starnav.movers import Tracks as Tracks
-    from drake_starnav.recording.recorder import Recorder as Recorder
-    from drake_starnav.roadmap import Observation as Observation
-    from drake_starnav.roadmap import PlannerParameters as PlannerParameters
-    from drake_starnav.roadmap import PlannerState as PlannerState
-    from drake_starnav.roadmap import PlannerStatus as PlannerStatus
-    from drake_starnav.roadmap import StarRoadmap as StarRoadmap
+    from drake_starnav.geometry.trajectory import Motion as Motion
+    from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
+    from drake_starnav.lidar.sensor_model import LidarParameters as LidarParameters
+    from drake_starnav.navigation import add_navigation as add_navigation
+    from drake_starnav.navigation import make_diagram as make_diagram
+    from drake_starnav.planning import PlannerParameters as PlannerParameters
+    from drake_starnav.planning import PlannerState as PlannerState
+    from drake_starnav.planning import PlannerStatus as PlannerStatus
+    from drake_starnav.planning import StarRoadmap as StarRoadmap
+    from drake_starnav.planning.guidance import Guidance as Guidance
+    from drake_starnav.regions import Observation as Observation
+    from drake_starnav.regions import StarRegion as StarRegion
+    from drake_starnav.regions.safe_region import SafetyStar as SafetyStar
     from drake_starnav.robot import RobotParameters as RobotParameters
-    from drake_starnav.scan import LaserScan as LaserScan
     from drake_starnav.scenario import Scenario as Scenario
     from drake_starnav.scenario import load_scenario as load_scenario
     from drake_starnav.scenario import parse_scenario as parse_scenario
     from drake_starnav.scenario import scenario_names as scenario_names
+    from drake_starnav.scenario.faults import DriveParameters as DriveParameters
+    from drake_starnav.scenario.faults import LocalizationParameters as LocalizationParameters
+    from drake_starnav.scenario.recording import RecordingParameters as RecordingParameters
     from drake_starnav.simulation import Trial as Trial
     from drake_starnav.simulation import run_trial as run_trial
-    from drake_starnav.stars import StarRegion as StarRegion
-    from drake_starnav.stars.safety import SafetyStar as SafetyStar
-    from drake_starnav.station import NavigationStation as NavigationStation
-    from drake_starnav.station import RobotEquipment as RobotEquipment
-    from drake_starnav.station import plant_config as plant_config
-    from drake_starnav.systems.arrival_monitor import ArrivalMonitor as ArrivalMonitor
+    from drake_starnav.station.arrival_monitor import ArrivalMonitor as ArrivalMonitor
+    from drake_starnav.station.collision_monitor import CollisionMonitor as CollisionMonitor
+    from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
+    from drake_starnav.station.navigation_station import NavigationStation as NavigationStation
+    from drake_starnav.station.navigation_station import RobotEquipment as RobotEquipment
+    from drake_starnav.station.navigation_station import plant_config as plant_config
+    from drake_starnav.station.robot_model import add_robot as add_robot
+    from drake_starnav.station.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
-    from drake_starnav.systems.collision_monitor import CollisionMonitor as CollisionMonitor
     from drake_starnav.systems.dsm_controller import DsmController as DsmController
-    from drake_starnav.systems.lidar_sensor import LidarSensor as LidarSensor
-    from drake_starnav.systems.mover_tracker import MoverTracker as MoverTracker
     from drake_starnav.systems.mpc_controller import MpcController as MpcController
-    from drake_starnav.systems.robot_model import add_robot as add_robot
+    from drake_starnav.systems.obstacle_tracker import MoverTracker as MoverTracker
     from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
     from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
-    from drake_starnav.systems.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
-    from drake_starnav.systems.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
+    from drake_starnav.tracking import MoverParameters as MoverParameters
+    from drake_starnav.tracking import Tracks as Tracks
+    from drake_starnav.visualization.recorder import Recorder as Recorder
+    from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
     from drake_starnav.worlds import World as World
     from drake_starnav.worlds import make_world as make_world
 
 _PUBLIC = {
     "StarnavError": "errors",
     "RobotParameters": "robot",
-    "LaserScan": "scan",
-    "LidarParameters": "lidar",
-    "LocalizationParameters": "faults",
-    "DriveParameters": "faults",
-    "MoverParameters": "movers",
-    "StarRegion": "stars",
-    "PlannerParameters": "roadmap",
-    "StarRoadmap": "roadmap",
-    "Observation": "roadmap",
-    "PlannerState": "roadmap",
-    "PlannerStatus": "roadmap",
-    "Guidance": "guidance",
-    "SafetyStar": "stars.safety",
+    "LaserScan": "lidar.laser_scan",
+    "LidarParameters": "lidar.sensor_model",
+    "LocalizationParameters": "scenario.faults",
+    "DriveParameters": "scenario.faults",
+    "MoverParameters": "tracking",
+    "StarRegion": "regions",
+    "PlannerParameters": "planning",
+    "StarRoadmap": "planning",
+    "Observation": "regions",
+    "PlannerState": "planning",
+    "PlannerStatus": "planning",
+    "Guidance": "planning.guidance",
+    "SafetyStar": "regions.safe_region",
     "Certificate": "control.certificate",
-    "Tracks": "movers",
+    "Tracks": "tracking",
     "ControllerParameters": "control",
     "World": "worlds",
     "make_world": "worlds",
@@ -81,27 +81,27 @@ _PUBLIC = {
     "load_scenario": "scenario",
     "parse_scenario": "scenario",
     "scenario_names": "scenario",
-    "LidarSensor": "systems.lidar_sensor",
-    "MoverTracker": "systems.mover_tracker",
+    "LidarSensor": "station.lidar_sensor",
+    "MoverTracker": "systems.obstacle_tracker",
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
     "ScanMatcher": "systems.scan_matcher",
     "DsmController": "systems.dsm_controller",
     "BaselineController": "systems.baseline_controller",
     "MpcController": "systems.mpc_controller",
-    "WheelSpeedCommand": "systems.wheel_speed_command",
-    "CollisionMonitor": "systems.collision_monitor",
-    "ArrivalMonitor": "systems.arrival_monitor",
-    "StarRoadmapVisualizer": "systems.star_roadmap_visualizer",
-    "RecordingParameters": "drawing",
-    "Recorder": "recording.recorder",
-    "Motion": "motion",
-    "NavigationStation": "station",
-    "RobotEquipment": "station",
-    "add_robot": "systems.robot_model",
-    "plant_config": "station",
-    "add_navigation": "diagram",
-    "make_diagram": "diagram",
+    "WheelSpeedCommand": "station.wheel_speed_command",
+    "CollisionMonitor": "station.collision_monitor",
+    "ArrivalMonitor": "station.arrival_monitor",
+    "StarRoadmapVisualizer": "visualization.star_roadmap_visualizer",
+    "RecordingParameters": "scenario.recording",
+    "Recorder": "visualization.recorder",
+    "Motion": "geometry.trajectory",
+    "NavigationStation": "station.navigation_station",
+    "RobotEquipment": "station.navigation_station",
+    "add_robot": "station.robot_model",
+    "plant_config": "station.navigation_station",
+    "add_navigation": "navigation",
+    "make_diagram": "navigation",
     "Trial": "simulation",
     "run_trial": "simulation",
 }

@@ -2,6 +2,6 @@
 
 import sys
 
-from drake_starnav.command_line import main
+from drake_starnav.cli.main import main
 
 sys.exit(main())

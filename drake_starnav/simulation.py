@@ -13,22 +13,23 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav.diagram import Navigation, add_navigation
 from drake_starnav.errors import StarnavError
-from drake_starnav.files import check_writable
-from drake_starnav.metrics import motion_metrics
-from drake_starnav.motion import Motion
-from drake_starnav.polyline import simplified
-from drake_starnav.scenario import Scenario, check_method
-from drake_starnav.stopwatch import STEPS, Stopwatch
-from drake_starnav.systems.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.collision_monitor import COLLISION, CollisionMonitor
-from drake_starnav.systems.model_world import make_world_with_footprints
-from drake_starnav.systems.planar_localization import planar_states
+from drake_starnav.geometry.polyline import simplified
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.geometry.trajectory_metrics import motion_metrics
+from drake_starnav.navigation import Navigation, add_navigation
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import check_method
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.systems.release import release
+from drake_starnav.utils.files import check_writable
+from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
-from drake_starnav.worlds.movers import mover_clearance
+from drake_starnav.worlds.moving_obstacles import mover_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
@@ -156,7 +157,7 @@ def run_trial(
         )
         observers: list[Observer] = [] if observer is None else [observer]
         if html is not None:
-            from drake_starnav.recording.recorder import Recorder  # Meshcat is only started when it is wanted
+            from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
 
             observers.append(Recorder(html))
         for each in observers:

@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.command_line import benchmark
+from drake_starnav.cli.main import benchmark
 
 if __name__ == "__main__":
     sys.exit(benchmark())

@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.command_line import record
+from drake_starnav.cli.main import record
 
 if __name__ == "__main__":
     sys.exit(record())

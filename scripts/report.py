@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.command_line import report
+from drake_starnav.cli.main import report
 
 if __name__ == "__main__":
     sys.exit(report())

@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.command_line import show_world
+from drake_starnav.cli.main import show_world
 
 if __name__ == "__main__":
     sys.exit(show_world())

@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.command_line import simulate
+from drake_starnav.cli.main import simulate
 
 if __name__ == "__main__":
     sys.exit(simulate())

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import LONGEST_VALUE, one_line, said_by, shown
-from tests.fuzz.inputs import fuzzed, values
+from tests.helpers.inputs import fuzzed, values
 
 HERSELF: list = []
 HERSELF.append(HERSELF)

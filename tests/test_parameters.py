@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import allowed_text, build, check_parameters, convert, is_finite, parameter, unknown_name
-from drake_starnav.roadmap.parameters import PlannerParameters
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.parameters import StarParameters
 
 SHIPPED = (RobotParameters, StarParameters, PlannerParameters, ControllerParameters)
 

@@ -11,14 +11,14 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav import simulation
-from drake_starnav.diagram import add_navigation
 from drake_starnav.errors import StarnavError, UnsupportedError
-from drake_starnav.polyline import distance_to_segment
+from drake_starnav.geometry.polyline import distance_to_segment
+from drake_starnav.navigation import add_navigation
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, trial_record
-from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.worlds import World, make_world
-from tests.head_on import head_on
+from tests.helpers.head_on import head_on
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
 TIMES = ("wall_s", "command", "scan", "fit", "plan")
@@ -289,8 +289,8 @@ def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
 
 def test_robot_radius_is_that_of_the_hull() -> None:
     from drake_starnav.robot import RobotParameters
-    from drake_starnav.station import NavigationStation
-    from drake_starnav.systems.robot_model import robot_urdf
+    from drake_starnav.station.navigation_station import NavigationStation
+    from drake_starnav.station.robot_model import robot_urdf
 
     assert 'radius="0.31"' in robot_urdf(RobotParameters(radius=0.31))[1]
     scenario = parse_scenario(SMALL + "robot: {radius: 0.31}", name="small")

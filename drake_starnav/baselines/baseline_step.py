@@ -14,7 +14,7 @@ from drake_starnav.baselines.dwa import DwaParameters, dwa_twist
 from drake_starnav.baselines.foa import FoaParameters, foa_cluster_velocity, foa_velocity
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
-from drake_starnav.control.drive_law import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
+from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 

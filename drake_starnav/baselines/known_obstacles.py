@@ -11,7 +11,7 @@ contraction", RA-L 2019, on overlapping obstacles.
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from drake_starnav.snapshot import snapshot
+from drake_starnav.utils.snapshot import snapshot
 
 WALL_RADIUS = 1e5
 """Of the circle that stands for a wall: over 20 m it is straight to half a millimetre, m."""

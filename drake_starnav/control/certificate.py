@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_starnav.snapshot import snapshot
+from drake_starnav.utils.snapshot import snapshot
 
 
 @snapshot

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.stars.region import RegionStack
+from drake_starnav.regions.star_region import RegionStack
 
 WEIGHTS = {"excess": 0, "clipped": 1, "paper": 2}
 CENTER = 0.02

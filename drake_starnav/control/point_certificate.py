@@ -1,9 +1,9 @@
-"""The braking certificate against points: as `braking`, but every sample of the motion is compared with every hit.
+"""The braking certificate against points: as `braking_certificate`, but every sample of the motion is compared with every hit.
 
 The safety star asks that the robot's centre stays in straight sight of where the last scan was taken; a motion along
 a curved gap between obstacles may be safe without. Here a motion passes if the robot's disc, along all of it, keeps a
 margin to each hit of the last scans. What the disc sweeps must therefore have been in sight of one of those scans: to
-the assumptions of `braking` comes
+the assumptions of `braking_certificate` comes
  (5) no obstacle lies in the way of the motion (at most one period of driving and one braking distance long) that none
      of the remembered scans has hit.
 How far the last scan's hits are known is no assumption: what lies beyond counts as an obstacle all around.
@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking import SPEED_SHARES, limits_array, simulated_step
-from drake_starnav.control.drive_law import limited, slides, wrapped_angle
+from drake_starnav.control.braking_certificate import SPEED_SHARES, limits_array, simulated_step
+from drake_starnav.control.heading_controller import limited, slides, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.safety import SafetyStar
 
 LATTICE_SPEEDS = np.array([0.3, 0.15, 0.0])
 """Speeds that are tried when the desired turning rate leads nowhere, as shares of the largest."""

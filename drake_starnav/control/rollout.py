@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.drive_law import ramped, wrapped_angle
-from drake_starnav.guidance import PASSED_DISTANCE
-from drake_starnav.stars.region import RegionStack, covers, first_cover
-from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.control.heading_controller import ramped, wrapped_angle
+from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack, covers, first_cover
 
 ARRIVED = 0.12
 """So near to the end of the path a foreseen motion has arrived, m; a robot so near to its goal follows the law."""

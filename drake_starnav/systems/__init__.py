@@ -1,0 +1,1 @@
+"""The systems that would run on the robot."""

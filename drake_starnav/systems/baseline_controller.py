@@ -6,13 +6,13 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.baselines import BaselineParameters, DsmParameters, KnownObstacles, Situation, baseline_step
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.control.braking_certificate import braking_path, limits_array
 from drake_starnav.control.certificate import Certificate
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import LaserScan
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import checked_period
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.utils.timing import checked_period
 
 NO_HITS = np.zeros((0, 2))
 

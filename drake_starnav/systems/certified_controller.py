@@ -8,17 +8,17 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control import Command, ControllerParameters
-from drake_starnav.control.braking import braking_path, limits_array
+from drake_starnav.control.braking_certificate import braking_path, limits_array
 from drake_starnav.control.certificate import Certificate
+from drake_starnav.control.dynamic_step import wary_step
 from drake_starnav.errors import StarnavError
-from drake_starnav.guidance import Guidance
-from drake_starnav.movers import MoverParameters, Tracks
-from drake_starnav.movers.wary_step import wary_step
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.safety import SafetyStar
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import checked_period
+from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.utils.timing import checked_period
 
 TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
 """Groups of the discrete state."""

@@ -5,9 +5,9 @@ import math
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.stars.safety import SafetyStar
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import checked_period
+from drake_starnav.utils.timing import checked_period
 
 
 class JumpGuard(LeafSystem):

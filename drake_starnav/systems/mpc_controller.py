@@ -1,6 +1,6 @@
 """Predictive control by sampling with a braking certificate, as a Drake system."""
 
-from drake_starnav.control.predictive import predictive_step
+from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.systems.certified_controller import CertifiedController
 
 

@@ -5,12 +5,12 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control.certificate import Certificate
-from drake_starnav.guidance import Guidance
-from drake_starnav.planar import composed, inverse
-from drake_starnav.roadmap import Observation
-from drake_starnav.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.geometry.se2 import composed, inverse
+from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions import Observation
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import checked_period
+from drake_starnav.utils.timing import checked_period
 
 
 class ScanMatcher(LeafSystem):

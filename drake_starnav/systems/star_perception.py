@@ -6,14 +6,14 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.perception import Perceived, check_view, perceive
-from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.regions.perception import Perceived, check_view, perceive
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import LaserScan
-from drake_starnav.stars.safety import SafetyStar
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import EARLY, checked_period
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.utils.timing import EARLY, checked_period
 
 
 class StarPerception(LeafSystem):

@@ -5,19 +5,13 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.guidance import Guidance
-from drake_starnav.roadmap import (
-    Observation,
-    PlannerInput,
-    PlannerParameters,
-    PlannerState,
-    fastest_step,
-    plan_step,
-)
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, fastest_step, plan_step
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions import Observation
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import EARLY, begins_run, checked_period
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.utils.timing import EARLY, begins_run, checked_period
 
 
 class StarRoadmapPlanner(LeafSystem):

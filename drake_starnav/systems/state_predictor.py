@@ -3,9 +3,9 @@
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.control.pending import pending_count, predicted_pose
+from drake_starnav.control.delay_compensation import pending_count, predicted_pose
 from drake_starnav.systems.release import weakly
-from drake_starnav.systems.timing import checked_period
+from drake_starnav.utils.timing import checked_period
 
 
 class StatePredictor(LeafSystem):

@@ -6,24 +6,24 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.worlds.barn import Barn
-from drake_starnav.worlds.channel import Channel
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
-from drake_starnav.worlds.corridor import Corridor
-from drake_starnav.worlds.crowd import Crowd
-from drake_starnav.worlds.dynabarn import DynaBarn
-from drake_starnav.worlds.forest import Forest
-from drake_starnav.worlds.maze import Maze
-from drake_starnav.worlds.model import Model
-from drake_starnav.worlds.movers import Movers, mover_states
-from drake_starnav.worlds.obstacles import Obstacles
-from drake_starnav.worlds.paper_forest import PaperForest
-from drake_starnav.worlds.room import Room
-from drake_starnav.worlds.rooms import Rooms
-from drake_starnav.worlds.ros_map import RosMap
+from drake_starnav.worlds.formats.barn import Barn
+from drake_starnav.worlds.formats.dynabarn import DynaBarn
+from drake_starnav.worlds.formats.model import Model
+from drake_starnav.worlds.formats.obstacles import Obstacles
+from drake_starnav.worlds.formats.ros_map import RosMap
+from drake_starnav.worlds.generators.channel import Channel
+from drake_starnav.worlds.generators.corridor import Corridor
+from drake_starnav.worlds.generators.crowd import Crowd
+from drake_starnav.worlds.generators.forest import Forest
+from drake_starnav.worlds.generators.maze import Maze
+from drake_starnav.worlds.generators.paper_forest import PaperForest
+from drake_starnav.worlds.generators.room import Room
+from drake_starnav.worlds.generators.rooms import Rooms
+from drake_starnav.worlds.generators.stop_and_go import StopAndGo
+from drake_starnav.worlds.moving_obstacles import Movers, mover_states
 from drake_starnav.worlds.shortest_path import shortest_path
-from drake_starnav.worlds.stop_and_go import StopAndGo
 from drake_starnav.worlds.world import World
 
 WORLD_KINDS: dict[str, type] = {

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.polyline import simplified
+from drake_starnav.geometry.polyline import simplified
 from drake_starnav.worlds.world import FARTHEST
 
 MOST_CORNERS = 20_000

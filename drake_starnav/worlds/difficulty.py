@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from drake_starnav.lidar import LidarParameters
-from drake_starnav.polyline import resampled
+from drake_starnav.geometry.polyline import resampled
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar import LidarParameters, measure
-from drake_starnav.raycast import Fan, ShapeBins, cast_grid, circle_rows, segment_rows
-from drake_starnav.scan import LaserScan
+from drake_starnav.geometry.raycast import Fan, ShapeBins, cast_grid, circle_rows, segment_rows
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters, measure
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
 

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.snapshot import snapshot
-from drake_starnav.worlds.movers import Movers
+from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.worlds.moving_obstacles import Movers
 
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav import load_scenario, make_world, run_trial
-from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
 
 SEED = 1
 

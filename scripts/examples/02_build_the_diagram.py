@@ -25,9 +25,9 @@ from drake_starnav import (
     StarRoadmapPlanner,
     World,
 )
-from drake_starnav.systems.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.collision_monitor import CollisionMonitor
-from drake_starnav.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.visualization.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
 
 TIME_STEP = 0.005
 """Of the plant, s."""

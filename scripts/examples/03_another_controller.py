@@ -17,9 +17,9 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Leaf
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Multiplexer
 
 from drake_starnav import NavigationStation, StarPerception, StarRoadmapPlanner, World, parse_scenario
-from drake_starnav.systems.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.collision_monitor import CollisionMonitor
-from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
 
 STEP = 0.005  # of the plant, s
 MAX_SPEED = 0.5  # m/s

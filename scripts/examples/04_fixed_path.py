@@ -16,10 +16,10 @@ from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, L
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_starnav import DsmController, Guidance, NavigationStation, StarPerception, World, load_scenario
-from drake_starnav.roadmap import Observation
-from drake_starnav.systems.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.collision_monitor import CollisionMonitor
-from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.regions import Observation
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
 
 STEP = 0.005  # of the plant, s
 LOOKAHEAD, FARTHEST = 0.7, 3.5  # of the way point it heads for, along the path, m

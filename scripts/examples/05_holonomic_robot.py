@@ -34,10 +34,10 @@ from drake_starnav import (
     make_world,
     plant_config,
 )
-from drake_starnav.systems.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.collision_monitor import CollisionMonitor
-from drake_starnav.systems.world_geometry import add_world
-from drake_starnav.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.world_geometry import add_world
+from drake_starnav.visualization.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
 
 STEP = 0.005  # of the plant, s
 SPEED = 0.6  # m/s

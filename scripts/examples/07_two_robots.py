@@ -20,9 +20,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import RobotEquipment, World, add_navigation, add_robot, parse_scenario, plant_config
-from drake_starnav.systems.collision_monitor import CollisionMonitor
-from drake_starnav.systems.world_geometry import add_ground, add_world
-from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.world_geometry import add_ground, add_world
+from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
 
 SCENARIO = parse_scenario(
     """

@@ -18,9 +18,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_starnav import LaserScan, LidarParameters, NavigationStation, RobotParameters, World, make_world
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
-from drake_starnav.systems.collision_monitor import CollisionMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.systems.release import release
-from drake_starnav.world_figure import PATH, draw_goal, draw_robot, draw_world
+from drake_starnav.visualization.world_figure import PATH, draw_goal, draw_robot, draw_world
 from drake_starnav.worlds import Forest
 
 SEEDS = range(6)

@@ -16,7 +16,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import add_navigation, load_scenario
-from drake_starnav.systems.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
 
 PERIOD = 0.05  # of the logs, s
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"

@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav import PlannerParameters, World
-from drake_starnav.roadmap import Observation, PlannerInput, PlannerState, plan_step
-from drake_starnav.scan_log import LoggedScan, read_csv, read_rosbag
-from drake_starnav.stars.region import scan_region
-from drake_starnav.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.lidar.scan_log import LoggedScan, read_csv, read_rosbag
+from drake_starnav.planning import PlannerInput, PlannerState, plan_step
+from drake_starnav.regions import Observation
+from drake_starnav.regions.star_region import scan_region
+from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
 
 
 def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | None) -> None:

@@ -17,8 +17,8 @@ from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import Motion, Recorder, World, add_navigation, load_scenario
-from drake_starnav.recording.clips import write_png
-from drake_starnav.recording.plot import PlotCamera
+from drake_starnav.visualization.clips import write_png
+from drake_starnav.visualization.plot import PlotCamera
 
 ROUND = np.array([(2.5, 0.0), (2.5, 2.5), (0.0, 2.5), (0.0, 0.0)])
 NEAR, DURATION = 0.4, 30.0

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control.look_ahead import CLEAR, CORNER_CUT, SPACING, look_ahead
-from tests.scans import seeds, segment_distance
+from tests.helpers.scans import seeds, segment_distance
 
 LEAST, DISTANCE = 0.009, 1.5
 NO_HITS, NEEDED = np.zeros((0, 2)), np.zeros(0)

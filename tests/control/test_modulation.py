@@ -14,8 +14,8 @@ from drake_starnav.control.modulation import (
     nearest_point_direction,
 )
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.stars.region import RegionStack, StarRegion
-from tests.scans import RADIUS, seeds, smooth_region
+from drake_starnav.regions.star_region import RegionStack, StarRegion
+from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 PARAMETERS = ControllerParameters()
 ZONE = 0.1

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking import limits_array
-from drake_starnav.control.drive_law import limited_twist
+from drake_starnav.control.braking_certificate import limits_array
+from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import (
     ESCAPE_CLEARANCE,
@@ -20,13 +20,13 @@ from drake_starnav.control.point_certificate import (
     keeps_clear,
     needed_distances,
 )
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.free_range import smoothed_distances
-from drake_starnav.stars.parameters import StarParameters
-from drake_starnav.stars.safety import SafetyStar, ScanMemory, safety_star
 from drake_starnav.worlds.world import World
-from tests.control.motions import certified, least_clearance, motion
-from tests.scans import RADIUS, cast, distance, free_point, scattered, seeds
+from tests.helpers.motions import certified, least_clearance, motion
+from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
 LIMITS = limits_array(ROBOT)

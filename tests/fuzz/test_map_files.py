@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.map_file import read_map
-from tests.fuzz.inputs import corpus, fuzzed, mutated, values
+from drake_starnav.worlds.formats.map_file import read_map
+from tests.helpers.inputs import corpus, fuzzed, mutated, values
 
 KEYS = {
     "image": "m.pgm", "mode": "trinary", "resolution": 0.05, "origin": [0.0, 0.0, 0.0], "negate": 0,

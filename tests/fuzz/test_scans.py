@@ -6,15 +6,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.roadmap import Observation, PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.scan import LaserScan
-from drake_starnav.stars.averaging import averaged
-from drake_starnav.stars.free_range import smoothed_distances
-from drake_starnav.stars.outliers import HitHistory, without_strays
-from drake_starnav.stars.region import scan_region
-from drake_starnav.stars.safety import ScanMemory, safety_star
-from tests.fuzz.inputs import fuzzed
-from tests.scans import RADIUS
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
+from drake_starnav.regions import Observation
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.safe_region import ScanMemory, safety_star
+from drake_starnav.regions.scan_averaging import averaged
+from drake_starnav.regions.star_region import scan_region
+from tests.helpers.inputs import fuzzed
+from tests.helpers.scans import RADIUS
 
 PARAMETERS = PlannerParameters(bearings=90)
 numbers = st.one_of(st.floats(), st.floats(-1.0, 7.0))

@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import METHODS, SECTIONS, load_scenario, parse_scenario, scenario_names, scenario_text
+from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
+from drake_starnav.scenario.schema import SECTIONS, scenario_text
 from drake_starnav.worlds import WORLD_KINDS
-from tests.fuzz.inputs import corpus, fuzzed, mutated, scalars, values
+from tests.helpers.inputs import corpus, fuzzed, mutated, scalars, values
 
 VALID = b"""world: !Forest {width: 20, seed: 3}
 robot: {radius: 0.25, max_speed: 0.8}

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.benchmark.jobs import Case, error_record, make_jobs
-from drake_starnav.benchmark.trial_file import TrialFile, make_header, read_trials
 from drake_starnav.errors import StarnavError
-from drake_starnav.report.results import read_results
-from drake_starnav.report.tables import tables_markdown
-from tests.fuzz.inputs import corpus, fuzzed, mutated, values
-from tests.report.trials import record
+from drake_starnav.evaluation.jobs import Case, error_record, make_jobs
+from drake_starnav.evaluation.report.results import read_results
+from drake_starnav.evaluation.report.tables import tables_markdown
+from drake_starnav.evaluation.trial_file import TrialFile, make_header, read_trials
+from tests.helpers.inputs import corpus, fuzzed, mutated, values
+from tests.helpers.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
 HEADER = make_header(CASES, seed=3)

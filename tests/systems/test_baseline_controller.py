@@ -14,11 +14,11 @@ from drake_starnav.baselines import (
     known_obstacles,
 )
 from drake_starnav.control import ControllerParameters
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import LaserScan
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.utils.stopwatch import Stopwatch
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / CONTROLLER.rate

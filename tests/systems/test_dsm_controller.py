@@ -11,16 +11,16 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.guidance import Guidance
-from drake_starnav.movers import MoverParameters, Tracks
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack
-from drake_starnav.stars.safety import SafetyStar
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems import certified_controller
 from drake_starnav.systems.certified_controller import TWIST
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.mpc_controller import MpcController
+from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.utils.stopwatch import Stopwatch
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate

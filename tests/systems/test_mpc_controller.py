@@ -7,14 +7,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.guidance import Guidance
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import RegionStack
-from drake_starnav.stars.safety import SafetyStar
 from drake_starnav.systems.certified_controller import TWIST
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.mpc_controller import MpcController
-from tests.scans import smooth_region
+from tests.helpers.scans import smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
 PERIOD = 1.0 / PARAMETERS.rate

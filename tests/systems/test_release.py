@@ -14,7 +14,7 @@ from drake_starnav import simulation
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.scenario import METHODS, load_scenario
 from drake_starnav.systems.release import release, weakly
-from tests.posts import posts
+from tests.helpers.posts import posts
 
 FAULTS = (
     "localization.drift=0.02", "localization.jump=0.05", "drive.delay=0.05", "drive.slip=0.1", "lidar.delay=0.06",

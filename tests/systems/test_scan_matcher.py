@@ -6,14 +6,15 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control.certificate import Certificate
-from drake_starnav.guidance import Guidance
-from drake_starnav.planar import composed, inverse, placed
-from drake_starnav.roadmap import Observation, PlannerParameters
-from drake_starnav.scan_matching import OdometryError
-from drake_starnav.stars.region import scan_region
+from drake_starnav.geometry.se2 import composed, inverse, placed
+from drake_starnav.localization.scan_matching import OdometryError
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions import Observation
+from drake_starnav.regions.star_region import scan_region
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
-from tests.scans import RADIUS, cast
+from tests.helpers.scans import RADIUS, cast
 
 RATE, DRIFT = 20.0, 0.1
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))

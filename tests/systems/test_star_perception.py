@@ -9,14 +9,14 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.roadmap import PlannerParameters
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scan import LaserScan
-from drake_starnav.stars.region import scan_region
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
-from tests.scans import cast, noisy
+from tests.helpers.scans import cast, noisy
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 RATE, OFFSET = 20.0, 0.005

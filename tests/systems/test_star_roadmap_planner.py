@@ -8,13 +8,14 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.roadmap import Observation, PlannerParameters, PlannerStatus, StarRoadmap
+from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
+from drake_starnav.regions import Observation
+from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
-from drake_starnav.stars.region import scan_region
-from drake_starnav.stopwatch import Stopwatch
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
-from tests.scans import cast
+from tests.helpers.scans import cast
 
 ROBOT, PARAMETERS = RobotParameters(), PlannerParameters()
 OFFSET = 0.01

@@ -1,0 +1,252 @@
+"""The commands `benchmark` and `report`: many trials, and what their figures tell."""
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tqdm import tqdm
+
+from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, add_overrides, command_name, run_command
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.scenario import METHODS, scenario_names
+from drake_starnav.scenario.schema import scenario_path
+from drake_starnav.utils.files import check_outputs, check_writable, write_text
+
+if TYPE_CHECKING:
+    from drake_starnav.evaluation import Pool
+    from drake_starnav.evaluation.report import Results
+
+MOST_TRIALS, MOST_JOBS = 1_000_000, 1000
+"""More would only fill the memory."""
+MOST_WORLDS = 100_000
+"""In one range of `--worlds`."""
+
+
+def benchmark(arguments: Sequence[str] | None = None) -> int:
+    """Run many trials and tell their figures; see `--help`. Returns the exit code."""
+    parser = CommandParser(
+        prog=command_name("benchmark"),
+        description="Run many trials of scenarios and methods, and compare them.",
+        epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
+    )
+    parser.add_argument("scenario", nargs="*", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
+    parser.add_argument("--suite", metavar="NAME", help="a named set of scenarios and methods with its table: table1")
+    parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)} (default: star, or the suite's)")
+    add_overrides(parser)
+    parser.add_argument(
+        "--worlds",
+        metavar="NUMBERS",
+        help="instead of --trials, one trial in each numbered world of the scenario's file, e.g. 0-149 or 3,7,20-29",
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
+    _add_report_options(parser)
+    add_batch_options(parser)
+    return run_command(parser, arguments, _benchmark, _interrupted)
+
+
+def _interrupted(options: argparse.Namespace) -> str:
+    kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
+    return f"interrupted{kept}"
+
+
+def add_batch_options(parser: argparse.ArgumentParser) -> None:
+    """The options that every command which runs many trials has; see `check_batch_options`."""
+    parser.add_argument("--trials", type=int, default=30, help="of each scenario and method (default: 30)")
+    parser.add_argument("--seed", type=int, default=0, help="that all trials' seeds are derived from (default: 0)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one for each core)")
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="run on a Dask cluster: its scheduler's address, or local for --jobs workers"
+    )
+    parser.add_argument("--resume", action="store_true", help="continue a file: run only the trials it lacks")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
+
+
+def check_batch_options(options: argparse.Namespace) -> None:
+    """Raise `StarnavError` for a number out of its range."""
+    for name, low, high in (("trials", 1, MOST_TRIALS), ("seed", 0, 2**64 - 1), ("jobs", 1, MOST_JOBS)):
+        if not low <= getattr(options, name) <= high:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number, {low} <= x <= {high}")
+
+
+def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
+    """Where the trials run: the processes or the cluster that the options of `add_batch_options` ask for."""
+    from drake_starnav.evaluation import dask_pool, local_pool
+
+    return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
+
+
+def world_numbers(text: str) -> list[int]:
+    """Numbers and ranges as in "3,7,20-29", in ascending order, each once."""
+    numbers: set[int] = set()
+    for part in text.split(","):
+        first, dash, last = part.partition("-")
+        if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
+            raise StarnavError(f"--worlds is {shown(text)}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
+        low, high = int(first), int(last if dash else first)
+        if not low <= high < low + MOST_WORLDS:
+            raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_WORLDS}")
+        numbers.update(range(low, high + 1))
+    return sorted(numbers)
+
+
+def _benchmark(options: argparse.Namespace) -> int:
+    check_batch_options(options)
+    if options.resume and options.json is None:
+        raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
+    if bool(options.scenario) == bool(options.suite):
+        raise StarnavError(
+            f"{'both scenarios and' if options.suite else 'neither a scenario nor'} --suite; allowed: one of the two"
+        )
+    _check_report_options(options)
+    worlds = None if options.worlds is None else world_numbers(options.worlds)
+    from drake_starnav.evaluation import (
+        TrialFile,
+        case_files,
+        check_worlds,
+        find_suite,
+        make_cases,
+        make_header,
+        run_batch,
+    )
+
+    suite = find_suite(options.suite) if options.suite else None
+    methods = options.method or (suite.methods if suite else ["star"])
+    sources = suite.scenarios if suite else options.scenario
+    cases = make_cases(sources, methods, options.overrides)
+    if worlds is not None:
+        check_worlds(cases, worlds)
+    read = {*map(scenario_path, sources), *(file for case in cases for file in case_files(case))}
+    _check_report_outputs(options, read, options.json)
+    header = make_header(cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None)
+    with (
+        chosen_pool(options) as pool,
+        TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
+    ):
+        if file and file.repaired:
+            print(file.repaired, file=sys.stderr)
+        records = run_batch(
+            cases, trials=worlds or options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet
+        )
+    from drake_starnav.evaluation.report.results import make_results
+
+    _report(make_results([header], records), options)
+    if not options.quiet and options.json is not None:
+        print(f"wrote {options.json}")
+    return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
+
+
+def report(arguments: Sequence[str] | None = None) -> int:
+    """Report on trials that have run; see `--help`. Returns the exit code."""
+    parser = CommandParser(
+        prog=command_name("report"),
+        description="Make tables, plots and recordings of trials that benchmark.py has run.",
+    )
+    parser.add_argument(
+        "file", nargs="+", type=Path, help="files that benchmark.py --json wrote, as they are or as .xz"
+    )
+    _add_report_options(parser)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
+    return run_command(parser, arguments, _report_files)
+
+
+def _report_files(options: argparse.Namespace) -> int:
+    if not 1 <= options.jobs <= MOST_JOBS:
+        raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number, 1 <= x <= {MOST_JOBS}")
+    _check_report_options(options)
+    _check_report_outputs(options, options.file)
+    from drake_starnav.evaluation.report.results import read_results
+
+    _report(read_results(options.file), options)
+    return REACHED
+
+
+def _add_report_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables")
+    parser.add_argument(
+        "--csv", type=Path, metavar="FILE", help="write the figures, a line for each scenario and method"
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a report that opens offline")
+    parser.add_argument(
+        "--recordings", type=int, default=3, metavar="N",
+        help="for the HTML report, record at most N failures of each scenario and method, and two successes "
+        "(default: 3; -1: record nothing)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--panels", type=int, default=12, metavar="N", help="worlds of each scenario that it draws (default: 12)"
+    )
+
+
+def _check_report_options(options: argparse.Namespace) -> None:
+    """Raise a `StarnavError` for a bad number among the options of `_add_report_options`."""
+    for name, low in (("recordings", -1), ("panels", 1)):
+        if getattr(options, name) < low:
+            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
+
+
+def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
+    """Raise a `StarnavError` unless the report can be written: no output is an input or another output.
+
+    Args:
+        options: parsed.
+        inputs: what is read.
+        outputs: what is written besides the report.
+    """
+    check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
+    if options.html is not None:
+        if options.recordings >= 0:
+            check_writable(_recordings_folder(options.html) / "trial.html")
+        from drake_starnav.evaluation.report.figures import new_figure
+
+        new_figure(1.0)  # tells whether there is a matplotlib before anything runs
+
+
+def _recordings_folder(html: Path) -> Path:
+    """Of a report: no other report in the same folder has it."""
+    return html.with_name(f"{html.stem}_recordings" if html.suffix == ".html" else f"{html.name}.recordings")
+
+
+def _report(results: "Results", options: argparse.Namespace) -> None:
+    """Print the tables and write what the options of `_add_report_options` ask for."""
+    from drake_starnav.evaluation.report import (
+        Report,
+        chosen_trials,
+        record_chosen,
+        summary_csv,
+        tables_markdown,
+        write_page,
+    )
+
+    tables = tables_markdown(results)
+    if not options.quiet:
+        print(tables)
+    if options.markdown is not None:
+        write_text(options.markdown, tables + "\n")
+    if options.csv is not None:
+        write_text(options.csv, summary_csv(results))
+    if options.html is not None:
+        recordings = chosen_trials(results)
+        if options.recordings >= 0:
+            with tqdm(desc="recordings", unit="trial", disable=options.quiet or None, leave=False) as bar:
+
+                def progress(done: int, total: int) -> None:
+                    bar.total = total
+                    bar.update(done - bar.n)
+
+                recordings = record_chosen(
+                    results,
+                    recordings,
+                    _recordings_folder(options.html),
+                    failures=options.recordings,
+                    jobs=options.jobs,
+                    progress=progress,
+                )
+        write_text(options.html, write_page(Report(results, recordings, options.panels)))
+    if not options.quiet:
+        for path in (options.markdown, options.csv, options.html):
+            if path is not None:
+                print(f"wrote {path}")

@@ -1,0 +1,223 @@
+"""Several methods in one scene: each drives alone, then all are shown at once."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation import Navigation
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.simulation import run_trial
+from drake_starnav.station.model_world import add_model, make_world_with_footprints
+from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_world
+from drake_starnav.visualization import meshes
+from drake_starnav.visualization.camera import camera_presets
+from drake_starnav.visualization.film import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Actor, Film
+from drake_starnav.visualization.meshcat_stage import MeshcatStage
+from drake_starnav.visualization.meshes import LAYERS, Color, Layer
+from drake_starnav.visualization.page import Cameras, Caption
+from drake_starnav.visualization.recorder import (
+    WORLD_PREFIX,
+    finish_recording,
+    frame_camera,
+    quiet_meshcat,
+    set_look,
+    start_recording,
+)
+from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
+from drake_starnav.visualization.timeline import Tee, Timeline
+from drake_starnav.worlds.moving_obstacles import mover_states
+from drake_starnav.worlds.world import World
+
+COLORS: tuple[Color, ...] = (
+    (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65), (0.90, 0.62, 0.00),
+    (0.34, 0.71, 0.91), (0.30, 0.30, 0.30),
+)  # fmt: skip
+"""Of the robots, in their order; apart for colour-blind eyes (Okabe and Ito, 2008)."""
+TRAIL_PERIOD = 0.2
+"""Trails grow this often, s."""
+ROBOT_PATH = "/robots"
+HULL_HEIGHT = 0.13
+"""Of a robot as it is shown, m."""
+STACKED = 0.02
+"""Robots that are in one place hide one another: the first is the highest, by so much, m."""
+DECK = 0.55
+"""Of the hull's radius: less than the shipped robot's, to show more of its colour."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """How one method drove.
+
+    Attributes:
+        method: its name.
+        outcome: in words.
+        motion: of its robot.
+        color: of its robot and trail.
+    """
+
+    method: str
+    outcome: str
+    motion: Motion
+    color: Color
+
+
+class _Witness:
+    """Observes a trial only to keep how it went."""
+
+    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
+        pass
+
+    def start(self) -> None:
+        pass
+
+    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+        self.outcome, self.motion = lines[-1], motion
+
+
+def record_comparison(
+    scenarios: Mapping[str, Scenario],
+    seed: int,
+    html: Path,
+    *,
+    view: str = "top",
+    progress: Callable[[float, float], None] | None = None,
+) -> Film:
+    """Let each method drive the same world alone, then record all their robots in one scene.
+
+    The robots do not meet: each is where it was at that time of its own run, and stays where that ended.
+
+    Args:
+        scenarios: method -> the scenario with its settings; they have the same world.
+        seed: of the world and of the sensor's noise.
+        html: the file to write.
+        view: camera preset that it opens with.
+        progress: called now and then with the simulated time of the run at hand and its time limit, s.
+
+    Raises:
+        StarnavError: as of `run_trial`, or unknown view.
+    """
+    entries = []
+    for k, (method, scenario) in enumerate(scenarios.items()):
+        witness = _Witness()
+        run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
+        entries.append(Entry(method, witness.outcome, witness.motion, COLORS[k % len(COLORS)]))
+    scenario = next(iter(scenarios.values()))
+    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    layers = meshes.with_movers(comparison_layers(entries), world)
+    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers)
+    return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
+
+
+def comparison_layers(entries: list[Entry]) -> dict[str, Layer]:
+    """The layers of a comparison: the goal, and each method's trail with its outcome as the label."""
+    layers = {
+        f"trails/{entry.method}": Layer(f"{entry.method}: {entry.outcome}", entry.color, "line", 0.1 - 0.005 * k)
+        for k, entry in enumerate(entries)
+    }
+    return {**layers, "goal": LAYERS["goal"]}
+
+
+def replay(
+    entries: list[Entry],
+    world: World,
+    radius: float,
+    parameters: RecordingParameters,
+    html: Path,
+    caption: Caption,
+    view: str = "top",
+) -> Film:
+    """Record robots that repeat their motions in one scene.
+
+    Args:
+        entries: what they did.
+        world: that they drove through.
+        radius: of each, m.
+        parameters: of the recording.
+        html: the file to write.
+        caption: with the layers of `comparison_layers`.
+        view: camera preset that the file opens with.
+    """
+    paths = {entry.method: f"{ROBOT_PATH}/{entry.method}" for entry in entries}
+    cameras = Cameras(camera_presets(world), view, paths[entries[0].method], world.start[:2])
+    layers = dict(caption.layers or {})
+    meshcat, timeline = quiet_meshcat(), Timeline()
+    frame = 1.0 / parameters.frames_per_second
+    set_look(meshcat)
+    frame_camera(meshcat, world.extent)
+    _publish_world(meshcat, world)
+    stage = MeshcatStage(Tee(meshcat, timeline), "/starnav", frame, layers)
+    stage.prepare("goal", meshes.five_pointed_star(np.zeros(2), 0.9 * radius, layers["goal"].height))
+    for k, entry in enumerate(entries):
+        _add_robot(meshcat, paths[entry.method], radius, entry.color, STACKED * (len(entries) - k))
+    start_recording(meshcat, parameters)
+    stage.move("goal", np.array(world.goal), 0.0)
+    _play_movers(meshcat, world, max(entry.motion.duration for entry in entries), parameters)
+    for entry in entries:
+        _play(meshcat, stage, entry, paths[entry.method], layers[f"trails/{entry.method}"].height, parameters)
+    finish_recording(meshcat, html, caption, cameras)
+    actors = tuple(Actor(entry.motion, radius, entry.color, DECK) for entry in entries)
+    return Film(caption, world, timeline, actors)
+
+
+def _play(
+    meshcat: Meshcat, stage: MeshcatStage, entry: Entry, path: str, height: float, parameters: RecordingParameters
+) -> None:
+    """Keyframes of one robot and its trail."""
+    rate, motion, layer = parameters.frames_per_second, entry.motion, f"trails/{entry.method}"
+    times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
+    every = max(round(TRAIL_PERIOD * rate), 1)
+    poses = np.array([motion.at(float(time)) for time in times])
+    for k, (time, (x, y, yaw)) in enumerate(zip(times, poses, strict=True)):
+        X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
+        meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
+        if k > 0 and (k % every == 0 or k == len(times) - 1):
+            points = poses[(k - 1) // every * every : k + 1, :2]
+            stage.add(layer, meshes.ribbon(points, parameters.line_width, height), time + FRAME_SLACK)
+
+
+def _play_movers(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
+    """Keyframes of the obstacles that move."""
+    times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
+    positions, _ = mover_states(world.movers, times)
+    for k, radius in enumerate(world.movers.radii):
+        path = f"{WORLD_PREFIX}/mover_{k}"
+        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*meshes.MOVERS.color))
+        for time, (x, y) in zip(times, positions[:, k], strict=True):
+            meshcat.SetTransform(path, RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT]), time + FRAME_SLACK)
+
+
+def _publish_world(meshcat: Meshcat, world: World) -> None:
+    """Show the obstacles."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    if world.model is None:
+        add_world(plant, world)
+    else:
+        add_model(plant, scene_graph, world.model)
+    plant.Finalize()
+    looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, looks)
+    diagram = builder.Build()
+    diagram.ForcedPublish(diagram.CreateDefaultContext())
+
+
+def _add_robot(meshcat: Meshcat, path: str, radius: float, color: Color, above: float) -> None:
+    """A hull of the method's colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
+    top = above + HULL_HEIGHT
+    parts = (
+        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], color),
+        ("deck", Cylinder(DECK * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
+        ("heading", Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
+        ("lidar", Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
+    )
+    for name, shape, position, rgb in parts:
+        meshcat.SetObject(f"{path}/{name}", shape, Rgba(*rgb))
+        meshcat.SetTransform(f"{path}/{name}", RigidTransform(position))

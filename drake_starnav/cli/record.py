@@ -1,0 +1,284 @@
+"""The command `record`: recordings, stills and clips of one run, or of several methods in one world."""
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tqdm import tqdm
+
+from drake_starnav.cli.options import (
+    NOT_REACHED,
+    REACHED,
+    CommandParser,
+    add_overrides,
+    check_seed,
+    command_name,
+    run_command,
+)
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.evaluation.trial_file import PACKED, read_trials
+from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scenario, scenario_names
+from drake_starnav.scenario.schema import in_world, scenario_path
+from drake_starnav.scenario.source_files import source_files
+from drake_starnav.utils.files import check_outputs, file_name, read_bytes, reason_of
+
+if TYPE_CHECKING:
+    from drake_starnav.visualization.browser import BrowserCamera
+    from drake_starnav.visualization.film import Film
+    from drake_starnav.visualization.plot import PlotCamera
+
+TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
+"""Of files that hold trials; everything else is a scenario."""
+SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
+"""What a file with a single trial must have; `text`, the scenario, may be there too."""
+RENDERERS = ("auto", "browser", "matplotlib")
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is to be recorded.
+
+    Attributes:
+        scenarios: method -> scenario, in the order given.
+        seed: of the world and the sensor's noise.
+        state_hash: that the run must have to be the one it repeats; None for a new one.
+    """
+
+    scenarios: dict[str, Scenario]
+    seed: int
+    state_hash: str | None = None
+
+    @property
+    def name(self) -> str:
+        """For files: scenario, methods, seed."""
+        scenario = next(iter(self.scenarios.values()))
+        return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
+
+
+def record(arguments: Sequence[str] | None = None) -> int:
+    """Record one run; see `--help`. Returns the exit code."""
+    parser = CommandParser(
+        prog=command_name("record"),
+        description="Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
+        epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input, 130 interrupted",
+    )
+    parser.add_argument(
+        "run",
+        metavar="TRIAL.json|SCENARIO",
+        help="a trial by simulate.py --json or benchmark.py --json, which is repeated; or a scenario to drive: "
+        f"{', '.join(scenario_names())}, or a YAML file",
+    )
+    parser.add_argument("--line", type=int, metavar="N", help="line of the trial in a file of several, from 1")
+    parser.add_argument("--method", help=f"one of {', '.join(METHODS)} (default: star)")
+    parser.add_argument("--seed", type=int, help="of the world and the sensor's noise (default: 0)")
+    add_overrides(parser)
+    parser.add_argument("--compare", nargs="+", metavar="METHOD", help="methods whose robots drive in one scene")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="(default: out/SCENARIO-METHOD-SEED.html)")
+    parser.add_argument("--png", type=float, nargs="+", default=[], metavar="T", help="stills at these times, s")
+    for option in ("--gif", "--mp4"):
+        text = f"write a clip (default: the HTML file's name with .{option[2:]})"
+        parser.add_argument(option, type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
+    parser.add_argument("--view", default="top", help="camera: top, follow or oblique (default: top)")
+    parser.add_argument("--width", type=int, default=1100, help="of stills and clips, pixels (default: 1100)")
+    parser.add_argument("--trim", action="store_true", help="cut off what is empty below the scene")
+    parser.add_argument("--speed", type=float, default=2.0, help="of clips: times real time (default: 2)")
+    parser.add_argument("--rate", type=int, default=10, help="pictures a second of clips (default: 10)")
+    parser.add_argument(
+        "--renderer", choices=RENDERERS, default="auto",
+        help="of stills and clips: a headless browser, or matplotlib, which shows the same from above "
+        "(default: a browser if there is one)",
+    )  # fmt: skip
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
+    return run_command(parser, arguments, _record)
+
+
+def _record(options: argparse.Namespace) -> int:
+    run = chosen_run(options)
+    html = options.html or Path("out") / f"{run.name}.html"
+    check_outputs([html])  # so that it has a name, which others are derived from
+    clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
+    stills = {time: html.with_name(f"{html.stem}-{time:g}s.png") for time in options.png}
+    _check_numbers(options)
+    read = {Path(options.run), *(file for scenario in run.scenarios.values() for file in source_files(scenario))}
+    if not Path(options.run).name.endswith(TRIAL_SUFFIXES):
+        read.add(scenario_path(options.run))
+    check_outputs([html, *clips.values(), *stills.values()], read)
+
+    from drake_starnav.visualization.camera import check_view  # late: bad input is told before Drake is loaded
+
+    check_view(options.view)
+    _check_tools(options, bool(clips or stills))
+    film, same = _shoot(run, html, options)
+    written = [html]
+    if clips or stills:
+        late = [time for time in stills if time > film.duration]
+        if late:
+            raise StarnavError(f"--png is {late[0]:g}, after the run; allowed: times up to {film.duration:.1f} s")
+        with _camera(film, html, options) as camera:
+            written += _develop(camera, film, stills, clips, options)
+    if not options.quiet:
+        for path in written:
+            print(f"wrote {path}")
+    if not same:
+        print(
+            f"{command_name('record')}: this run differs from the trial it repeats; both need the same versions and "
+            "settings",
+            file=sys.stderr,
+        )
+    return REACHED if same else NOT_REACHED
+
+
+def chosen_run(options: argparse.Namespace) -> Run:
+    """What the command line asks for.
+
+    Raises:
+        StarnavError: no such trial, scenario, method or parameter, or options that do not go together.
+    """
+    check_seed(options.seed)
+    if options.compare and options.method:
+        raise StarnavError("--compare and --method do not go together; allowed: one of them")
+    if options.compare and len(set(options.compare)) < len(options.compare):
+        raise StarnavError(f"--compare is {' '.join(options.compare)}; allowed: each method once")
+    path = Path(options.run)
+    if not path.name.endswith(TRIAL_SUFFIXES):
+        if options.line is not None:
+            raise StarnavError(f"--line {options.line} with scenario {options.run}; allowed: with a file of trials")
+        methods = options.compare or [options.method or "star"]
+        scenarios = {m: load_scenario(options.run, method=m, overrides=options.overrides) for m in methods}
+        return Run(scenarios, options.seed or 0)
+    for name in ("method", "seed", "overrides", "compare"):
+        if getattr(options, name) not in (None, []):
+            option = "set" if name == "overrides" else name
+            raise StarnavError(f"--{option} with a trial, which has its own; allowed: with a scenario")
+    trial = read_trial(path, options.line)
+    method, name, text = trial["method"], trial["scenario"], trial.get("text")
+    scenario = parse_scenario(text, name=name, method=method) if text else load_scenario(name, method=method)
+    return Run({method: in_world(scenario, trial.get("world"))}, trial["seed"], trial.get("state_hash"))
+
+
+def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
+    """One trial of a file: its record, and under `text` the scenario it ran, if the file tells.
+
+    Args:
+        path: of what `simulate.py --json` or `benchmark.py --json` wrote.
+        line: of the trial, from 1; None if there is only one.
+
+    Raises:
+        StarnavError: the file cannot be read, or has no such trial.
+    """
+    try:
+        data = b"" if path.name.endswith(PACKED) else read_bytes(path)
+    except OSError as error:
+        raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file with a trial") from None
+    try:
+        single = json.loads(data)
+    except (ValueError, RecursionError):
+        single = None
+    if isinstance(single, dict) and SINGLE_KINDS.keys() <= single.keys():
+        if line not in (None, 1):
+            raise StarnavError(f"{path} has no trial in line {line}; allowed: 1, the only trial")
+        for name, kind in {**SINGLE_KINDS, "text": str}.items():
+            value = single.get(name, kind())
+            if not isinstance(value, kind) or isinstance(value, bool):
+                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as simulate.py --json writes it")
+        check_seed(single["seed"])
+        return single
+    header, records = read_trials(path)
+    if line is None and len(records) == 1:
+        line = 2
+    if line is None or not 2 <= line <= len(records) + 1:
+        said = "which trial is not said" if line is None else f"there is no trial in line {line}"
+        raise StarnavError(f"{path}: {said}; allowed: --line 2 to --line {len(records) + 1}")
+    chosen = records[line - 2]
+    for case in header["cases"]:
+        if (case["scenario"], case["method"]) == (chosen["scenario"], chosen["method"]):
+            return {**chosen, "text": case["text"]}
+    return chosen
+
+
+def _check_numbers(options: argparse.Namespace) -> None:
+    for time in options.png:
+        if not 0.0 <= time < math.inf:
+            raise StarnavError(f"--png is {time:g}; allowed: 0 <= T s")
+    for name, low, high in (("width", 100, 4400), ("rate", 1, 50), ("speed", 0.1, 100.0)):
+        value = getattr(options, name)
+        if not low <= value <= high:
+            raise StarnavError(f"--{name} is {value:g}; allowed: {low:g} <= x <= {high:g}")
+
+
+def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
+    """Raise `StarnavError` before the run for a program that its pictures will lack."""
+    from drake_starnav.visualization.browser import browser_missing
+    from drake_starnav.visualization.clips import find_ffmpeg
+
+    if pictures and options.renderer == "matplotlib" and options.view == "oblique":
+        raise StarnavError("--view oblique with --renderer matplotlib; allowed: top, follow, or a browser")
+    if options.mp4 is not None:
+        find_ffmpeg()
+    missing = browser_missing() if pictures else None
+    if missing is not None and (options.renderer == "browser" or options.view == "oblique"):
+        what = "--renderer browser" if options.renderer == "browser" else "--view oblique"
+        raise StarnavError(f"{what} needs {missing}; allowed: install it, or --renderer matplotlib --view top")
+
+
+def _shoot(run: Run, html: Path, options: argparse.Namespace) -> tuple["Film", bool]:
+    """Simulate and record; also whether the run is the one that it should repeat."""
+    with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
+
+        def progress(now: float, limit: float) -> None:
+            bar.set_description(f"driving: {now:5.1f} s of at most {limit:g} s")
+            bar.n = now / limit
+            bar.refresh()
+
+        if options.compare:
+            from drake_starnav.cli.comparison import record_comparison
+
+            return record_comparison(run.scenarios, run.seed, html, view=options.view, progress=progress), True
+        from drake_starnav.simulation import run_trial
+        from drake_starnav.visualization.recorder import Recorder
+
+        ((method, scenario),) = run.scenarios.items()
+        recorder = Recorder(html, options.view)
+        trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
+    assert recorder.film is not None
+    return recorder.film, run.state_hash in (None, trial.state_hash)
+
+
+def _camera(film: "Film", html: Path, options: argparse.Namespace) -> "BrowserCamera | PlotCamera":
+    from drake_starnav.visualization.browser import BrowserCamera, browser_missing
+    from drake_starnav.visualization.plot import PlotCamera
+
+    if options.renderer == "matplotlib" or browser_missing() is not None:
+        return PlotCamera(film, options.view, options.width)
+    return BrowserCamera(html, options.view, options.width)
+
+
+def _develop(
+    camera: "BrowserCamera | PlotCamera",
+    film: "Film",
+    stills: dict[float, Path],
+    clips: dict[str, Path],
+    options: argparse.Namespace,
+) -> list[Path]:
+    """Write stills and clips; each picture is taken once."""
+    from drake_starnav.visualization.clips import picture_times, trimmed, write_gif, write_mp4, write_png
+
+    trim = trimmed if options.trim else list
+    for path, still in zip(stills.values(), trim([camera.picture(time) for time in stills]), strict=True):
+        write_png(path, still)
+    if clips:
+        times = picture_times(film.duration, options.rate, options.speed)
+        shown = tqdm(times, disable=options.quiet or None, leave=False, desc="pictures")
+        pictures = trim([camera.picture(float(time)) for time in shown])
+        for kind, path in clips.items():
+            {"gif": write_gif, "mp4": write_mp4}[kind](path, pictures, options.rate)
+    return [*stills.values(), *clips.values()]
+
+
+def _clips(options: argparse.Namespace) -> dict[str, Path]:
+    return {kind: path for kind in ("gif", "mp4") if (path := getattr(options, kind)) is not None}

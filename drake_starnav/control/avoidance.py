@@ -1,0 +1,262 @@
+"""Foreseen encounters: a search among sequences of manoeuvres for the way on that the predicted discs leave.
+
+A manoeuvre is held for SEGMENT steps: follow the path, stand, keep the present twist, or head somewhere, forwards or
+backwards, as the law does (omega = gain error, v = v_max cos^3 error): for a robot that must turn before it can step
+aside, that is one manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that both
+certificates accept. Of each generation the BEAM best ways on that differ are continued, up to the horizon.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.avoidance_rollout import (
+    COLUMNS,
+    COST,
+    ENDED,
+    FIRST,
+    HEADING,
+    HELD,
+    LEAST,
+    PATH,
+    STEP,
+    TWIST,
+    YAW,
+    Discs,
+    Settings,
+    V,
+    X,
+    Y,
+    drive,
+    start_row,
+    wanted_twist,
+    way_cost,
+)
+from drake_starnav.control.braking_certificate import limits_array
+from drake_starnav.control.certificates import accepted, standards
+from drake_starnav.control.heading_controller import wrapped_angle
+from drake_starnav.control.moving_certificate import STANDING_SPEED
+from drake_starnav.control.moving_modulation import sidestep_velocity
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.rollout import KnownSpace, times_left
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import MoverParameters
+
+SEGMENT = 5
+"""Steps of a manoeuvre."""
+BEAM = 16
+"""Ways on that are continued."""
+HEADINGS = 8
+"""Directions that are tried."""
+SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.15, 0.5, 0.3
+"""Ways on that end nearer to each other than this do not differ, m, rad, m/s."""
+CHANGE_WEIGHT = 0.15
+"""What a change of speed or turning rate by its whole range costs, s."""
+
+
+STANDING_SPACING = 0.1
+"""Hits on what stands that are nearer to each other than this, m, are foreseen as one."""
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """What is foreseen.
+
+    Attributes:
+        nearest: least foreseen distance to a disc if the robot just follows its path, m, infinite beyond `comfort`.
+        twist: the certified (v, omega) with which the best way on begins, m/s and rad/s; None if there is none.
+        least: least foreseen distance on that way, m.
+    """
+
+    nearest: float
+    twist: np.ndarray | None
+    least: float
+
+
+def manoeuvres(twist: np.ndarray, limits: np.ndarray, aside: np.ndarray | None = None) -> np.ndarray:
+    """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed.
+
+    Args:
+        twist: (v, omega) commanded last, m/s and rad/s.
+        limits: as from `limits_array`.
+        aside: a velocity that leads around what moves, shape (2,), W, m/s.
+    """
+    v_max = limits[0]
+    rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
+    for k in range(HEADINGS):
+        heading = 2.0 * math.pi * k / HEADINGS
+        rows += [(HEADING, heading, v_max), (HEADING, heading, -v_max)]
+    if aside is not None:
+        rows.append((HEADING, math.atan2(aside[1], aside[0]), min(math.hypot(*aside), v_max)))
+    return np.array(rows)
+
+
+def around(
+    pose: np.ndarray, path: np.ndarray, tracks: Tracks, age: float, robot: RobotParameters, movers: MoverParameters
+) -> np.ndarray | None:
+    """The velocity towards the next way point, modulated around the tracks that count; None without one."""
+    if not (movers.sidestep and len(path)):
+        return None
+    ahead = path[0] - pose[:2]
+    velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
+    counted = tracks.counted
+    centers, radii = tracks.at(tracks.time + age)[counted], tracks.radius[counted] + robot.radius + movers.margin
+    aside = sidestep_velocity(pose[:2], velocity, centers, tracks.velocity[counted], radii)
+    return aside if math.hypot(*aside) > STANDING_SPEED else None
+
+
+def encounter(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    guidance: Guidance,
+    star: SafetyStar,
+    tracks: Tracks,
+    rows: np.ndarray,
+    age: float,
+    controller: ControllerParameters,
+    robot: RobotParameters,
+    movers: MoverParameters,
+) -> Encounter:
+    """Whether the path leads the robot too near to something that moves, and what it had better do.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        guidance: where to go.
+        star: what the last scans certify.
+        tracks: of the last scan; those that count are predicted.
+        rows: `threats` that the certificate in time counts with.
+        age: time since the scan, s.
+        controller, robot, movers: parameters.
+    """
+    counted, limits, path = tracks.counted, limits_array(robot), guidance.path
+    line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
+    known = KnownSpace.of(guidance.regions, star)
+    standing = thinned(tracks.standing, pose[:2], movers.horizon * robot.max_speed)
+    discs = Discs(tracks.course[counted], tracks.radius[counted], standing, age)
+    settings = Settings(
+        horizon=movers.horizon,
+        heading_gain=controller.heading_gain,
+        slowdown=controller.goal_slowdown if guidance.arrives or not len(path) else np.inf,
+        radius=robot.radius,
+        margin=movers.margin,
+        caution=movers.caution,
+        max_speed=movers.max_speed,
+        comfort=movers.comfort,
+    )
+    settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
+    nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
+    if nearest >= movers.comfort and not held:
+        return Encounter(nearest, None, np.inf)
+    ways, left = manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)), times_left(line, limits)
+    standard = standards(star, controller, robot, movers)
+    v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard)
+    return Encounter(nearest, np.array((v, omega)) if found else None, least)
+
+
+@njit(cache=True)
+def thinned(places, position, reach):
+    """Those of some places (n, 2) that are within reach (m) of a position, and no nearer together than the spacing."""
+    kept = np.empty((len(places), 2))
+    n = 0
+    for k in range(len(places)):
+        x, y = places[k]
+        apart = math.hypot(x - position[0], y - position[1]) < reach
+        for q in range(n):
+            apart = apart and (x - kept[q, 0]) ** 2 + (y - kept[q, 1]) ** 2 >= STANDING_SPACING**2
+        if apart:
+            kept[n] = x, y
+            n += 1
+    return kept[:n]
+
+
+@njit(cache=True)
+def _along_the_path(pose, twist, line, known, discs, limits, settings):
+    """Least foreseen distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`.
+
+    And whether it has to brake for what stands.
+    """
+    row = start_row(pose, twist, known.hits, settings.radius)
+    steps = int(math.ceil(settings.horizon / STEP - 1e-9))
+    drive(row, PATH, 1.0, 0.0, steps, line, known, discs, limits, settings)
+    return row[LEAST] if row[LEAST] < settings.comfort else np.inf, row[HELD] > 0.0
+
+
+@njit(cache=True)
+def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard):
+    """v, omega and least foreseen distance of the best way on, and whether there is one."""
+    gain, slowdown, age = settings.heading_gain, settings.slowdown, discs.age
+    count = len(ways)
+    start = start_row(pose, twist, known.hits, settings.radius)
+    change, firsts = np.zeros(count), np.empty((count, 2))
+    generation = np.empty((count, COLUMNS))
+    n = 0
+    for m in range(count):
+        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
+        firsts[m, 0], firsts[m, 1] = v, omega
+        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
+        if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
+            continue
+        generation[n] = start
+        drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
+        generation[n, FIRST] = m
+        generation[n, COST] = way_cost(generation[n], line, left, limits) + change[m]
+        n += 1
+    best = start
+    best_cost = np.inf
+    generation = generation[:n]
+    segments = int(math.ceil(settings.horizon / (SEGMENT * STEP) - 1e-9))
+    for depth in range(1, segments + 1):
+        for i in range(len(generation)):  # what has ended competes with what has come to the horizon
+            row = generation[i]
+            if (depth == segments or row[ENDED] > 0.0) and row[COST] < best_cost:
+                best_cost = row[COST]
+                best = row
+        if depth == segments:
+            break
+        kept = _continued(generation)
+        following = np.empty((len(kept) * count, COLUMNS))
+        n = 0
+        for i in kept:
+            for m in range(count):
+                following[n] = generation[i]
+                drive(following[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
+                following[n, COST] = way_cost(following[n], line, left, limits) + change[int(following[n, FIRST])]
+                n += 1
+        generation = following
+    if best_cost == np.inf:
+        return 0.0, 0.0, -np.inf, False
+    first = int(best[FIRST])
+    return firsts[first, 0], firsts[first, 1], best[LEAST], True
+
+
+@njit(cache=True)
+def _continued(generation):
+    """Indices of the BEAM best ways on that have not ended and differ, the best first."""
+    kept = np.empty(BEAM, np.int64)
+    n = 0
+    for i in np.argsort(generation[:, COST], kind="mergesort"):
+        differs = generation[i, ENDED] == 0.0
+        for q in range(n):
+            differs = differs and not _alike(generation[i], generation[kept[q]])
+        if differs:
+            kept[n] = i
+            n += 1
+            if n == BEAM:
+                break
+    return kept[:n]
+
+
+@njit(cache=True)
+def _alike(row, other):
+    """Whether two ways on end so near to each other that one of them will do."""
+    return (
+        (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
+        and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
+        and abs(row[V] - other[V]) < SAME_SPEED
+    )

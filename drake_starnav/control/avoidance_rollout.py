@@ -1,0 +1,232 @@
+"""A foreseen way on: a robot that drives among the predicted discs, and what that costs.
+
+The discs are where their courses lead; what stands is taken to stay. The robot stops at what is not known to be free,
+and brakes as soon as the certificate in time would make it, also for what stands, as it might start: a way on that its
+own caution would cut short shows where it really ends.
+
+In seconds,
+
+    cost = time passed + time to go + comfort lost + contact + walls + change of the twist
+
+Comfort is lost by the least foreseen distance d to a disc at a time t: w (1 - e / comfort)_+^2 (1 - t / (2 horizon))
+with e = d / (1 + UNCERTAINTY t). A contact at t ends a way on and costs w (1 + 3 (1 - t / horizon)): better late than
+soon, since much may happen until then.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.heading_controller import CREEP_SPEED, turning_twist, wrapped_angle
+from drake_starnav.control.moving_certificate import STANDING_SPEED
+from drake_starnav.control.rollout import (
+    ARRIVED,
+    clearance_within,
+    foreseen_step,
+    next_way_point,
+    region_around,
+    time_to_go,
+)
+from drake_starnav.regions.star_region import covers
+from drake_starnav.tracking.prediction import COURSE_STEP
+
+STEP = 0.1
+"""Of the foreseen motion, s."""
+PATH, TWIST, HEADING = range(3)
+"""Kinds of manoeuvre."""
+CONTACT_COST = 8.0
+"""w, s."""
+UNCERTAINTY = 0.15
+"""A foreseen distance is worth less with time by this share a second."""
+FORESEEN_MARGIN = 0.03
+"""The foreseen robot brakes for this much more than the certificate's margin, m: tracks are not as exact as hits."""
+WALL_ZONE = 0.1
+WALL_COST = 0.6
+"""What the least clearance to what stays costs, s, if less than the zone, m: from a wall one cannot step aside."""
+X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, HELD, FIRST, COST = (
+    range(17)
+)
+COLUMNS = 17
+"""Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
+
+
+class Discs(NamedTuple):
+    """What moves, as it is foreseen.
+
+    Attributes:
+        course: shape (n, k, 2), places every COURSE_STEP from the time of the scan on, W, m.
+        radius: shape (n,), m.
+        standing: shape (m, 2), places on what might start, W, m.
+        age: of the scan, s.
+    """
+
+    course: np.ndarray
+    radius: np.ndarray
+    standing: np.ndarray
+    age: float
+
+
+class Settings(NamedTuple):
+    """Numbers of the controller, the robot and the movers, as named in their parameters; SI units.
+
+    Attributes:
+        slowdown: speed per distance to the goal; infinite where the path ends at a frontier.
+    """
+
+    horizon: float
+    heading_gain: float
+    slowdown: float
+    radius: float
+    margin: float
+    caution: float
+    max_speed: float
+    comfort: float
+
+
+@njit(cache=True)
+def start_row(pose, twist, hits, radius):
+    """The way on that has not begun."""
+    row = np.zeros(COLUMNS)
+    row[X], row[Y], row[YAW], row[V], row[OMEGA] = pose[0], pose[1], pose[2], twist[0], twist[1]
+    row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
+    row[CLEARANCE] = clearance_within(pose[0], pose[1], hits, radius, WALL_ZONE)
+    row[CLOSEST] = row[CLEARANCE]
+    return row
+
+
+@njit(cache=True)
+def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
+    """The twist that a manoeuvre wants where the robot is."""
+    if kind == TWIST:
+        return a, b
+    if kind == HEADING:
+        error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
+        return turning_twist(error, b, gain, limits[1], limits[3])
+    k, last = int(row[WAY_POINT]), len(line) - 1
+    dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
+    if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
+        return 0.0, 0.0
+    error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
+    want_v, want_omega = turning_twist(error, a * limits[0], gain, limits[1], limits[3])
+    if k == last:
+        want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+    return want_v, want_omega
+
+
+@njit(cache=True)
+def _place(course, j, time):
+    """Where disc j is foreseen to be, and its velocity."""
+    at = min(time / COURSE_STEP, course.shape[1] - 1.001)
+    i = int(at)
+    share = at - i
+    dx, dy = course[j, i + 1, 0] - course[j, i, 0], course[j, i + 1, 1] - course[j, i, 1]
+    return course[j, i, 0] + share * dx, course[j, i, 1] + share * dy, dx / COURSE_STEP, dy / COURSE_STEP
+
+
+@njit(cache=True)
+def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, max_speed):
+    """Whether a robot that brakes fully now might be touched before it stands, with the discs where they are foreseen.
+
+    Checked half way in time and at the end.
+    """
+    if abs(v) < STANDING_SPEED:
+        return False
+    stop = abs(v) / limits[2]
+    for share in (0.5, 1.0):
+        t = share * stop
+        way = v * t - 0.5 * math.copysign(limits[2], v) * t * t
+        px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
+        for j in range(len(radius)):
+            disc_x, disc_y, vx, vy = _place(course, j, time)
+            dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
+            needed = distance + radius[j] + caution * max_speed * t
+            if dx * dx + dy * dy < needed * needed:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _held(x, y, yaw, v, standing, limits, distance, growth):
+    """Whether a robot that brakes fully from the next step on might be touched by what stands now, before it stands."""
+    if abs(v) < STANDING_SPEED:
+        return False
+    stop = abs(v) / limits[2]
+    for share in (0.5, 1.0):
+        t = share * stop
+        way = v * (t + STEP) - 0.5 * math.copysign(limits[2], v) * t * t
+        px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
+        needed = distance + growth * (t + STEP)
+        for j in range(len(standing)):
+            if (px - standing[j, 0]) ** 2 + (py - standing[j, 1]) ** 2 < needed * needed:
+                return True
+    return False
+
+
+@njit(cache=True)
+def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
+    """Continue a way on in place by one manoeuvre; it ends early where the robot is touched or explores on."""
+    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
+    course, radius, standing, age = discs
+    distance = settings.radius + settings.margin + FORESEEN_MARGIN
+    near, growth = settings.radius + settings.margin, settings.caution * settings.max_speed
+    last = len(line) - 1
+    for _ in range(steps):
+        time = age + row[SPENT]
+        x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
+        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
+        if _must_brake(x, y, yaw, v, course, radius, time, limits, distance, settings.caution, settings.max_speed):
+            want_v = 0.0
+        if _held(x, y, yaw, v, standing, limits, near, growth):
+            want_v = 0.0
+            row[HELD] = 1.0
+        x, y, yaw, v, omega, _ = foreseen_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
+        row[YAW], row[V], row[OMEGA] = yaw, v, omega
+        free = covers(star_center, star_bearing_0, star_values, x, y)
+        if not free:
+            row[REGION] = region_around(center, bearing_0, values, reach, int(row[REGION]), x, y)
+            free = row[REGION] >= 0
+        clearance = clearance_within(x, y, hits, settings.radius, WALL_ZONE)
+        if free or clearance > row[CLEARANCE]:
+            row[X], row[Y], row[CLEARANCE] = x, y, clearance
+            row[CLOSEST] = min(row[CLOSEST], clearance)
+            row[WAY_POINT] = next_way_point(line, int(row[WAY_POINT]), x, y)
+        else:
+            row[V] = 0.0
+            x, y = row[X], row[Y]
+        row[SPENT] += STEP
+        time = age + row[SPENT]
+        touched = False
+        for j in range(len(radius)):
+            disc_x, disc_y, _, _ = _place(course, j, time)
+            away = math.hypot(x - disc_x, y - disc_y) - settings.radius - radius[j]
+            worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
+            row[LEAST] = min(row[LEAST], worth)
+            if worth < settings.comfort:
+                share = 1.0 - max(worth, 0.0) / settings.comfort
+                row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / settings.horizon))
+            touched = touched or away < 0.0
+        if touched:
+            row[ENDED] = 1.0
+            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / settings.horizon))
+            return
+        k = int(row[WAY_POINT])
+        if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
+            row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
+            if settings.slowdown == np.inf:  # at a frontier, where it will go on
+                row[ENDED] = 1.0
+                return
+
+
+@njit(cache=True)
+def way_cost(row, line, left, limits):
+    """What a way on costs up to here, and what it takes to the goal, without the change of the twist, s.
+
+    `left` are the times from each way point of the line on, as from `times_left`.
+    """
+    cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
+    if row[ARRIVAL] < np.inf:  # it has been there, wherever it goes to make way
+        return cost + row[ARRIVAL]
+    k = int(row[WAY_POINT])
+    return cost + row[SPENT] + time_to_go(line, left, k, row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)

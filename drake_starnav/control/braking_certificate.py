@@ -1,0 +1,147 @@
+"""The braking certificate: a twist is sent only if the robot can still stop inside what it has seen.
+
+Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for
+one control period and then brakes as hard as its limits allow in both speed and turning rate, then no point of that
+motion brings a static obstacle that the scans have hit nearer to the robot's centre than its radius, provided that
+ (1) the world is static,
+ (2) the sensing and localisation error, plus half the distance between two samples of the simulated motion (at most
+     SAMPLE_SPACING / 2), is at most the safety margin,
+ (3) the robot keeps the simulated accelerations, and starts from the twist that was last commanded,
+ (4) a command takes effect after the declared delay, which is at most one control period.
+To keep (3), a motion in which the wheels would slide is not accepted; see `slides`.
+When nothing can be certified the command is to brake: the robot then follows the tail of the motion that was
+certified last, so by induction it never touches anything. Turning on the spot is always allowed at a speed from which
+the robot stops within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.heading_controller import limited, ramped, slides
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import covers
+from drake_starnav.robot import RobotParameters
+
+SAMPLE_SPACING = 0.008
+"""Largest distance between two samples of the simulated motion, m."""
+LONGEST_STEP = 0.04
+"""Longest time step of the simulated motion, s."""
+STOPPED_DISTANCE = 0.001
+"""A robot that stops within this distance counts as standing, m."""
+SPEED_SHARES = np.array([1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0])
+"""Speeds that are tried, as shares of the desired one, with the desired turning rate."""
+TURN_SHARES = np.array([0.5, 0.0, -0.5])
+"""Turning rates that are tried next, as shares of the desired one, with half the desired speed or none."""
+
+
+def limits_array(robot: RobotParameters) -> np.ndarray:
+    """The robot's limits as the compiled loops take them, shape (4,): v_max, omega_max, a_max, alpha_max."""
+    return np.array(
+        (robot.max_speed, robot.max_yaw_rate, robot.max_acceleration, robot.max_yaw_acceleration), dtype=float
+    )
+
+
+def certified_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    star: SafetyStar,
+    delay: float = 0.0,
+) -> tuple[float, float, bool]:
+    """The certified twist nearest to the desired one in the order of SPEED_SHARES and TURN_SHARES.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        hold: how long it is followed before the robot brakes, s.
+        limits: as from `limits_array`.
+        star: what the last scans certify.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
+
+    Returns:
+        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
+    """
+    return _certified_twist(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values)
+
+
+def braking_path(
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray
+) -> np.ndarray:
+    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands.
+
+    Arguments as for `certified_twist`.
+    """
+    return _braking_path(*pose, *twist, *desired, hold, limits)
+
+
+@njit(cache=True)
+def simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits):
+    """One step of the simulated motion: towards the wanted twist while time is `left`, then full braking.
+
+    A step is so short that the robot moves at most SAMPLE_SPACING, or reaches the end of the hold.
+    """
+    fastest = abs(v)
+    if left > 0.0:
+        fastest = max(fastest, abs(want_v))
+    h = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9))
+    if left > 0.0:
+        h = min(h, left)
+        left -= h
+        if left < 1e-9:
+            left = 0.0
+    else:
+        want_v = want_omega = 0.0
+    before = v
+    v = ramped(v, want_v, limits[2] * h)
+    omega = ramped(omega, want_omega, limits[3] * h)
+    # distances are never underestimated: the faster end of the step counts
+    travelled = (before if abs(before) > abs(v) else v) * h
+    middle = yaw + 0.5 * omega * h
+    return x + travelled * math.cos(middle), y + travelled * math.sin(middle), yaw + omega * h, v, omega, left
+
+
+@njit(cache=True)
+def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
+    """Whether a twist, held for `hold` seconds after the delay and followed by full braking, stays inside the star."""
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
+    while delay > 0.0:
+        x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
+        if not covers(center, bearing_0, values, x, y):
+            return False
+    while True:
+        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        if slides(v, omega, limits) or not covers(center, bearing_0, values, x, y):
+            return False
+        if hold <= 0.0 and abs(v) < 1e-9:
+            return True
+
+
+@njit(cache=True)
+def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
+    for share in SPEED_SHARES:
+        tried = want_v * share
+        if stops_inside(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, center, bearing_0, values):
+            return tried, want_omega, True
+    for turn in TURN_SHARES:
+        for share in (0.5, 0.0):
+            tried = want_v * share
+            slower = want_omega * turn
+            if stops_inside(x, y, yaw, v, omega, tried, slower, hold, delay, limits, center, bearing_0, values):
+                return tried, slower, True
+    standing = v * v <= 2.0 * limits[2] * STOPPED_DISTANCE
+    return 0.0, want_omega if standing else 0.0, False
+
+
+@njit(cache=True)
+def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
+    points = [(x, y, yaw)]
+    while hold > 0.0 or abs(v) > 1e-9:
+        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+        points.append((x, y, yaw))
+    return np.array(points)

@@ -1,0 +1,110 @@
+"""Both certificates at once: against what stays, as the controller's parameters choose it, and against what moves."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking_certificate import stops_inside
+from drake_starnav.control.moving_certificate import stays_clear_of
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.point_certificate import (
+    ESCAPE_CLEARANCE,
+    KnownHits,
+    clearance_at,
+    keeps_clear,
+    needed_distances,
+)
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.parameters import MoverParameters
+
+NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
+"""Which certificate holds against what stays; none accepts anything while nothing was seen."""
+
+
+class Standard(NamedTuple):
+    """What the certificates hold a command against.
+
+    Attributes:
+        kind: NONE, BY_STAR, BY_POINTS or UNSEEN.
+        hold, delay: how long a command is followed, and after what time, s.
+        margin, margin_per_speed: to what stays, m and s.
+        distance: to what moves, from the robot's centre, m.
+        center, bearing_0, values: of the safety star.
+        hits: what stays, as it was hit.
+    """
+
+    kind: int
+    hold: float
+    delay: float
+    margin: float
+    margin_per_speed: float
+    distance: float
+    center: np.ndarray
+    bearing_0: float
+    values: np.ndarray
+    hits: KnownHits
+
+
+def standards(
+    star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, movers: MoverParameters
+) -> Standard:
+    """The standard that the parameters ask for, with what the last scans certify."""
+    if not controller.certificate:
+        kind = NONE
+    elif not star.seen:
+        kind = UNSEEN
+    else:
+        kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
+    needed = needed_distances(star.half_gaps, robot.radius)
+    return Standard(
+        kind=kind,
+        hold=1.0 / controller.rate,
+        delay=float(controller.delay),
+        margin=float(controller.safety_margin),
+        margin_per_speed=float(controller.margin_per_speed),
+        distance=float(robot.radius + movers.margin),
+        center=star.center,
+        bearing_0=star.bearing_0,
+        values=star.values,
+        hits=KnownHits(star.hits, needed, star.center, float(star.reach - robot.radius)),
+    )
+
+
+@njit(cache=True)
+def accepted(x, y, yaw, v, omega, want_v, want_omega, limits, standard, rows, age):
+    """Whether both certificates accept a twist; `rows` as from `threats`, `age` of the scan that they are of, s."""
+    hold, delay, distance = standard.hold, standard.delay, standard.distance
+    return stays_clear_of(
+        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age
+    ) and stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard)
+
+
+@njit(cache=True)
+def first_accepted(x, y, yaw, v, omega, twists, limits, standard, rows, age):
+    """Index of the first of some twists (n, 2) that both certificates accept, or -1; else as for `accepted`."""
+    for k in range(len(twists)):
+        if accepted(x, y, yaw, v, omega, twists[k, 0], twists[k, 1], limits, standard, rows, age):
+            return k
+    return -1
+
+
+@njit(cache=True)
+def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
+    """Whether a twist passes the certificate against what stays.
+
+    A robot that is outside of the safety star, next to a wall, must not come nearer to any hit than it is now.
+    """
+    kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = standard
+    if kind in (NONE, UNSEEN):
+        return kind == NONE
+    if kind == BY_STAR and stops_inside(
+        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values
+    ):
+        return True
+    enough = margin + per_speed * abs(want_v)
+    if kind == BY_STAR:
+        enough = min(enough, clearance_at(x, y, known.hits, known.needed))
+    enough = max(enough, ESCAPE_CLEARANCE)
+    return keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough)

@@ -1,0 +1,57 @@
+"""Past a wall that is too near: the bearing next to the guiding vector along which the certificate allows motion."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import covers
+
+OPEN_WAY = 0.02
+"""A bearing is open where the safety star contains the robot's way along it as far as this, m."""
+SAMPLES = 4
+"""Places on that way that are looked at."""
+STEP = math.radians(2.0)
+"""Bearings are tried so far apart; an open one counts only if the next is open too: else noise may shut it again."""
+
+
+def swerved(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
+    """The direction if it is open, else the nearest open one up to `limit` to either side; itself if there is none.
+
+    Ranges err, and of many hits the nearest errs most. Once one of them lies within the certificate's distance of a
+    robot beside a wall, no motion along that wall is certified. A few degrees off the wall all may be free, but between
+    two walls the near-wall term does not lead there: the robot would stand.
+
+    Args:
+        position: of the robot, shape (2,), W, m.
+        direction: unit vector, shape (2,), W.
+        star: what the last scans certify.
+        limit: largest turn, rad.
+    """
+    angle = math.atan2(direction[1], direction[0])
+    turn = _turn(position[0], position[1], angle, star.center, star.bearing_0, star.values, limit)
+    return direction if turn == 0.0 else np.array((math.cos(angle + turn), math.sin(angle + turn)))
+
+
+@njit(cache=True)
+def _open(x, y, angle, center, bearing_0, values):
+    ux, uy = math.cos(angle), math.sin(angle)
+    for k in range(1, SAMPLES + 1):
+        way = OPEN_WAY * k / SAMPLES
+        if not covers(center, bearing_0, values, x + way * ux, y + way * uy):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _turn(x, y, angle, center, bearing_0, values, limit):
+    """The least turn to an open bearing, rad; 0 where none is needed, or none found."""
+    if _open(x, y, angle, center, bearing_0, values):
+        return 0.0
+    for k in range(1, int(limit / STEP) + 1):
+        for step in (STEP, -STEP):
+            turned = angle + k * step
+            if _open(x, y, turned, center, bearing_0, values) and _open(x, y, turned + step, center, bearing_0, values):
+                return k * step
+    return 0.0

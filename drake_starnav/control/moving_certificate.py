@@ -1,0 +1,152 @@
+"""The braking certificate in time: a twist is sent only if the robot can stop before what moves can reach it.
+
+Guarantee. With caution 1: if a command is accepted, and the robot keeps its last twist for a declared delay, follows
+the command for one control period and then brakes as hard as its limits allow, then until it stands nothing that moves
+has come nearer to its centre than its radius, provided that
+ (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it has done before,
+ (2) it is seen, or hidden behind what is seen: nothing comes from outside of the lidar's view, or out of nowhere, and
+ (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
+A place q at the time of the scan is taken to be anywhere within
+
+    | p - q - (1 - c) u t | <= c g t        u its track's velocity, g = max_speed
+
+a time t later, with the caution c. With c = 1 that is all directions. The places are
+
+    hits of tracks                              trusted by 1 - c to go on with u
+    hits that neither are tracked nor stand     c = 1: nothing is known to trust in
+    hits on what stands and is small enough     u = 0: it may start
+    the edges of where no beam has looked       u = 0: something may come out
+
+What is part of a convex surface wider than 2 max_radius stays where it is (`surfaces`). What may hit the robot while it
+stands is beyond any certificate.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking_certificate import simulated_step
+from drake_starnav.control.heading_controller import limited
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.occlusions import HIDDEN_SPACING
+from drake_starnav.tracking.parameters import MoverParameters
+
+STANDING_SPEED = 0.005
+"""A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
+`trajectory_metrics.STANDING`, which is about the body."""
+X, Y, VX, VY, GROWTH, RADIUS = range(6)
+"""Columns of what the robot must keep clear of."""
+
+
+def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
+    """What a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
+
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius. A track that
+    counts but is not in view is a disc where it is foreseen, besides what its hiding place may let out.
+
+    Args:
+        tracks: of the last scan.
+        parameters: what is declared.
+    """
+    trusted = tracks.counted & tracks.settled
+    known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
+    lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
+    cautious = parameters.caution * parameters.max_speed
+    moving = (1.0 - parameters.caution) * tracks.velocity
+    still = np.zeros(2)
+    rows = [
+        _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
+        _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
+        _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
+    ]
+    if cautious > 0.0:  # else they stay, and the other certificate is about them
+        rows.append(_rows(tracks.standing, still, cautious, 0.0))
+        rows.append(_rows(tracks.hidden, still, cautious, 0.5 * HIDDEN_SPACING))
+    return np.vstack(rows)
+
+
+def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.ndarray | float) -> np.ndarray:
+    rows = np.empty((len(places), 6))
+    rows[:, :VX], rows[:, VX:GROWTH] = places, velocity
+    rows[:, GROWTH], rows[:, RADIUS] = growth, radius
+    return rows
+
+
+def near(rows: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
+    """The threats whose edge is within `reach` (m) of a place (2,)."""
+    away = np.hypot(rows[:, X] - position[0], rows[:, Y] - position[1]) - rows[:, RADIUS]
+    return rows[away < reach]
+
+
+def stays_clear(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: np.ndarray,
+    rows: np.ndarray,
+    distance: float,
+    age: float,
+    delay: float = 0.0,
+) -> bool:
+    """Whether nothing that moves can touch the robot while it follows `desired` for `hold` seconds and then brakes.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        hold: how long it is followed, s.
+        limits: as from `braking_certificate.limits_array`.
+        rows: as from `threats`.
+        distance: radius of the robot and margin, m.
+        age: time since the scan that the threats are of, s.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
+    """
+    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, rows, distance, age))
+
+
+@njit(cache=True)
+def _clearance(x, y, rows, distance, time):
+    """Least distance to what may be anywhere at a time, less what the robot needs, m."""
+    least = np.inf
+    for k in range(len(rows)):
+        dx, dy = x - rows[k, X] - rows[k, VX] * time, y - rows[k, Y] - rows[k, VY] * time
+        least = min(least, math.sqrt(dx * dx + dy * dy) - rows[k, RADIUS] - rows[k, GROWTH] * time)
+    return least - distance
+
+
+@njit(cache=True)
+def _fastest(rows):
+    most = 0.0
+    for k in range(len(rows)):
+        most = max(most, math.hypot(rows[k, VX], rows[k, VY]) + rows[k, GROWTH])
+    return most
+
+
+@njit(cache=True)
+def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age):
+    """Samples are left out while neither side can have used up the clearance that the last one had."""
+    if len(rows) == 0:
+        return True
+    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
+    fastest = _fastest(rows)
+    spare, time = 0.0, age
+    while True:
+        before_x, before_y, left = x, y, delay if delay > 0.0 else hold
+        before_v = v
+        if delay > 0.0:
+            x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
+            step = left - delay
+        else:
+            x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+            step = left - hold if left > 0.0 else abs(before_v - v) / limits[2]
+        time += step
+        spare -= math.hypot(x - before_x, y - before_y) + fastest * step
+        stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < STANDING_SPEED
+        if spare <= 0.0 or stopped:
+            spare = _clearance(x, y, rows, distance, time)
+            if spare < 0.0 and max(abs(v), abs(before_v)) >= STANDING_SPEED:
+                return False
+        if stopped:
+            return True

@@ -1,0 +1,197 @@
+"""From guidance to a twist of the differential drive: the controller as a pure step."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.control.braking_certificate import certified_twist, limits_array
+from drake_starnav.control.free_heading import swerved
+from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
+from drake_starnav.control.look_ahead import look_ahead
+from drake_starnav.control.modulation import (
+    limited_turn,
+    modulated_direction,
+    near_wall_direction,
+    nearest_point_direction,
+)
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
+from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
+from drake_starnav.robot import RobotParameters
+
+GOAL_REACHED = 0.02
+"""A robot this near to a goal where it shall stop drives no farther, m."""
+LOOK_AHEAD_SPARE = 0.004
+"""A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
+LEAST_SHARE = 0.8
+"""Where the certificate ends, the near-wall term has at least this share: every guiding vector leads off the wall."""
+TURNING_TIMES = 2.0
+"""The push off a wall leads no farther aside than across the near-wall zone in so many times 1 / heading_gain, in which
+the robot turns back; else it would sway between the walls of a narrow passage."""
+PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
+"""The paper's gains."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the controller decides in one period.
+
+    Attributes:
+        twist: (v, omega) to be reached by the end of the period, within the limits, m/s and rad/s.
+        guiding_vector: unit vector, shape (2,), W; zero when there is nowhere to go.
+        certified: whether some motion passed the certificate (or it is switched off).
+        errors: (v, heading) errors, for the derivative terms of the next period.
+    """
+
+    twist: np.ndarray
+    guiding_vector: np.ndarray
+    certified: bool
+    errors: np.ndarray
+
+
+def guiding_vector(
+    position: np.ndarray,
+    path: np.ndarray,
+    regions: RegionStack,
+    hits: np.ndarray,
+    parameters: ControllerParameters,
+    robot_radius: float,
+    speed: float = 0.0,
+) -> tuple[np.ndarray, float]:
+    """Unit vector to follow, shape (2,), W, and the distance to the short-term goal, m.
+
+    Args:
+        position: of the robot, shape (2,), W, m.
+        path: shape (k, 2), way points ahead, W, m.
+        regions: around the robot.
+        hits: close to the robot, shape (n, 2), W, m.
+        parameters: modulation, near-wall and nearest-point terms.
+        robot_radius: m.
+        speed: of the robot, m/s.
+    """
+    ahead = path[0]
+    for ahead in path:
+        offset = ahead - position
+        distance = math.hypot(offset[0], offset[1])
+        if distance > PASSED_DISTANCE:
+            break
+    if distance < 1e-6:
+        return np.zeros(2), 0.0
+    guide = offset / distance
+    direction = guide
+    if parameters.modulation and distance > parameters.modulation_distance:
+        direction = modulated_direction(position, guide, regions, parameters)
+        limited = limited_turn(guide, direction, parameters.max_bend)
+        if limited is not direction and segment_covered(*regions.arrays, *position, *ahead, LINE_STEP):
+            direction = limited
+    if parameters.nearest_point_term != "none":
+        rho, away = parameters.nearest_point_distance, parameters.nearest_point_term == "away"
+        direction = nearest_point_direction(position, direction, guide, hits, robot_radius, rho, away)
+    if parameters.near_wall_term:
+        zone = parameters.near_wall_zone
+        push = zone / max(TURNING_TIMES / parameters.heading_gain * abs(speed), zone)
+        radius = near_wall_radius(parameters, robot_radius)
+        direction = near_wall_direction(position, direction, hits, radius, zone, push)
+    return direction, distance
+
+
+def near_wall_radius(parameters: ControllerParameters, robot_radius: float) -> float:
+    """The radius that clearance in the near-wall zone is measured from, m.
+
+    With a safety margin that fills the zone, the robot would stand where nothing is certified before it is led away.
+    """
+    return robot_radius + max(parameters.safety_margin - (1.0 - LEAST_SHARE) * parameters.near_wall_zone, 0.0)
+
+
+def control_step(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    guidance: Guidance,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> Command:
+    """One period of the controller: guiding vector, twist, certificate, ramp.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        errors: from the last command.
+        guidance: where to go.
+        star: what the last scans certify.
+        parameters: of the controller.
+        robot: its size and limits.
+    """
+    direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
+    period = 1.0 / parameters.rate
+    accepted = True
+    if parameters.certificate and parameters.certified_by == "points":
+        v, omega, accepted = clear_twist(pose, twist, desired, direction, star, parameters, robot)
+        desired = np.array((v, omega))
+    elif parameters.certificate:
+        v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
+        desired = np.array((v, omega))
+    return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
+
+
+def desired_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    guidance: Guidance,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Guiding vector, the twist that follows it before anything is certified, and the errors for the next period.
+
+    Arguments as for `control_step`.
+    """
+    direction, distance = np.zeros(2), 0.0
+    desired = np.zeros(2)
+    clearance = math.inf
+    path = guidance.path if guidance.left(pose[:2]) > GOAL_REACHED else guidance.path[:0]
+    last = len(path) == 1
+    if len(path) and parameters.look_ahead > 0.0:
+        needed = needed_distances(star.half_gaps, robot.radius)
+        least = parameters.safety_margin + LOOK_AHEAD_SPARE
+        ahead, clearance, last = look_ahead(pose[:2], path, star.hits, needed, parameters.look_ahead, least)
+        path = ahead[None, :]
+    if len(path):
+        direction, distance = guiding_vector(
+            pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius, robot.max_speed
+        )
+    if direction.any():
+        if parameters.certificate and parameters.certified_by == "star":
+            direction = swerved(pose[:2], direction, star, parameters.max_swerve)
+        heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
+        stop_at = distance if guidance.arrives and last else math.inf
+        if robot.speed_per_clearance > 0.0:
+            needed = needed_distances(star.half_gaps, robot.radius)
+            clearance = min(clearance, float(clearance_at(pose[0], pose[1], star.hits, needed)))
+        if parameters.tracking == "law":
+            desired = turning_law(heading, robot.max_speed, parameters, robot)
+            slowest = parameters.goal_slowdown * stop_at + CREEP_SPEED
+            desired[0] = min(desired[0], robot.speed_limit(clearance), slowest)
+        else:
+            desired, errors = _pid(heading, twist, errors, 1.0 / parameters.rate)
+    return direction, desired, errors
+
+
+def _pid(heading: float, twist: np.ndarray, errors: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """The paper's low-level controller, u = kp e + kd de/dt, with v_ref = min(1, 0.5 / |heading error|).
+
+    Without an integral term the speed settles at v_ref kp / (1 + kp), a third of v_ref.
+
+    Source: paper, section IV; gains of its authors.
+    """
+    reference = min(1.0, 0.5 / max(abs(heading), 1e-6))
+    error = np.array((reference - twist[0], heading))
+    rate = (error - errors) / period
+    v = PID["kp_v"] * error[0] + PID["kd_v"] * rate[0]
+    omega = PID["kp_w"] * error[1] + PID["kd_w"] * rate[1]
+    return np.array((v, omega)), error

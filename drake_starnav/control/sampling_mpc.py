@@ -1,0 +1,259 @@
+"""Predictive control by sampling: among many certified twists, the one whose foreseen motion is best.
+
+The candidates are a lattice over the robot's speeds and turning rates, the twist of the law in `path_following.py`, the
+present twist, and the present turning rate alone. Each is foreseen: held for a while, then the robot heads for the next
+way point as the law does, v = v_max cos^3(error), omega = gain error; a step that would leave known free space is not
+taken, and the robot only turns. In seconds,
+
+    cost = min over t of [ t + T(t) + (w_c / v_max) int_0^t (1 - c/zone)_+^2 ds ]
+           + w_s |v' - v|/v_max + w_s |omega' - omega|/omega_max,   horizon/2 <= t <= horizon
+
+T, the time to go: the path that is left at full speed, and what is lost until the robot heads along it at full speed,
+for the present heading and at each corner (`heading_loss`). c is the clearance, (v', omega') the candidate, (v, omega)
+the present twist. Three properties keep the robot from waiting for ever where the way is narrow:
+ (1) a metre near walls costs, not a moment: with w_c < 1 passing is always cheaper than standing;
+ (2) T does not jump where a corner is passed, and counts the time to get going;
+ (3) a motion counts by its best moment in the second half of the horizon, so that a setback of the foreseen motion
+     near the horizon is no reason to begin it later.
+The candidates are certified in the order of their cost until one passes; if none does, the law's twist goes through
+the certificate as it would without prediction.
+"""
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.control.braking_certificate import certified_twist, limits_array, stops_inside
+from drake_starnav.control.heading_controller import CREEP_SPEED, gripped, limited_twist, turning_twist, wrapped_angle
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.path_following import Command, desired_twist
+from drake_starnav.control.rollout import (
+    ARRIVED,
+    KnownSpace,
+    clearance_within,
+    foreseen_step,
+    next_way_point,
+    region_around,
+    time_to_go,
+    times_left,
+)
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack, covers, segment_covered
+from drake_starnav.robot import RobotParameters
+
+TURN_EXPONENT = 1.5
+"""The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
+SIGHT_STEP = 0.05
+"""Sampling of lines of sight inside the union of regions, m."""
+SIGHT_HALVINGS = 6
+"""Bisections of a segment in search of the last point in sight."""
+IN_SIGHT, ROUND_A_CORNER, HIDDEN = 0, 1, 2
+"""What the robot sees of its next way point."""
+
+
+class _Settings(NamedTuple):
+    """What the cost depends on, as named in the parameters of the controller; SI units."""
+
+    horizon: float
+    step: float
+    hold: float
+    heading_gain: float
+    slowdown: float
+    radius: float
+    margin: float
+    zone: float
+    clearance_weight: float
+    change_weight: float
+
+
+def predictive_step(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    errors: np.ndarray,
+    guidance: Guidance,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> Command:
+    """One period of the controller, as `path_following.control_step` and with its arguments."""
+    direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
+    ahead = Guidance.none() if guidance.left(pose[:2]) < ARRIVED else guidance
+    v, omega, accepted = predictive_twist(pose, twist, desired, ahead, star, parameters, robot)
+    desired = np.array((v, omega))
+    return Command(limited_twist(twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
+
+
+def predictive_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    reactive: np.ndarray,
+    guidance: Guidance,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> tuple[float, float, bool]:
+    """The certified candidate with the least cost.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        reactive: (v, omega) that the law wants; it is what remains where there is no way point in sight.
+        guidance: where to go.
+        star: what the last scans certify.
+        parameters: of the controller.
+        robot: its size and limits.
+
+    Returns:
+        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
+    """
+    limits, period = limits_array(robot), 1.0 / parameters.rate
+    seen = path_in_sight(pose[:2], guidance.path, guidance.regions) if len(guidance.path) else None
+    if seen is not None:
+        twists = candidates(twist, reactive, parameters, robot)
+        cost = foreseen_costs(twists, pose, twist, dataclasses.replace(guidance, path=seen), star, parameters, robot)
+        for k in np.argsort(cost, kind="stable"):
+            v, omega = float(twists[k, 0]), float(twists[k, 1])
+            if not parameters.certificate or stops_inside(
+                *pose, *twist, v, omega, period, parameters.delay, limits, star.center, star.bearing_0, star.values
+            ):
+                return v, omega, True
+    if not parameters.certificate:
+        return float(reactive[0]), float(reactive[1]), True
+    return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)
+
+
+def candidates(
+    twist: np.ndarray, reactive: np.ndarray, parameters: ControllerParameters, robot: RobotParameters
+) -> np.ndarray:
+    """The sampled twists, shape (n, 2), (v, omega): at equal cost the earlier one is taken, the law's first."""
+    speeds = np.linspace(0.0, robot.max_speed, parameters.speed_samples)
+    share = np.linspace(-1.0, 1.0, parameters.turn_samples)
+    turns = robot.max_yaw_rate * np.sign(share) * np.abs(share) ** TURN_EXPONENT
+    lattice = np.column_stack((np.repeat(speeds, len(turns)), np.tile(turns, len(speeds))))
+    fastest = gripped(robot.max_acceleration) / np.maximum(lattice[:, 0], 1e-9)
+    lattice[:, 1] = np.clip(lattice[:, 1], -fastest, fastest)
+    return np.vstack((reactive, twist, (0.0, twist[1]), lattice))
+
+
+def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) -> np.ndarray | None:
+    """The path with a way point in front that the robot sees inside the union of regions, shape (k, 2).
+
+    The robot may have left the line on which it saw the next way point. If a region contains both, its centre sees
+    both, and the way over the centre is pulled taut; if none does, the result is None.
+    """
+    sight, x, y = _corner(*position, *path[0], *regions.arrays)
+    if sight == HIDDEN:
+        return None
+    return path if sight == IN_SIGHT else np.vstack(((x, y), path))
+
+
+def foreseen_costs(
+    twists: np.ndarray,
+    pose: np.ndarray,
+    twist: np.ndarray,
+    guidance: Guidance,
+    star: SafetyStar,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> np.ndarray:
+    """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
+    limits = limits_array(robot)
+    line = np.vstack((pose[:2], guidance.path))
+    settings = _Settings(
+        horizon=parameters.horizon,
+        step=parameters.prediction_step,
+        hold=parameters.prediction_hold,
+        heading_gain=parameters.heading_gain,
+        slowdown=parameters.goal_slowdown if guidance.arrives else np.inf,
+        radius=robot.radius,
+        margin=parameters.safety_margin,
+        zone=parameters.clearance_zone,
+        clearance_weight=parameters.clearance_weight,
+        change_weight=parameters.change_weight,
+    )
+    settings = _Settings._make(map(float, settings))  # a whole number would have all compiled again
+    known = KnownSpace.of(guidance.regions, star)
+    return _foreseen_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
+
+
+@njit(cache=True)
+def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
+    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
+    step, radius, zone = settings.step, settings.radius, settings.zone
+    v_max, omega_max, last = limits[0], limits[1], len(line) - 1
+    steps = int(math.ceil(settings.horizon / step - 1e-9))
+    cost = np.empty(len(twists))
+    clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
+    for c in range(len(twists)):
+        x, y, yaw, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
+        k, region = 1, -1
+        clearance, near_walls, best = clearance_now, 0.0, np.inf
+        for i in range(steps):
+            dx, dy = line[k, 0] - x, line[k, 1] - y
+            if i * step < settings.hold - 1e-9:
+                want_v, want_omega = twists[c, 0], twists[c, 1]
+            else:
+                error = wrapped_angle(math.atan2(dy, dx) - yaw)
+                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, omega_max, limits[3])
+            if k == last:
+                want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+            next_x, next_y, yaw, v, omega, travelled = foreseen_step(
+                x, y, yaw, v, omega, want_v, want_omega, step, limits
+            )
+            free = covers(star_center, star_bearing_0, star_values, next_x, next_y)
+            if not free:
+                region = region_around(center, bearing_0, values, reach, region, next_x, next_y)
+                free = region >= 0
+            next_clearance = clearance_within(next_x, next_y, hits, radius, zone)
+            if free and (next_clearance >= settings.margin or next_clearance >= clearance):
+                x, y, clearance = next_x, next_y, next_clearance
+                near_walls += abs(travelled) * (1.0 - clearance / zone) ** 2
+                k = next_way_point(line, k, x, y)
+            else:
+                v = 0.0
+            spent = (i + 1) * step - settings.horizon + settings.clearance_weight * near_walls / v_max
+            if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
+                best = min(best, spent)
+                break
+            if 2 * (i + 1) >= steps:
+                best = min(best, spent + time_to_go(line, left, k, x, y, yaw, v, omega, limits))
+        change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
+        cost[c] = best + settings.change_weight * change
+    return cost
+
+
+@njit(cache=True)
+def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
+    """What (x, y) sees of the way point ahead, and the first place to head for."""
+    if segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, SIGHT_STEP):
+        return IN_SIGHT, ahead_x, ahead_y
+    shortest, best = np.inf, -1
+    for k in range(len(reach)):
+        over = math.hypot(center[k, 0] - x, center[k, 1] - y)
+        over += math.hypot(center[k, 0] - ahead_x, center[k, 1] - ahead_y)
+        seen = covers(center[k], bearing_0[k], values[k], x, y)
+        if over < shortest and seen and covers(center[k], bearing_0[k], values[k], ahead_x, ahead_y):
+            shortest, best = over, k
+    if best < 0:
+        return HIDDEN, ahead_x, ahead_y
+    px, py = _farthest_seen(x, y, center[best, 0], center[best, 1], ahead_x, ahead_y, center, bearing_0, values, reach)
+    px, py = _farthest_seen(ahead_x, ahead_y, px, py, x, y, center, bearing_0, values, reach)
+    return ROUND_A_CORNER, px, py
+
+
+@njit(cache=True)
+def _farthest_seen(x, y, ax, ay, bx, by, center, bearing_0, values, reach):
+    """The farthest point that (x, y) sees on the way from a, which it sees, to b, which it does not."""
+    low, high = 0.0, 1.0
+    for _ in range(SIGHT_HALVINGS):
+        share = 0.5 * (low + high)
+        px, py = ax + share * (bx - ax), ay + share * (by - ay)
+        if segment_covered(center, bearing_0, values, reach, x, y, px, py, SIGHT_STEP):
+            low = share
+        else:
+            high = share
+    return ax + low * (bx - ax), ay + low * (by - ay)

@@ -1,0 +1,79 @@
+"""Trials on a Dask cluster: one that runs somewhere, or one of this machine's processes."""
+
+import logging
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
+from typing import Any
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.trial_file import versions
+from drake_starnav.evaluation.workers import Pool
+
+LOCAL = "local"
+"""Stands for an address: the cluster is started here, and ended afterwards."""
+LOOPBACK = "127.0.0.1"
+"""Whatever a local cluster listens for, no other machine can reach: whoever can may run code in it."""
+CONNECT_TIMEOUT = 5.0
+"""A scheduler that does not answer for so long is not there, s."""
+WORKERS_TIMEOUT = 30.0
+"""So long is waited for the first worker, s."""
+LEAST_IN_FLIGHT = 1000
+"""So many trials at least wait at the scheduler: a cluster that grows finds work."""
+
+
+@contextmanager
+def dask_pool(address: str, count: int) -> Iterator[Pool]:
+    """Workers of a Dask cluster. A trial whose worker is lost is run by another, at the scheduler's order.
+
+    Args:
+        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`; `LOCAL` for a cluster of this machine's processes.
+        count: number of workers, if the cluster is a local one.
+
+    Raises:
+        StarnavError: Dask is not installed, there is no cluster at the address, it has no workers, or they run
+            other versions than this process.
+    """
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise StarnavError("Dask is not installed; allowed: pip install 'drake-starnav[cluster]'") from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with ExitStack() as stack:
+        target: Any = address
+        if address == LOCAL:
+            cluster = LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                host=LOOPBACK,
+                dashboard_address=f"{LOOPBACK}:0",
+                silence_logs=logging.CRITICAL,
+            )
+            target = stack.enter_context(cluster)
+        try:
+            client = stack.enter_context(Client(target, timeout=CONNECT_TIMEOUT))
+        except Exception as error:  # of any kind, if what answers speaks another protocol
+            reason = error if isinstance(error, (OSError, ValueError)) else "something else answers"
+            raise StarnavError(
+                f"--dask {address}: no Dask scheduler there ({reason}); allowed: {LOCAL}, or the address of a running "
+                "one, e.g. tcp://10.0.0.1:8786"
+            ) from None
+        threads = _check_workers(client, address)
+        executor = client.get_executor(pure=False)
+        yield Pool(lambda: nullcontext(executor), max(2 * threads, LEAST_IN_FLIGHT))
+
+
+def _check_workers(client: Any, address: str) -> int:
+    """The number of the workers' threads; raises `StarnavError` unless every worker runs the same code as this."""
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
+        found = client.run(versions)
+    except TimeoutError:
+        raise StarnavError(f"--dask {address}: the scheduler has no workers; allowed: at least one") from None
+    except ImportError as error:
+        raise StarnavError(f"--dask {address}: {error} on a worker; allowed: the same installation as here") from None
+    here = versions()
+    for worker, there in found.items():
+        other = [f"{name} {there.get(name)}, here {value}" for name, value in here.items() if there.get(name) != value]
+        if other:
+            raise StarnavError(f"--dask {address}: worker {worker} has {'; '.join(other)}; allowed: the same versions")
+    return sum(client.nthreads().values())

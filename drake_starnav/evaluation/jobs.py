@@ -1,0 +1,149 @@
+"""One trial as text and numbers, which any process on any machine can run."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.scenario.schema import in_world, scenario_text
+
+Record = dict[str, Any]
+"""A finished trial as it stands in a file: the fields of a `Trial` and its number."""
+Key = tuple[str, str, int]
+"""What tells one trial of a file from another: scenario, method, number."""
+NEVER_RAN = ("error", "unsupported")
+"""Outcomes of trials that could not be run."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is repeated with other seeds: a scenario driven by a method.
+
+    Attributes:
+        scenario: its name.
+        method: its name.
+        text: the scenario as YAML with every parameter written out, the method's and the overrides in it.
+        source: what it was loaded by, a shipped scenario's name or a path.
+    """
+
+    scenario: str
+    method: str
+    text: str
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One trial to run: the `trial`-th of a case, with its own seed.
+
+    Attributes:
+        in_world: whether the trial's number is also that of its world, in place of the case's `world.id`.
+    """
+
+    case: Case
+    trial: int
+    seed: int
+    in_world: bool = False
+
+    @property
+    def key(self) -> Key:
+        """What tells it from the other trials of a file."""
+        return self.case.scenario, self.case.method, self.trial
+
+
+def trial_seed(seed: int, trial: int) -> int:
+    """The seed of one trial: the same alone or in a batch, however many trials and cases there are.
+
+    Args:
+        seed: of the batch, a whole number >= 0.
+        trial: its number, from 0.
+    """
+    return int(np.random.SeedSequence(entropy=seed, spawn_key=(trial,)).generate_state(1)[0])
+
+
+def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequence[str] = ()) -> list[Case]:
+    """Every scenario with every method.
+
+    Args:
+        scenarios: names of shipped scenarios, or paths to YAML files.
+        methods: see `drake_starnav.scenario.METHODS`.
+        overrides: "dotted.key=value" texts, laid over every scenario.
+
+    Raises:
+        StarnavError: as of `load_scenario`, or two cases could not be told apart by their names.
+    """
+    cases = []
+    for name in scenarios:
+        for method in methods:
+            scenario = load_scenario(name, method=method, overrides=overrides)
+            cases.append(Case(scenario.name, method, scenario_text(scenario), name))
+    names = [(case.scenario, case.method) for case in cases]
+    for scenario_name, method in names:
+        if names.count((scenario_name, method)) > 1:
+            raise StarnavError(
+                f"scenario {scenario_name} with method {method} is given twice; allowed: each once, under its own name"
+            )
+    return cases
+
+
+def check_worlds(cases: Sequence[Case], worlds: Sequence[int]) -> None:
+    """Raise `StarnavError` unless every case can be driven in each of the numbered worlds."""
+    for case in cases:
+        kind = parse_scenario(case.text, name=case.scenario, method=case.method).world
+        if not hasattr(kind, "check_numbers"):
+            raise StarnavError(
+                f"--worlds with scenario {case.scenario}, whose world !{type(kind).__name__} has no number; "
+                "allowed: scenarios with numbered worlds, as !Barn"
+            )
+        kind.check_numbers(worlds)
+
+
+def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, done: Collection[Key] = ()) -> list[Job]:
+    """The trials that are still to run, all cases in turn, so that an interrupted batch is a fair one.
+
+    Args:
+        cases: as of `make_cases`.
+        trials: how many of each case, or the numbers of the worlds to drive, one trial in each.
+        seed: of the batch.
+        done: keys of those that are not to be repeated.
+    """
+    in_world = not isinstance(trials, int)
+    numbers = range(trials) if isinstance(trials, int) else trials
+    jobs = [Job(case, trial, trial_seed(seed, trial), in_world) for trial in numbers for case in cases]
+    return [job for job in jobs if job.key not in done]
+
+
+def run_job(job: Job) -> Record:
+    """Run one trial; one that cannot be run is a record too, with the outcome `error` and a message.
+
+    A method that cannot be tried in the trial's world gives the outcome `unsupported`.
+    """
+    from drake_starnav.simulation import run_trial, trial_record  # late: only workers need Drake
+
+    try:
+        scenario = parse_scenario(job.case.text, name=job.case.scenario, method=job.case.method)
+        scenario = in_world(scenario, job.trial if job.in_world else None)
+        trial = run_trial(scenario, method=job.case.method, seed=job.seed)
+    except UnsupportedError as error:
+        return {**error_record(job, str(error)), "outcome": "unsupported"}
+    except StarnavError as error:
+        return error_record(job, str(error))
+    except Exception as error:  # a fault in one trial must not cost the others
+        return error_record(job, f"{type(error).__name__}: {error}")
+    world = {"world": job.trial} if job.in_world else {}
+    return {"trial": job.trial, **world, **trial_record(trial)}
+
+
+def error_record(job: Job, message: str) -> Record:
+    """The record of a trial that could not be run."""
+    return {
+        "trial": job.trial,
+        "scenario": job.case.scenario,
+        "method": job.case.method,
+        "seed": job.seed,
+        "outcome": "error",
+        "message": message,
+    }

@@ -1,0 +1,293 @@
+"""The report's plots, as SVG text: intervals, success against difficulty, trajectories."""
+
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.jobs import Record
+from drake_starnav.evaluation.report.intervals import ratio_interval
+from drake_starnav.evaluation.report.results import Results
+from drake_starnav.evaluation.summary import summarise, wilson_interval
+from drake_starnav.visualization.meshes import MOVERS
+from drake_starnav.worlds import World
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH = 11.0
+"""Of every plot, inches; a page shows an inch as 96 pixels."""
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A", "#707070")
+"""The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
+DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (4, 1, 1, 1)))
+PANELS_A_ROW = 4
+BINS = 5
+"""Worlds of about the same difficulty share one of so many bins."""
+LEAST_IN_BIN = 5
+"""Fewer worlds make fewer bins."""
+DETAILED = 300
+"""A world with more outlines is drawn as pixels, to keep the page small."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A figure with its interval; `text` is written beside it."""
+
+    value: float
+    low: float
+    high: float
+    text: str
+
+
+def new_figure(height: float, width: float = WIDTH) -> "Figure":
+    """An empty figure, `height` and `width` in inches.
+
+    Raises:
+        StarnavError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise StarnavError("matplotlib is not installed; allowed: pip install 'drake-starnav[report]'") from None
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def svg(figure: "Figure") -> str:
+    """The figure as SVG text, the same in each run."""
+    from matplotlib import rc_context
+
+    file = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.family": "sans-serif"}):
+        figure.savefig(file, format="svg", metadata={"Date": None})
+    return file.getvalue()
+
+
+def style(methods: Sequence[str], method: str) -> dict[str, Any]:
+    """Colour, marker and line of a method: told apart by more than their colours."""
+    k = methods.index(method)
+    dashes = DASHES[(k + k // len(COLORS)) % len(DASHES)]
+    return {"color": COLORS[k % len(COLORS)], "marker": MARKERS[k % len(MARKERS)], "linestyle": dashes}
+
+
+def success_figure(results: Results) -> "Figure":
+    """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
+    points = {
+        (s.scenario, s.method): Point(
+            100.0 * s.reached / s.trials,
+            100.0 * s.interval[0],
+            100.0 * s.interval[1],
+            f"{100.0 * s.reached / s.trials:.1f} %",
+        )
+        for s in summarise(results.records)
+        if s.trials
+    }
+    return _panels(results, results.methods, points, "reached the goal, % (95 % interval)", limits=(-4.0, 104.0))
+
+
+def path_figure(results: Results) -> "Figure | None":
+    """Path over the omniscient shortest path where the goal was reached, with bootstrap intervals."""
+    points = {}
+    for scenario in results.scenarios:
+        for method in results.methods:
+            case = [r for r in results.of(scenario, method) if r["outcome"] == "reached" and r["shortest_path_m"]]
+            if case:
+                value, low, high = ratio_interval(*_columns(case, "path_length_m", "shortest_path_m"))
+                points[scenario, method] = Point(value, low, high, f"{value:.3f}")
+    return _panels(results, results.methods, points, "total path / total shortest path", guide=1.0) if points else None
+
+
+def comparison_figure(results: Results, field: str, label: str) -> "Figure | None":
+    """Every method's total of a field over the first method's, on trials that both finished, with intervals."""
+    reference, others = results.methods[0], results.methods[1:]
+    points = {}
+    for scenario in results.scenarios:
+        theirs = {r["trial"]: r for r in results.of(scenario, reference) if r["outcome"] == "reached"}
+        for method in others:
+            ours = [r for r in results.of(scenario, method) if r["outcome"] == "reached" and r["trial"] in theirs]
+            if ours:
+                pairs = [r[field] for r in ours], [theirs[r["trial"]][field] for r in ours]
+                value, low, high = (100.0 * x for x in ratio_interval(*pairs))
+                points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
+    if not points:
+        return None
+    return _panels(results, others, points, f"{label}, % of {reference}'s (95 % interval)", guide=100.0)
+
+
+def _columns(records: Sequence[Record], *fields: str) -> list[list[float]]:
+    return [[record[field] for record in records] for field in fields]
+
+
+def _panels(
+    results: Results,
+    methods: Sequence[str],
+    points: dict[tuple[str, str], Point],
+    label: str,
+    *,
+    limits: tuple[float, float] | None = None,
+    guide: float | None = None,
+) -> "Figure":
+    """A panel for each scenario, a row for each method: a marker, its interval, its number."""
+    rows = math.ceil(len(results.scenarios) / PANELS_A_ROW)
+    columns = math.ceil(len(results.scenarios) / rows)
+    figure = new_figure(rows * (0.95 + 0.3 * len(methods)))
+    grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
+    figure.supxlabel(label, fontsize=10)
+    for axes in grid.flat[len(results.scenarios) :]:
+        axes.set_axis_off()
+    for axes, scenario in zip(grid.flat, results.scenarios, strict=False):
+        axes.set_title(scenario, fontsize=11, parse_math=False)
+        axes.tick_params(labelbottom=True)
+        for y, method in enumerate(methods):
+            point = points.get((scenario, method))
+            if point is None:
+                continue
+            look = style(results.methods, method)
+            axes.plot([point.low, point.high], [y, y], color=look["color"], linewidth=2.0)
+            axes.plot(point.value, y, color=look["color"], marker=look["marker"], markersize=6)
+            axes.annotate(point.text, (1.02, y), xycoords=("axes fraction", "data"), va="center", fontsize=9)
+        if guide is not None:
+            axes.axvline(guide, color="0.6", linewidth=0.8, zorder=0)
+        if limits is not None:
+            axes.set_xlim(*limits)
+        axes.grid(axis="x", color="0.9")
+        axes.spines[["top", "right"]].set_visible(False)
+    grid[0, 0].set_yticks(range(len(methods)), methods, parse_math=False)
+    grid[0, 0].set_ylim(len(methods) - 0.5, -0.5)
+    return figure
+
+
+def detour(record: Record) -> float | None:
+    """How much longer the shortest path is than the straight line; None where the record does not tell."""
+    shortest, straight = record.get("shortest_path_m"), record.get("straight_line_m")
+    return shortest / straight if shortest and straight else None
+
+
+def gap(record: Record) -> float | None:
+    """The tightest gap on the shortest path, m; None where nothing narrows it or the record does not tell."""
+    return record.get("tightest_gap_m")
+
+
+DIFFICULTIES: tuple[tuple[str, Callable[[Record], float | None]], ...] = (
+    ("shortest path / straight line", detour),
+    ("tightest gap on the shortest path, m", gap),
+)
+
+
+def difficulty_figure(results: Results) -> "Figure | None":
+    """Success rate against the difficulty of the world, all scenarios together, with 95 % Wilson intervals."""
+    panels = [(label, measure, difficulty_edges(results.records, measure)) for label, measure in DIFFICULTIES]
+    panels = [panel for panel in panels if len(panel[2])]
+    if not panels:
+        return None
+    figure = new_figure(3.9)
+    for axes, (label, measure, edges) in zip(figure.subplots(1, len(panels), squeeze=False).flat, panels, strict=True):
+        spread = 0.25 * np.diff(edges).min() / len(results.methods)
+        for k, method in enumerate(results.methods):
+            trials = [(measure(r), r["outcome"] == "reached") for r in results.records if r["method"] == method]
+            known = np.array([(value, reached) for value, reached in trials if value is not None]).reshape(-1, 2)
+            bins = np.clip(np.searchsorted(edges, known[:, 0], side="right") - 1, 0, len(edges) - 2)
+            shown = [b for b in range(len(edges) - 1) if (bins == b).any()]
+            x = [np.median(known[bins == b, 0]) + spread * (k - (len(results.methods) - 1) / 2) for b in shown]
+            counts = [(int(known[bins == b, 1].sum()), int((bins == b).sum())) for b in shown]
+            look = style(results.methods, method)
+            axes.plot(x, [100.0 * n / m for n, m in counts], **look, markersize=5, linewidth=1.3, label=method)
+            for at, (n, m) in zip(x, counts, strict=True):
+                low, high = wilson_interval(n, m)
+                axes.plot([at, at], [100.0 * low, 100.0 * high], color=look["color"], linewidth=1.0)
+        axes.set_xlabel(label)
+        axes.set_ylim(-4.0, 104.0)
+        axes.grid(color="0.92")
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.axes[0].set_ylabel("reached the goal, %")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    _legend(figure, handles, labels)
+    return figure
+
+
+def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], float | None]) -> np.ndarray:
+    """Edges of bins that hold about as many worlds each, shape (k + 1,), ascending; empty if no record tells."""
+    worlds = {(r["scenario"], r["trial"]): measure(r) for r in records if measure(r) is not None}
+    values = np.array(sorted(value for value in worlds.values() if value is not None))
+    if len(values) == 0 or values[0] == values[-1]:
+        return np.zeros(0)
+    bins = min(BINS, max(1, len(values) // LEAST_IN_BIN))
+    return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
+
+
+def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | None":
+    """The driven paths of all methods over each of the first `count` worlds of a scenario."""
+    trials: dict[int, list[Record]] = {}
+    for record in results.records:
+        if record["scenario"] == scenario and record.get("path"):
+            trials.setdefault(record["trial"], []).append(record)
+    shown = sorted(trials)[:count]
+    if not shown:
+        return None
+    worlds = {trial: _world(results, trials[trial][0]) for trial in shown}
+    x0, y0, x1, y1 = next(iter(worlds.values())).extent
+    columns = 3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6
+    rows = math.ceil(len(shown) / columns)
+    width = WIDTH / columns
+    height = min(1.6 * width, (width - 0.2) * (y1 - y0) / (x1 - x0)) + 0.3
+    figure = new_figure(rows * height + 0.4)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for axes, trial in zip(grid.flat, shown, strict=False):
+        draw_world(axes, worlds[trial])
+        for record in trials[trial]:
+            look = style(results.methods, record["method"])
+            path = np.array(record["path"])
+            over = 4 - 0.1 * results.methods.index(record["method"])  # the first method lies on top
+            line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.5, "alpha": 0.9}
+            axes.plot(*path.T, **line, label=record["method"], zorder=over)
+            if record["outcome"] != "reached":
+                axes.plot(*path[-1], marker="x", color=look["color"], markersize=7, markeredgewidth=2.2, zorder=5)
+        numbers = [f"{value:.2f}" for value in (detour(trials[trial][0]), gap(trials[trial][0])) if value is not None]
+        axes.set_title(" · ".join((f"trial {trial}", *numbers)), fontsize=8.5, pad=2)
+    handles = {line.get_label(): line for axes in grid.flat for line in axes.get_legend_handles_labels()[0]}
+    ordered = [method for method in results.methods if method in handles]
+    _legend(figure, [handles[method] for method in ordered], ordered)
+    return figure
+
+
+def _legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> None:
+    columns = min(len(labels), len(COLORS))
+    legend = figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+
+
+def _world(results: Results, record: Record) -> World:
+    from drake_starnav.station.model_world import make_world_with_footprints  # late: it loads Drake
+
+    scenario = results.scenario(record)
+    return make_world_with_footprints(scenario.world, record["seed"], scenario.robot.radius)
+
+
+def draw_world(axes: "Axes", world: World) -> None:
+    """Obstacles, those that move as they are at first, start and goal of a world, to scale."""
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Circle, Polygon, Rectangle
+
+    outlines = [Circle((x, y), radius) for x, y, radius in world.discs]
+    outlines += [Polygon(corners, closed=True) for corners in world.polygons]
+    obstacles = PatchCollection(outlines, facecolor="0.78", edgecolor="none", zorder=1)
+    obstacles.set_rasterized(len(outlines) > DETAILED)
+    axes.add_collection(obstacles)
+    movers = [Circle(path[0, 1:], radius) for path, radius in zip(world.movers.paths, world.movers.radii, strict=True)]
+    axes.add_collection(PatchCollection(movers, facecolor=MOVERS.color, edgecolor="none", zorder=1))
+    x0, y0, x1, y1 = world.extent
+    if world.bounds is not None:
+        axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor="0.6", linewidth=1.0))
+    axes.plot(*world.start[:2], marker="o", color="0.2", markersize=4, linestyle="none", zorder=5)
+    axes.plot(*world.goal, marker="*", color="0.2", markersize=9, linestyle="none", zorder=5)
+    axes.set_xlim(x0, x1)
+    axes.set_ylim(y0, y1)
+    axes.set_aspect("equal")

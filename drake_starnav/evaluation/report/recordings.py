@@ -1,0 +1,116 @@
+"""Which trials are worth a look, and their recordings: the trials run again, beside the report."""
+
+import logging
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.jobs import NEVER_RAN, Record
+from drake_starnav.evaluation.report.results import Results
+from drake_starnav.evaluation.trial_file import record_key
+from drake_starnav.evaluation.workers import local_processes
+from drake_starnav.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A trial that was chosen, and what became of its recording.
+
+    Attributes:
+        record: of the trial.
+        reason: why it was chosen.
+        file: relative to the report; empty if there is none.
+        remark: what to know of it, e.g. why there is none.
+    """
+
+    record: Record
+    reason: str
+    file: str = ""
+    remark: str = ""
+
+
+def chosen_trials(results: Results) -> list[Recording]:
+    """Each failure, and of each scenario and method the median and the worst success, by time over shortest path."""
+    chosen = []
+    for scenario in results.scenarios:
+        for method in results.methods:
+            case = results.of(scenario, method)
+            chosen += [Recording(r, r["outcome"]) for r in case if r["outcome"] not in ("reached", *NEVER_RAN)]
+            reached = sorted((r for r in case if r["outcome"] == "reached"), key=_slowness)
+            if reached:
+                chosen.append(Recording(reached[(len(reached) - 1) // 2], "median success"))
+            if len(reached) > 1:
+                chosen.append(Recording(reached[-1], "worst success"))
+    return chosen
+
+
+def _slowness(record: Record) -> float:
+    return record["time_s"] / (record["shortest_path_m"] or 1.0)
+
+
+def record_chosen(
+    results: Results,
+    chosen: Sequence[Recording],
+    folder: Path,
+    *,
+    failures: int,
+    jobs: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Recording]:
+    """Run the chosen trials again, on this machine, and record them.
+
+    Args:
+        results: whose trials they are.
+        chosen: as of `chosen_trials`.
+        folder: for the recordings; it is made.
+        failures: at most so many of each scenario and method are recorded.
+        jobs: number of processes.
+        progress: called with the numbers of those done and of all after each.
+
+    Returns:
+        All that were chosen, with their files.
+    """
+    recordings = list(chosen)
+    counts: dict[tuple[str, str], int] = {}
+    wanted = {}
+    for k, recording in enumerate(chosen):
+        key = recording.record["scenario"], recording.record["method"]
+        if recording.record["outcome"] != "reached":
+            counts[key] = counts.get(key, 0) + 1
+        if recording.record["outcome"] == "reached" or counts[key] <= failures:
+            wanted[k] = results.page_names[record_key(recording.record)]
+    if not wanted:
+        return recordings
+    folder.mkdir(parents=True, exist_ok=True)
+    with local_processes(min(jobs, len(wanted))) as executor:
+        futures = {}
+        for k, name in wanted.items():
+            record = chosen[k].record
+            futures[executor.submit(_record, results.scenario(record), record, folder / name)] = k
+        for done, future in enumerate(as_completed(futures), start=1):
+            k = futures[future]
+            remark = future.result() if future.exception() is None else "not recorded: a worker process died"
+            file = f"{folder.name}/{wanted[k]}" if (folder / wanted[k]).is_file() else ""
+            recordings[k] = replace(chosen[k], file=file, remark=remark)
+            if progress is not None:
+                progress(done, len(futures))
+    return recordings
+
+
+def _record(scenario: Scenario, record: Record, path: Path) -> str:
+    """Run one trial again with a recording; returns a remark if it is not the same, or cannot be recorded."""
+    from drake_starnav.simulation import run_trial  # late: only workers need Drake
+
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would name its port for each
+    try:
+        path.unlink(missing_ok=True)
+        trial = run_trial(scenario, method=record["method"], seed=record["seed"], html=path)
+    except StarnavError as error:
+        return str(error)
+    except Exception as error:  # one that cannot be recorded must not cost the report
+        return f"{type(error).__name__}: {error}"
+    if trial.state_hash != record["state_hash"]:
+        return f"not the same run: {trial.outcome} after {trial.time_s:.1f} s with this version on this machine"
+    return ""

@@ -1,0 +1,195 @@
+"""Trials of one or several files, and what they were trials of."""
+
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.jobs import Key, Record
+from drake_starnav.evaluation.trial_file import Header, read_trials, record_key
+from drake_starnav.scenario import Scenario, parse_scenario, scenario_names
+from drake_starnav.scenario.schema import differences, in_world
+
+RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
+SHARED = ("world", "robot", "simulation")
+"""Sections of a scenario that all methods must have alike: trials of the same number then are of the same task."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """Headers of files, and the records of all of them.
+
+    Attributes:
+        headers: at least one; all with the same seed.
+        records: each trial once, in the order of scenarios, methods and numbers.
+    """
+
+    headers: tuple[Header, ...]
+    records: tuple[Record, ...]
+
+    @cached_property
+    def scenarios(self) -> list[str]:
+        """Names, in the order of the headers."""
+        return list(dict.fromkeys(case["scenario"] for header in self.headers for case in header["cases"]))
+
+    @cached_property
+    def methods(self) -> list[str]:
+        """Names, in the order of the headers; the first is the one that others are compared with."""
+        return list(dict.fromkeys(case["method"] for header in self.headers for case in header["cases"]))
+
+    @cached_property
+    def suites(self) -> list[str]:
+        """Names of the suites that the files are of, if any."""
+        return list(dict.fromkeys(header["suite"] for header in self.headers if header.get("suite")))
+
+    @cached_property
+    def texts(self) -> dict[tuple[str, str], str]:
+        """The YAML text of each scenario and method."""
+        return {(c["scenario"], c["method"]): c["text"] for header in self.headers for c in header["cases"]}
+
+    def of(self, scenario: str, method: str) -> list[Record]:
+        """The records of one case."""
+        return [r for r in self.records if (r["scenario"], r["method"]) == (scenario, method)]
+
+    def scenario(self, record: Record) -> Scenario:
+        """The scenario that a record is of."""
+        name, method = record["scenario"], record["method"]
+        return in_world(parse_scenario(self.texts[name, method], name=name, method=method), record.get("world"))
+
+    @cached_property
+    def page_names(self) -> dict[Key, str]:
+        """The file name of each trial's recording, by its key: no two are the same, on no file system."""
+        names: dict[Key, str] = {}
+        taken: set[str] = set()
+        for record in self.records:
+            name, again = page_name(record), 2
+            while name.casefold() in taken:
+                name = f"{page_name(record).removesuffix('.html')}-{again}.html"
+                again += 1
+            taken.add(name.casefold())
+            names[record_key(record)] = name
+        return names
+
+    def commands(self) -> list[str]:
+        """What runs the same trials, one line for each file."""
+        numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
+        return [
+            f"{_command(header, self.records)} --json out/trials{number}.jsonl"
+            for header, number in zip(self.headers, numbers, strict=True)
+        ]
+
+    def trial_command(self, record: Record) -> str:
+        """What runs one trial again and records it."""
+        name, method, _ = record_key(record)
+        header, case = next(
+            (header, case)
+            for header in self.headers
+            for case in header["cases"]
+            if (case["scenario"], case["method"]) == (name, method)
+        )
+        parts = [_source(case), "--method", method, "--seed", str(record["seed"])]
+        parts += [part for override in header["overrides"] for part in ("--set", override)]
+        if "world" in record:
+            parts += ["--set", f"world.id={record['world']}"]
+        parts += ["--html", f"out/{self.page_names[record_key(record)]}"]
+        return f"{SIMULATE} {shlex.join(parts)}"
+
+
+def page_name(record: Record) -> str:
+    """A file name for a trial's recording; of other characters than these, and of long names, something is left.
+
+    Trials with other names may get the same: see `Results.page_names`.
+    """
+    name, method, trial = record_key(record)
+    plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
+    return f"{plain}_{method}_{trial}.html"
+
+
+def make_results(headers: Sequence[Header], records: Sequence[Record]) -> Results:
+    """Headers and records of files, sorted."""
+    results = Results(tuple(headers), ())
+    order = {key: k for k, key in enumerate((s, m) for s in results.scenarios for m in results.methods)}
+    ranked = sorted(records, key=lambda r: (order[r["scenario"], r["method"]], r["trial"]))
+    return Results(results.headers, tuple(ranked))
+
+
+def read_results(paths: Sequence[Path]) -> Results:
+    """The trials of files, which may be compressed.
+
+    Raises:
+        StarnavError: a file is none of trials, has another seed than the first, repeats a trial of another, or has a
+            scenario of another in other worlds, with another robot, or judged otherwise.
+    """
+    headers: list[Header] = []
+    records: list[Record] = []
+    origin: dict[tuple[str, str], Path] = {}
+    tasks: dict[str, _Task] = {}
+    for path in paths:
+        header, found = read_trials(path)
+        if headers and header["seed"] != headers[0]["seed"]:
+            raise StarnavError(
+                f"{path} has seed {header['seed']}, {paths[0]} has {headers[0]['seed']}; allowed: the same, as only "
+                "then the same numbers are the same trials"
+            )
+        for case in header["cases"]:
+            name = case["scenario"], case["method"]
+            if name in origin:
+                raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
+            origin[name] = path
+            task = _Task(path, case, bool(header.get("in_worlds")))
+            if (first := tasks.setdefault(case["scenario"], task)) is not task:
+                _check_same_task(first, task)
+        headers.append(header)
+        records += found
+    if not records:
+        raise StarnavError(f"{', '.join(map(str, paths))}: no trial has ended yet; allowed: at least one")
+    return make_results(headers, records)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What the methods of a scenario are compared in: a case of a file, and whether its trials are by world."""
+
+    path: Path
+    case: Mapping[str, str]
+    in_worlds: bool
+
+
+def _check_same_task(first: _Task, other: _Task) -> None:
+    """Raise `StarnavError` unless trials of the same number of two cases of a scenario are of the same task."""
+    found = differences(first.case["text"], other.case["text"], SHARED, f"{first.path} or {other.path}")
+    if first.in_worlds != other.in_worlds:
+        ways = ["trials by world" if task.in_worlds else "trials by seed" for task in (first, other)]
+        found.insert(0, " and ".join(ways))
+    if found:
+        name, methods = first.case["scenario"], (first.case["method"], other.case["method"])
+        raise StarnavError(
+            f"{first.path} ({methods[0]}) and {other.path} ({methods[1]}) have {'; '.join(found)} in scenario {name}; "
+            "allowed: the same worlds, robot and simulation for all methods, as else their trials are not comparable"
+        )
+
+
+def _has(header: Header, record: Record) -> bool:
+    return any(record_key(record)[:2] == (case["scenario"], case["method"]) for case in header["cases"])
+
+
+def _source(case: Mapping[str, str]) -> str:
+    """What to call a case's scenario by on the command line."""
+    name = case["scenario"]
+    return case.get("source") or (name if name in scenario_names() else f"{name}.yaml")
+
+
+def _command(header: Header, records: Sequence[Record]) -> str:
+    scenarios = dict.fromkeys(_source(case) for case in header["cases"])
+    methods = dict.fromkeys(case["method"] for case in header["cases"])
+    trials = 1 + max((record["trial"] for record in records if _has(header, record)), default=0)
+    what = ["--suite", header["suite"]] if header.get("suite") else [*scenarios]
+    which = ["--trials", str(trials)]
+    if header.get("in_worlds"):
+        which = ["--worlds", ",".join(map(str, sorted({r["trial"] for r in records if _has(header, r)})))]
+    parts = [*what, "--method", *methods, *which, "--seed", str(header["seed"])]
+    parts += [part for override in header["overrides"] for part in ("--set", override)]
+    return f"{RUN} {shlex.join(parts)}"

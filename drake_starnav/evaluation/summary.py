@@ -1,0 +1,228 @@
+"""Many trials -> the figures that methods are compared by, and their tables."""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.errors import one_line
+from drake_starnav.evaluation.jobs import Record
+
+CONFIDENCE_95 = 1.959963984540054
+"""Quantile of the normal distribution for a two-sided interval of 95 %."""
+OUTCOMES = ("collision", "timeout", "unreachable", "error")
+"""How a trial may fail, in the order of the tables."""
+UNSUPPORTED = "unsupported"
+"""The outcome of a method that cannot be tried in the trial's world; counted apart from successes and failures."""
+
+
+def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
+    """The 95 % confidence interval of a rate; it is meaningful for few trials and for rates of 0 and 1 too.
+
+    Args:
+        successes: 0 <= successes <= trials.
+        trials: if none, the interval is (0, 1).
+
+    Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
+    """
+    if trials == 0:
+        return 0.0, 1.0
+    rate, z = successes / trials, CONFIDENCE_95
+    scale = 1.0 + z * z / trials
+    centre = (rate + z * z / (2.0 * trials)) / scale
+    half = z / scale * math.sqrt(rate * (1.0 - rate) / trials + z * z / (4.0 * trials * trials))
+    # exactly 0 and 1 at the ends, where rounding would leave 1e-17
+    return (0.0 if successes == 0 else centre - half), (1.0 if successes == trials else centre + half)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The figures of one case; None where no trial tells.
+
+    Attributes:
+        trials: all but the unsupported ones; a trial that could not be run is one that was not reached.
+        reached: how many reached the goal.
+        interval: 95 % confidence interval of the success rate.
+        failures: how many ended in each of `OUTCOMES`, and in any other, `UNSUPPORTED` among them.
+        path_mean, path_median, path_p95: path over the omniscient shortest one, where the goal was reached.
+        time_s: mean time where the goal was reached.
+        speed_mps: total path over total time where the goal was reached.
+        score: mean where a benchmark scored any of the trials, in which those that could not be run count as 0.
+        clearance_m: the least of all trials.
+        command_p50_s, command_p99_s, scan_p50_s, plan_p50_s: medians over the trials of each one's percentile.
+        wall_ratio: wall-clock time over simulated time.
+    """
+
+    scenario: str
+    method: str
+    trials: int
+    reached: int
+    interval: tuple[float, float]
+    failures: dict[str, int]
+    path_mean: float | None
+    path_median: float | None
+    path_p95: float | None
+    time_s: float | None
+    speed_mps: float | None
+    score: float | None
+    clearance_m: float | None
+    command_p50_s: float | None
+    command_p99_s: float | None
+    scan_p50_s: float | None
+    plan_p50_s: float | None
+    wall_ratio: float | None
+
+
+def summarise(records: Sequence[Record]) -> list[Summary]:
+    """A summary for each scenario and method, in the order in which they first appear."""
+    cases: dict[tuple[str, str], list[Record]] = {}
+    for record in records:
+        cases.setdefault((record["scenario"], record["method"]), []).append(record)
+    return [_summary(scenario, method, case) for (scenario, method), case in cases.items()]
+
+
+def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
+    ran = [record for record in records if "time_s" in record]
+    reached = [record for record in ran if record["outcome"] == "reached"]
+    ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached if r["shortest_path_m"]]
+    clearances = [r["min_clearance_m"] for r in ran if r["min_clearance_m"] is not None]
+    scores = [r["score"] for r in ran if r.get("score") is not None]
+    counts = Counter(record["outcome"] for record in records)
+    counts.pop("reached", None)
+    trials = len(records) - counts[UNSUPPORTED]
+
+    def median(step: str, figure: str) -> float | None:
+        return _figure(np.median, [r[step][figure] for r in ran if r[step]["count"]])
+
+    return Summary(
+        scenario=scenario,
+        method=method,
+        trials=trials,
+        reached=len(reached),
+        interval=wilson_interval(len(reached), trials),
+        failures={name: counts[name] for name in dict.fromkeys((*OUTCOMES, *sorted(counts)))},
+        path_mean=_figure(np.mean, ratios),
+        path_median=_figure(np.median, ratios),
+        path_p95=_figure(lambda values: np.percentile(values, 95), ratios),
+        time_s=_figure(np.mean, [r["time_s"] for r in reached]),
+        speed_mps=_total_ratio(reached, "path_length_m", reached, "time_s"),
+        score=sum(scores) / trials if scores else None,
+        clearance_m=_figure(np.min, clearances),
+        command_p50_s=median("command", "p50_s"),
+        command_p99_s=median("command", "p99_s"),
+        scan_p50_s=median("scan", "p50_s"),
+        plan_p50_s=median("plan", "p50_s"),
+        wall_ratio=_total_ratio(ran, "wall_s", ran, "time_s"),
+    )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One method against another, on the trials in which both reached the goal.
+
+    Attributes:
+        trials: how many those are.
+        time_ratio: total time over the other's (the paper's TTR as a fraction); None if there is no such trial.
+        path_ratio: total path length over the other's (the paper's PLR as a fraction).
+    """
+
+    trials: int
+    time_ratio: float | None
+    path_ratio: float | None
+
+
+def compare(records: Sequence[Record], reference: Sequence[Record]) -> Comparison:
+    """Compare two sets of trials of the same scenario and batch seed; trials correspond by scenario and number."""
+    ours, theirs = (
+        {(r["scenario"], r["trial"]): r for r in side if r["outcome"] == "reached"} for side in (records, reference)
+    )
+    both = [key for key in ours if key in theirs]
+    pairs = [ours[key] for key in both], [theirs[key] for key in both]
+    return Comparison(
+        len(both),
+        _total_ratio(pairs[0], "time_s", pairs[1], "time_s"),
+        _total_ratio(pairs[0], "path_length_m", pairs[1], "path_length_m"),
+    )
+
+
+def _figure(function: Callable[[list[float]], float], values: list[float]) -> float | None:
+    return float(function(values)) if values else None
+
+
+def _total_ratio(
+    numerators: Sequence[Record], numerator: str, denominators: Sequence[Record], denominator: str
+) -> float | None:
+    total = sum(record[denominator] for record in denominators)
+    return sum(record[numerator] for record in numerators) / total if total > 0.0 else None
+
+
+Table = tuple[Sequence[str], Sequence[Sequence[str]]]
+"""Head and rows."""
+
+
+def summary_tables(summaries: Sequence[Summary]) -> str:
+    """Two Markdown tables, readable as plain text: how the trials ended, and at what cost."""
+    return f"{markdown_table(*outcome_table(summaries))}\n\n{markdown_table(*cost_table(summaries))}"
+
+
+def outcome_table(summaries: Sequence[Summary]) -> Table:
+    """How the trials ended."""
+    others = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))
+    rows = [
+        (
+            s.scenario, s.method, str(s.trials), str(s.reached), rate_text(s.reached, s.trials),
+            *(str(s.failures.get(name, 0)) for name in (*OUTCOMES, *others)),
+        )
+        for s in summaries
+    ]  # fmt: skip
+    return ("scenario", "method", "trials", "reached", "success (95 % interval)", *OUTCOMES, *others), rows
+
+
+def cost_table(summaries: Sequence[Summary]) -> Table:
+    """At what cost the goal was reached, and what the computer had to do."""
+    rows = [
+        (
+            s.scenario, s.method, number(s.path_mean, 3), number(s.path_median, 3), number(s.path_p95, 2),
+            number(s.time_s, 1), number(s.speed_mps, 3), number(s.score, 4),
+            number(s.clearance_m, 1, 1e3),
+            f"{number(s.command_p50_s, 0, 1e6)} / {number(s.command_p99_s, 0, 1e6)}",
+            number(s.scan_p50_s, 0, 1e6), number(s.plan_p50_s, 0, 1e6), number(s.wall_ratio, 3),
+        )
+        for s in summaries
+    ]  # fmt: skip
+    head = (
+        "scenario", "method", "path/shortest", "median", "p95", "time s", "speed m/s", "score",
+        "clearance mm", "command us p50 / p99", "scan us", "plan us", "wall/simulated",
+    )  # fmt: skip
+    return head, rows
+
+
+def rate_text(successes: int, trials: int) -> str:
+    """A success rate with its 95 % interval, in per cent."""
+    if trials == 0:
+        return "-"
+    low, high = wilson_interval(successes, trials)
+    return f"{100 * successes / trials:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
+
+
+def number(value: float | None, digits: int, scale: float = 1.0) -> str:
+    """A number in a table; a dash for None."""
+    return "-" if value is None else f"{value * scale:.{digits}f}"
+
+
+def markdown_text(text: str) -> str:
+    """A text so that Markdown shows it as it is, in one line: no cell ends, no element, link or emphasis begins."""
+    text = one_line(" ".join(text.split())).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"([\\|`*\[\]~$]|(?<!\w)_|_(?!\w))", r"\\\1", text)
+
+
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table whose columns are padded, so that it can also be read as it is."""
+    cells = [[markdown_text(cell) for cell in row] for row in (head, *rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in cells]
+    lines.insert(1, ["-" * width for width in widths])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

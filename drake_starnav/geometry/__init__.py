@@ -1,0 +1,1 @@
+"""Poses, polylines, trajectories, ray casting, plane slices and meshes."""

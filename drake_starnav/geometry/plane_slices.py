@@ -1,0 +1,249 @@
+"""What a plane cuts out of solids, as rows for `drake_starnav.geometry.raycast`.
+
+Solids come in two exact forms: solids of revolution and ellipsoids as (clipped) quadrics, whose slices are (clipped)
+conics, and everything flat-faced as convex faces, whose slices are segments. So a tipped cylinder's slice is exact, an
+ellipse cut by its two end faces. A face within the plane is cut when the solid is below it, not when it is above.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT
+from drake_starnav.geometry.raycast import COLUMNS
+
+RESOLUTION = 1e-6
+"""Of the rounded plane: of its unit normal, and of its distance from the origin in metres."""
+
+
+@dataclass(frozen=True)
+class Solids:
+    """The shapes that move with one frame F, in F.
+
+    Attributes:
+        quadrics: shape (n, 15): centre c (3), upper triangle of the matrix M (6), axis (3), low, high, cap radius:
+            the surface (p-c)^T M (p-c) = 1 where low <= axis^T (p-c) <= high, closed by flat caps if their radius > 0.
+        vertices: shape (v, 3), m.
+        face_starts: shape (f + 1,), int; face k is the convex polygon `face_vertices[face_starts[k]:face_starts[k+1]]`.
+        face_vertices: shape (sum,), int, indices of vertices.
+    """
+
+    quadrics: np.ndarray
+    vertices: np.ndarray
+    face_starts: np.ndarray
+    face_vertices: np.ndarray
+
+
+def slice_solids(solids: Solids, plane: np.ndarray) -> np.ndarray:
+    """What a plane cuts out of solids, as rows for `drake_starnav.geometry.raycast`.
+
+    Args:
+        solids: in a frame F.
+        plane: shape (3, 3), in F: two orthonormal vectors that span the plane, and its origin, m. Coordinates in the
+            plane are along the two vectors, from the origin.
+    """
+    return _slice(plane, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices)
+
+
+@njit(cache=True)
+def planar_poses(X_WF, X_WS, planes):
+    """(x, y, yaw) of S in each plane of `scan_planes`, shape (m, 3)."""
+    poses = np.empty((len(X_WF), 3))
+    for k in range(len(X_WF)):
+        X, plane = X_WF[k], planes[k]
+        x = y = cosine = sine = 0.0
+        for i in range(3):
+            p, a = -plane[2, i], 0.0
+            for j in range(3):
+                p += X[j, i] * (X_WS[j, 3] - X[j, 3])
+                a += X[j, i] * X_WS[j, 0]
+            x += plane[0, i] * p
+            y += plane[1, i] * p
+            cosine += plane[0, i] * a
+            sine += plane[1, i] * a
+        poses[k, 0], poses[k, 1], poses[k, 2] = x, y, math.atan2(sine, cosine)
+    return poses
+
+
+@njit(cache=True)
+def scan_planes(X_WF, X_WS, known):
+    """The scan plane in each of m frames F.
+
+    Args:
+        X_WF: shape (m, 3, 4), poses of the frames, m.
+        X_WS: shape (3, 4), pose of the sensor, m.
+        known: shape (m, 4), keys from before; NaN for none.
+
+    Returns:
+        keys (m, 4): the rounded normal and distance; planes (m, 3, 3), as `slice_solids` takes them;
+        poses (m, 3), as from `planar_poses`; indices of the frames whose keys are not the known ones.
+    """
+    keys, planes = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3))
+    normal, origin = np.empty(3), np.empty(3)
+    for k in range(len(X_WF)):
+        X = X_WF[k]
+        for i in range(3):
+            normal[i] = X[0, i] * X_WS[0, 2] + X[1, i] * X_WS[1, 2] + X[2, i] * X_WS[2, 2]
+            origin[i] = 0.0
+            for j in range(3):
+                origin[i] += X[j, i] * (X_WS[j, 3] - X[j, 3])
+            keys[k, i] = np.round(normal[i] / RESOLUTION)
+            normal[i] = keys[k, i]
+        normal /= math.sqrt((normal * normal).sum())
+        keys[k, 3] = np.round((normal * origin).sum() / RESOLUTION)
+        # The first vector is F's x axis seen from above the plane, or its y axis where x is too steep.
+        axis = 0 if abs(normal[0]) < 0.9 else 1
+        first = -normal[axis] * normal
+        first[axis] += 1.0
+        first /= math.sqrt((first * first).sum())
+        planes[k, 0] = first
+        planes[k, 1] = np.cross(normal, first)
+        planes[k, 2] = normal * (keys[k, 3] * RESOLUTION)
+    changed = np.zeros(len(X_WF), dtype=np.bool_)
+    for k in range(len(X_WF)):
+        changed[k] = (keys[k] != known[k]).any()
+    return keys, planes, planar_poses(X_WF, X_WS, planes), np.flatnonzero(changed)
+
+
+@njit(cache=True)
+def _slice(plane, quadrics, vertices, face_starts, face_vertices):
+    e1, e2 = plane[0], plane[1]
+    normal = np.cross(e1, e2)
+    heights = np.empty(len(vertices))
+    for k in range(len(vertices)):
+        heights[k] = ((vertices[k] - plane[2]) * normal).sum()
+    crossing = 0
+    for f in range(len(face_starts) - 1):
+        above = False
+        below = False
+        for k in range(face_starts[f], face_starts[f + 1]):
+            if heights[face_vertices[k]] >= 0.0:
+                above = True
+            else:
+                below = True
+        crossing += above and below
+    rows = np.zeros((3 * len(quadrics) + crossing, COLUMNS))
+    count = np.int64(0)  # a literal would have its callees compiled twice
+    for q in quadrics:
+        count = _slice_quadric(q, plane, normal, rows, count)
+    for f in range(len(face_starts) - 1):
+        count = _slice_face(face_starts[f], face_starts[f + 1], face_vertices, vertices, heights, plane, rows, count)
+    return rows[:count].copy()
+
+
+@njit(cache=True)
+def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
+    ends = np.empty(4)
+    found = 0
+    for k in range(first, last):
+        i, j = corners[k], corners[k + 1 if k + 1 < last else first]
+        if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 4:
+            continue
+        if heights[i] > heights[j]:  # always upwards: two faces that share an edge share the very same point
+            i, j = j, i
+        share = heights[i] / (heights[i] - heights[j])
+        point = vertices[i] + share * (vertices[j] - vertices[i]) - plane[2]
+        ends[found] = (point * plane[0]).sum()
+        ends[found + 1] = (point * plane[1]).sum()
+        found += 2
+    if found == 4 and (ends[0] != ends[2] or ends[1] != ends[3]):
+        count = _put_segment(ends[0], ends[1], ends[2], ends[3], rows, count)
+    return count
+
+
+@njit(cache=True)
+def _put_segment(x1, y1, x2, y2, rows, count):
+    row = rows[count]
+    row[0], row[1], row[2], row[3] = (x1 + x2) / 2.0, (y1 + y2) / 2.0, math.hypot(x2 - x1, y2 - y1) / 2.0, SEGMENT
+    row[4], row[5], row[6], row[7] = x1, y1, x2, y2
+    return count + 1
+
+
+@njit(cache=True)
+def _slice_quadric(q, plane, normal, rows, count):
+    """Put the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
+    e1, e2 = plane[0], plane[1]
+    height = ((q[0:3] - plane[2]) * normal).sum()
+    x0, y0 = ((q[0:3] - plane[2]) * e1).sum(), ((q[0:3] - plane[2]) * e2).sum()
+    matrix = np.array([[q[3], q[4], q[5]], [q[4], q[6], q[7]], [q[5], q[7], q[8]]])
+    # d is measured from the centre's projection, w = -height normal away from the centre.
+    M1 = (matrix * e1).sum(axis=1)
+    M2 = (matrix * e2).sum(axis=1)
+    a00, a01, a11 = (M1 * e1).sum(), (M1 * e2).sum(), (M2 * e2).sum()
+    b0, b1 = -height * (M1 * normal).sum(), -height * (M2 * normal).sum()
+    c = height * height * ((matrix * normal).sum(axis=1) * normal).sum() - 1.0
+    axis, cap = q[9:12], q[14]
+    m0, m1 = (axis * e1).sum(), (axis * e2).sum()
+    k = -height * (axis * normal).sum()
+    low, high = q[12] - k, q[13] - k
+    slope = math.hypot(m0, m1)
+    if slope < 1e-12:
+        if low > 0.0 or high < 0.0:
+            return count
+        m0 = m1 = slope = 0.0
+        low, high = -np.inf, np.inf
+
+    # The circle around the whole conic, if it is an ellipse.
+    cx = cy = size = 0.0
+    radius = np.inf
+    trace, determinant = a00 + a11, a00 * a11 - a01 * a01
+    if determinant > 1e-12 * trace * trace:
+        cx, cy = (a01 * b1 - a11 * b0) / determinant, (a01 * b0 - a00 * b1) / determinant
+        size = -(c + b0 * cx + b1 * cy)
+        if size <= 0.0:
+            return count
+        spread = math.hypot((a00 - a11) / 2.0, a01)
+        radius = math.sqrt(size * (trace / 2.0 + spread) / determinant)
+        middle = m0 * cx + m1 * cy
+        if low <= middle - slope * radius and high >= middle + slope * radius:
+            round_ = spread <= 1e-12 * trace
+            row = rows[count]
+            row[0], row[1], row[2] = x0 + cx, y0 + cy, radius
+            row[3] = CIRCLE if round_ else CONIC
+            if not round_:
+                _put_conic(row, a00, a01, a11, b0, b1, c, cx, cy)
+                row[12], row[13] = -1.0, 1.0
+            return count + 1
+
+    # Clipped: a box along the axis and across it. Clipped quadrics are round about their axis, so A is diagonal there.
+    u0, u1 = m0 / slope, m1 / slope
+    across = a00 * u1 * u1 - 2.0 * a01 * u0 * u1 + a11 * u0 * u0
+    begin, end = low / slope, high / slope
+    side = (b0 * u1 - b1 * u0) / across
+    if radius < np.inf:
+        begin, end = max(begin, u0 * cx + u1 * cy - radius), min(end, u0 * cx + u1 * cy + radius)
+        half = math.sqrt(size / across)
+    else:
+        half = 1.0 / math.sqrt(across)  # a lying cylinder, whose slice is at most as wide as itself
+    if begin < end:
+        row = rows[count]
+        px, py = u0 * (begin + end) / 2.0 - u1 * side, u1 * (begin + end) / 2.0 + u0 * side
+        row[0], row[1] = x0 + px, y0 + py
+        row[2] = min(radius + math.hypot(px - cx, py - cy), math.hypot((end - begin) / 2.0, half)) + 1e-9
+        row[3] = CONIC
+        _put_conic(row, a00, a01, a11, b0, b1, c, px, py)
+        row[10], row[11] = m0, m1
+        row[12], row[13] = low - m0 * px - m1 * py, high - m0 * px - m1 * py
+        count += 1
+    if cap > 0.0:  # the plane meets the disc of an end face in a chord
+        lean = (axis * normal).sum()
+        for bound in (q[12], q[13]):
+            rise = height + bound * lean  # of the disc's centre over the plane
+            away = rise / slope  # from the disc's centre to the chord, within the disc
+            if abs(away) < cap:
+                half = math.sqrt(cap * cap - away * away)
+                along = bound * slope + away * lean
+                px, py = x0 + along * u0, y0 + along * u1
+                count = _put_segment(px - half * u1, py + half * u0, px + half * u1, py - half * u0, rows, count)
+    return count
+
+
+@njit(cache=True)
+def _put_conic(row, a00, a01, a11, b0, b1, c, px, py):
+    """Write the conic's coefficients for d measured from (px, py)."""
+    g0, g1 = a00 * px + a01 * py, a01 * px + a11 * py
+    row[4], row[5], row[6] = a00, a01, a11
+    row[7], row[8] = b0 + g0, b1 + g1
+    row[9] = c + (2.0 * b0 + g0) * px + (2.0 * b1 + g1) * py

@@ -1,0 +1,263 @@
+"""Exact ray casting of a fan of beams against circles, segments and clipped conics in a plane.
+
+Every shape is one row of 14 numbers, so that one kernel serves all of them and shapes near one another
+lie near one another in memory:
+
+| column | holds |
+|---|---|
+| 0, 1, 2 | x, y, radius of a circle that contains the shape, m |
+| 3 | `CIRCLE`, `SEGMENT` or `CONIC` |
+| 4:8 | segment: x1, y1, x2, y2 |
+| 4:10 | conic: a00, a01, a11, b0, b1, c of d^T A d + 2 b^T d + c = 0, d = p - (column 0, column 1) |
+| 10:14 | conic: m0, m1, low, high; only the part with low <= m^T d <= high exists |
+
+A beam measures the first curve it crosses, from either side: a sensor inside a closed shape sees its inner wall.
+Each shape is tested against only those beams whose bearings it can cover, and only shapes in grid cells
+within reach are looked at.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT, cast_rows
+
+COLUMNS = 14
+
+
+@dataclass(frozen=True)
+class Fan:
+    """Directions of the beams in the sensor frame S.
+
+    Attributes:
+        angle_min: bearing of the first beam, rad.
+        increment: bearing step, rad, positive; all beams lie within one turn.
+        directions: shape (n, 2), unit vectors.
+    """
+
+    angle_min: float
+    increment: float
+    directions: np.ndarray
+
+    @staticmethod
+    def regular(angle_min: float, increment: float, beams: int) -> "Fan":
+        """Beams evenly spaced by `increment` from `angle_min` on, rad."""
+        angles = angle_min + increment * np.arange(beams)
+        return Fan(angle_min, increment, np.column_stack((np.cos(angles), np.sin(angles))))
+
+
+@dataclass(frozen=True)
+class ShapeBins:
+    """Shapes sorted by bin: `rows[starts[k]:starts[k + 1]]` are those of bin k.
+
+    Attributes:
+        rows: shape (n, 14), as described at the top of this module.
+        starts: shape (bins + 1,), int.
+        cell: edge of a grid cell, m; 0 when the bins are not a grid.
+    """
+
+    rows: np.ndarray
+    starts: np.ndarray
+    cell: float = 0.0
+
+    @staticmethod
+    def grouped(groups: list[np.ndarray]) -> "ShapeBins":
+        """One bin per array of rows, in the given order."""
+        starts = np.zeros(len(groups) + 1, dtype=np.int64)
+        np.cumsum([len(group) for group in groups], out=starts[1:])
+        return ShapeBins(np.vstack([*groups, np.zeros((0, COLUMNS))]), starts)
+
+    @staticmethod
+    def grid(rows: np.ndarray, cell: float) -> "ShapeBins":
+        """Shapes by the grid cell of their centres; cells are hashed, so the plane has no edge.
+
+        Args:
+            rows: shape (n, 14).
+            cell: edge of a cell, m. Shapes of a larger radius go to a last bin that every cast looks at.
+        """
+        buckets = 1
+        while buckets < 2 * len(rows):
+            buckets *= 2
+        keys = _cell_keys(rows, cell, buckets)
+        starts = np.searchsorted(keys, np.arange(buckets + 2), sorter=(order := np.argsort(keys, kind="stable")))
+        return ShapeBins(np.ascontiguousarray(rows[order]), starts.astype(np.int64), cell)
+
+
+def circle_rows(circles: np.ndarray) -> np.ndarray:
+    """Circles as rows.
+
+    Args:
+        circles: shape (n, 3): x, y, radius, m.
+    """
+    circles = np.asarray(circles, dtype=float).reshape(-1, 3)
+    rows = np.zeros((len(circles), COLUMNS))
+    rows[:, :3] = circles
+    rows[:, 3] = CIRCLE
+    return rows
+
+
+def segment_rows(segments: np.ndarray) -> np.ndarray:
+    """Segments as rows.
+
+    Args:
+        segments: shape (n, 4): x1, y1, x2, y2, m.
+    """
+    segments = np.asarray(segments, dtype=float).reshape(-1, 4)
+    rows = np.zeros((len(segments), COLUMNS))
+    rows[:, :2] = 0.5 * (segments[:, :2] + segments[:, 2:])
+    rows[:, 2] = 0.5 * np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
+    rows[:, 3] = SEGMENT
+    rows[:, 4:8] = segments
+    return rows
+
+
+def ellipse_rows(ellipses: np.ndarray) -> np.ndarray:
+    """Whole ellipses as rows.
+
+    Args:
+        ellipses: shape (n, 5): x, y, semi-axes p and q, m, bearing of the first semi-axis, rad.
+    """
+    ellipses = np.asarray(ellipses, dtype=float).reshape(-1, 5)
+    x, y, p, q, angle = ellipses.T
+    u, v = np.cos(angle), np.sin(angle)
+    rows = np.zeros((len(ellipses), COLUMNS))
+    rows[:, :3] = np.column_stack((x, y, np.maximum(p, q)))
+    rows[:, 3] = CONIC
+    rows[:, 4] = (u / p) ** 2 + (v / q) ** 2
+    rows[:, 5] = u * v * (p**-2 - q**-2)
+    rows[:, 6] = (v / p) ** 2 + (u / q) ** 2
+    rows[:, 9] = -1.0
+    rows[:, 12], rows[:, 13] = -1.0, 1.0
+    return rows
+
+
+def cast_grid(
+    bins: ShapeBins, pose: tuple[float, float, float] | np.ndarray, fan: Fan, ranges: np.ndarray, reach: float
+) -> None:
+    """Shorten `ranges` to the first crossing with the shapes of a grid.
+
+    Args:
+        bins: made by `ShapeBins.grid`.
+        pose: (x, y, yaw) of S in the frame of the shapes, m and rad.
+        fan: the beams.
+        ranges: shape (n,), m, changed in place; start from `+inf`.
+        reach: shapes farther than this are ignored, m.
+
+    Raises:
+        StarnavError: bins are not a grid.
+    """
+    if bins.cell <= 0.0:
+        raise StarnavError(f"ray cast: grid cell is {bins.cell:g}; allowed: bins made by ShapeBins.grid, 0 < cell")
+    x, y, yaw = float(pose[0]), float(pose[1]), float(pose[2])
+    _cast_grid(
+        bins.rows, bins.starts, bins.cell, x, y, yaw, fan.directions, fan.angle_min, fan.increment, reach, ranges
+    )
+
+
+def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
+    """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
+
+    Args:
+        bins: made by `ShapeBins.grouped`, g groups.
+        poses: shape (g, 3): (x, y, yaw) of S in the frame of each group, m and rad.
+        fan, ranges, reach: as in `cast_grid`.
+    """
+    _cast_groups(bins.rows, bins.starts, poses, fan.directions, fan.angle_min, fan.increment, reach, ranges)
+
+
+def cast_sweep(bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
+    """Shorten `ranges` to what beams measure one after the other, evenly in time, while the sensor moves.
+
+    Args:
+        bins: made by `ShapeBins.grouped`, g groups.
+        begin: shape (g, 3): (x, y, yaw) of S in the frame of each group one beam before the first beam, m and rad.
+        end: the same for the last beam; in between, position and yaw change evenly, yaw by at most half a turn.
+        fan, ranges, reach: as in `cast_grid`.
+    """
+    _cast_sweep(bins.rows, bins.starts, begin, end, fan.directions, fan.angle_min, fan.increment, reach, ranges)
+
+
+def rows_near(bins: ShapeBins, x: float, y: float, reach: float) -> np.ndarray:
+    """The rows of a grid that may lie within reach of a point, m; shape (k, 14)."""
+    return _rows_near(bins.rows, bins.starts, bins.cell, x, y, reach)
+
+
+@njit(cache=True)
+def _bucket(i, j, buckets):
+    # Cells of one column i follow one another; columns lie as far apart as the golden section can spread them.
+    return (i * (int(0.6180339887498949 * buckets) | 1) + j) & (buckets - 1)
+
+
+@njit(cache=True)
+def _cell_keys(rows, cell, buckets):
+    keys = np.empty(len(rows), dtype=np.int64)
+    for k in range(len(rows)):
+        if rows[k, 2] > cell:
+            keys[k] = buckets
+        else:
+            keys[k] = _bucket(int(math.floor(rows[k, 0] / cell)), int(math.floor(rows[k, 1] / cell)), buckets)
+    return keys
+
+
+@njit(cache=True)
+def _near_runs(starts, cell, x, y, reach):
+    """The rows of a grid that can be within reach, as runs [first, last), shape (k, 2); a row may be in several."""
+    buckets = len(starts) - 2
+    i0, i1 = math.floor((x - reach) / cell) - 1, math.floor((x + reach) / cell) + 1
+    j0, j1 = math.floor((y - reach) / cell) - 1, math.floor((y + reach) / cell) + 1
+    if (i1 - i0 + 1.0) * (j1 - j0 + 1.0) >= buckets:  # more cells than buckets: look at every shape once
+        return np.array([[0, starts[-1]]])
+    runs = np.empty((2 * int(i1 - i0) + 3, 2), dtype=np.int64)
+    runs[0, 0], runs[0, 1] = starts[buckets], starts[buckets + 1]
+    count, length = 1, int(j1 - j0) + 1
+    for i in range(int(i0), int(i1) + 1):
+        begin = _bucket(i, int(j0), buckets)
+        end = begin + length
+        runs[count, 0], runs[count, 1] = starts[begin], starts[min(end, buckets)]
+        count += 1
+        if end > buckets:  # the column goes on at the first bucket
+            runs[count, 0], runs[count, 1] = 0, starts[end - buckets]
+            count += 1
+    return runs[:count]
+
+
+@njit(cache=True)
+def _cast_grid(rows, starts, cell, x, y, yaw, directions, angle_min, increment, reach, ranges):
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    for first, last in _near_runs(starts, cell, x, y, reach):
+        cast_rows(rows, first, last, x, y, cy, sy, directions, angle_min, increment, reach, ranges)
+
+
+@njit(cache=True)
+def _rows_near(rows, starts, cell, x, y, reach):
+    chosen = np.zeros(len(rows), dtype=np.bool_)
+    for first, last in _near_runs(starts, cell, x, y, reach):
+        for i in range(first, last):
+            chosen[i] = math.hypot(rows[i, 0] - x, rows[i, 1] - y) <= reach + rows[i, 2]
+    return rows[chosen]
+
+
+@njit(cache=True)
+def _cast_groups(rows, starts, poses, directions, angle_min, increment, reach, ranges):
+    for g in range(len(starts) - 1):
+        x, y = poses[g, 0], poses[g, 1]
+        cy, sy = math.cos(poses[g, 2]), math.sin(poses[g, 2])
+        cast_rows(rows, starts[g], starts[g + 1], x, y, cy, sy, directions, angle_min, increment, reach, ranges)
+
+
+@njit(cache=True)
+def _cast_sweep(rows, starts, begin, end, directions, angle_min, increment, reach, ranges):
+    beams = len(ranges)
+    for g in range(len(starts) - 1):
+        turn = (end[g, 2] - begin[g, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        for i in range(beams):
+            left = 1.0 - (i + 1.0) / beams  # of the sweep, when this beam is measured
+            x = end[g, 0] + left * (begin[g, 0] - end[g, 0])
+            y = end[g, 1] + left * (begin[g, 1] - end[g, 1])
+            yaw = end[g, 2] - left * turn
+            cy, sy = math.cos(yaw), math.sin(yaw)
+            beam, bearing, out = directions[i : i + 1], angle_min + i * increment, ranges[i : i + 1]
+            cast_rows(rows, starts[g], starts[g + 1], x, y, cy, sy, beam, bearing, increment, reach, out)

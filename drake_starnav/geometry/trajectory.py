@@ -1,0 +1,28 @@
+"""Where a robot was when."""
+
+import numpy as np
+
+from drake_starnav.utils.snapshot import snapshot
+
+
+@snapshot
+class Motion:
+    """The poses of a robot during a run.
+
+    Attributes:
+        times: shape (n,), increasing, s.
+        poses: shape (n, 3): x, y, yaw in W, m and rad.
+    """
+
+    times: np.ndarray
+    poses: np.ndarray
+
+    @property
+    def duration(self) -> float:
+        """Time of the last pose, s."""
+        return float(self.times[-1])
+
+    def at(self, time: float) -> np.ndarray:
+        """The pose at a time, shape (3,); before the first and after the last time the robot stands."""
+        turning = np.unwrap(self.poses[:, 2])
+        return np.array([np.interp(time, self.times, track) for track in (*self.poses[:, :2].T, turning)])

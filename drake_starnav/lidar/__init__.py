@@ -1,0 +1,1 @@
+"""A scan, and what a sensor makes of the world."""

@@ -1,0 +1,135 @@
+"""Recorded scans with the poses they were taken at: read from CSV and from ROS 2 bags, written as CSV."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LaserScan
+
+CSV_HEADER = ("angle_min", "angle_increment", "range_min", "range_max")
+"""The first line of a CSV file, a comment `# name=value, ...`; each further line is time, x, y, yaw, ranges."""
+
+
+@dataclass(frozen=True)
+class LoggedScan:
+    """A scan and where it was taken.
+
+    Attributes:
+        scan: in the sensor frame S.
+        pose: (x, y, yaw) of S in W at the scan's time, m and rad.
+    """
+
+    scan: LaserScan
+    pose: np.ndarray
+
+
+def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
+    """Write scans of one sensor, to a millimetre.
+
+    Args:
+        file: to write.
+        log: at least one scan; all with the angles and limits of the first.
+    """
+    header = ", ".join(f"{name}={getattr(log[0].scan, name)!r}" for name in CSV_HEADER)
+    rows = [(seen.scan.time, *seen.pose, *seen.scan.ranges) for seen in log]
+    np.savetxt(file, rows, fmt="%.3f", delimiter=",", header=header)
+
+
+def read_csv(file: Path) -> list[LoggedScan]:
+    """The scans of a file as from `write_csv`.
+
+    Raises:
+        StarnavError: the file cannot be read, or is not of that form.
+    """
+    try:
+        with file.open(encoding="utf-8") as lines:
+            fields = dict(part.strip().split("=") for part in lines.readline().lstrip("# ").split(","))
+            header = {name: float(fields[name]) for name in CSV_HEADER}
+            rows = np.loadtxt(lines, delimiter=",", ndmin=2)
+    except (OSError, UnicodeDecodeError, ValueError, KeyError) as error:
+        names = ", ".join(f"{name}=..." for name in CSV_HEADER)
+        raise StarnavError(
+            f"scan log {file} cannot be read: {error}; allowed: a first line `# {names}`, then lines of "
+            "time, x, y, yaw and the ranges"
+        ) from None
+    if rows.shape[1] < 7 or not np.isfinite(rows[:, :4]).all():
+        raise StarnavError(
+            f"scan log {file}: rows of {rows.shape[1]} numbers, or poses that are not finite; "
+            "allowed: finite time, x, y, yaw and at least 3 ranges"
+        )
+    return [
+        LoggedScan(LaserScan(time=row[0], ranges=row[4:], lost_beams=True, motion=None, **header), row[1:4])
+        for row in rows
+    ]
+
+
+def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = "/odom") -> list[LoggedScan]:
+    """The scans of a ROS 2 (or 1) bag, with poses by odometry; ROS need not be installed.
+
+    The lidar is taken to be mounted on the robot's axis and turned as its base, and odometry's frame is W. Between two
+    odometry messages the pose is interpolated; scans before the first or after the last one are left out. A range that
+    is NaN or 0, as some drivers write it, is a lost beam, which says nothing.
+
+    Args:
+        path: the bag's folder or file.
+        scan_topic: of `sensor_msgs/LaserScan`.
+        odometry_topic: of `nav_msgs/Odometry`.
+
+    Raises:
+        StarnavError: the extra `rosbag` is not installed, the bag cannot be read, or it lacks one of the topics.
+    """
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise StarnavError(
+            f"bag {path}: package rosbags is missing; allowed: pip install drake-starnav[rosbag]"
+        ) from None
+    scans, poses = [], []
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            topics = sorted({connection.topic for connection in reader.connections})
+            for topic in (scan_topic, odometry_topic):
+                if topic not in topics:
+                    raise StarnavError(f"bag {path} has no topic {topic}; allowed: {', '.join(topics) or 'none'}")
+            chosen = [c for c in reader.connections if c.topic in (scan_topic, odometry_topic)]
+            for connection, _, data in reader.messages(connections=chosen):
+                message = reader.deserialize(data, connection.msgtype)
+                time = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+                if connection.topic == scan_topic:
+                    scans.append((time, message))
+                else:
+                    poses.append((time, *_planar(message.pose.pose)))
+    except (AnyReaderError, OSError) as error:
+        raise StarnavError(f"bag {path} cannot be read: {error}; allowed: a ROS 1 or ROS 2 bag") from None
+    if not scans or not poses:
+        raise StarnavError(f"bag {path}: {len(scans)} scans and {len(poses)} poses; allowed: at least one of each")
+    times, *track = np.array(sorted(poses)).T
+    track[2] = np.unwrap(track[2])
+    log = []
+    for time, message in scans:
+        if times[0] <= time <= times[-1]:
+            ranges = np.array(message.ranges, dtype=float)
+            ranges[ranges == 0.0] = math.nan  # what many drivers report of a beam that measured nothing
+            scan = LaserScan(
+                time=time - times[0],
+                angle_min=float(message.angle_min),
+                angle_increment=float(message.angle_increment),
+                range_min=float(message.range_min),
+                range_max=float(message.range_max),
+                ranges=ranges,
+                lost_beams=True,
+            )
+            log.append(LoggedScan(scan, np.array([np.interp(time, times, values) for values in track])))
+    return log
+
+
+def _planar(pose) -> tuple[float, float, float]:
+    """(x, y, yaw) of a `geometry_msgs/Pose`."""
+    q = pose.orientation
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    return pose.position.x, pose.position.y, yaw

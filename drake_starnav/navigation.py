@@ -1,0 +1,357 @@
+"""The whole navigation loop as one Drake diagram."""
+
+import dataclasses
+from dataclasses import dataclass
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
+
+from drake_starnav.baselines import known_obstacles
+from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import sensing_error, tolerating
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment, delay_steps
+from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.jump_guard import JumpGuard
+from drake_starnav.systems.mpc_controller import MpcController
+from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.validation import check_equipment, check_promises
+from drake_starnav.worlds.endpoints import check_free_ends
+from drake_starnav.worlds.world import World
+
+CONTROLLERS: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
+"""By `controller.kind`, of CERTIFIED."""
+SYSTEMS = (
+    "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
+)  # fmt: skip
+"""Names that `add_navigation` gives, beside the station's."""
+
+
+@dataclass(frozen=True)
+class Navigation:
+    """The systems that `add_navigation` put into a builder, for connecting more to them.
+
+    A baseline that heads for the goal itself has neither perception nor planner. There is a tracker if the scenario
+    declares obstacles that move, and a matcher if it declares that the believed pose errs.
+    """
+
+    world: World
+    station: NavigationStation | RobotEquipment
+    goal: LeafSystem
+    perception: StarPerception | None
+    planner: StarRoadmapPlanner | None
+    controller: CertifiedController | BaselineController
+    tracker: MoverTracker | None = None
+    matcher: ScanMatcher | None = None
+
+    def localization(self, name: str) -> OutputPort:
+        """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
+        if self.matcher is not None:
+            return self.matcher.GetOutputPort(name)
+        return self.station.GetOutputPort(f"localization.{name}")
+
+    @property
+    def certificate(self) -> OutputPort:
+        """The port of what the controller guarantees, in the same frame."""
+        return (self.matcher or self.controller).GetOutputPort("certificate")
+
+
+def add_navigation(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    *,
+    seed: int = 0,
+    world: World | None = None,
+    station: NavigationStation | RobotEquipment | None = None,
+    stopwatch: Stopwatch | None = None,
+    goal: LeafSystem | None = None,
+) -> Navigation:
+    """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
+
+    The lidar scans at multiples of its period; perception follows one step of the plant later, planner and controller
+    two, so that each reads what the one before it has finished: of updates at one time Drake does the unrestricted
+    ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move, the tracker
+    takes the first of these steps and the others follow one later.
+
+    Margins, the certificate and the perception allow for the faults that the scenario declares; see `tolerance`.
+
+    Args:
+        builder: to which the systems are added.
+        scenario: the parameters.
+        seed: of the world and of the sensor's noise.
+        world: in which to drive, instead of the scenario's.
+        station: already in the builder, instead of a new one: e.g. the equipment of one of several robots in a plant.
+        stopwatch: where wall-clock times are noted, if anywhere.
+        goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
+
+    Raises:
+        UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
+            do what the scenario asks of it.
+        StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
+            parameters; or the builder has systems of the same names.
+    """
+    check_promises(scenario)
+    for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
+        if builder.HasSubsystemNamed(name):
+            raise StarnavError(
+                f"the builder has a system named {name} already; allowed: one navigation a builder, without systems of "
+                "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
+            )
+    if station is not None:
+        check_equipment(scenario, station)
+    if world is None:
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    elif station is None:
+        check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
+    step = scenario.simulation.time_step
+    declared = scenario.lidar, scenario.localization, scenario.drive, scenario.robot
+    error = sensing_error(*declared, scenario.controller, step)
+    planner_parameters, controller_parameters = tolerating(
+        scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
+    )
+    scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
+    if station is None:
+        station = builder.AddNamedSystem(
+            "station",
+            NavigationStation(
+                world,
+                scenario.robot,
+                scenario.lidar,
+                localization=scenario.localization,
+                drive=scenario.drive,
+                time_step=step,
+                seed=seed,
+            ),
+        )
+    if goal is None or goal not in builder.GetSystems():
+        goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
+    perception: StarPerception | None = None
+    planner: StarRoadmapPlanner | None = None
+    tracker: MoverTracker | None = None
+    matcher: ScanMatcher | None = None
+    controller: CertifiedController | BaselineController
+    if scenario.controller.kind in CERTIFIED:
+        perception, planner, tracker, matcher = _add_planning(builder, scenario, station, goal, stopwatch)
+        controller = _add_certified_controller(
+            builder, scenario, station, perception, matcher or planner, tracker, stopwatch
+        )
+    else:
+        if scenario.controller.target == "short_term_goal":
+            perception, planner, tracker, _ = _add_planning(builder, scenario, station, goal, stopwatch)
+        controller = _add_baseline(builder, scenario, world, station, goal, planner, stopwatch)
+    builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
+    if matcher is not None:
+        builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
+    return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
+
+
+@dataclass(frozen=True)
+class _Schedule:
+    """When the systems are updated first, s: each a step of the plant after what it reads, None if it is not there."""
+
+    tracker: float | None
+    perception: float
+    matcher: float | None
+    last: float
+
+    @staticmethod
+    def of(scenario: Scenario) -> "_Schedule":
+        step, lidar = scenario.simulation.time_step, scenario.lidar
+        moving, matching = scenario.movers.max_speed > 0.0, _matches(scenario)
+        first = step + lidar.release_offset
+        perception = first + step if moving else first
+        return _Schedule(
+            tracker=first if moving else None,
+            perception=perception,
+            matcher=perception + step if matching else None,
+            last=(2 + moving + matching) * step,
+        )
+
+
+def _add_planning(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: NavigationStation | RobotEquipment,
+    goal: LeafSystem,
+    stopwatch: Stopwatch | None,
+) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None, ScanMatcher | None]:
+    lidar, schedule = scenario.lidar, _Schedule.of(scenario)
+    scan, tracker = station.GetOutputPort("lidar.scan"), None
+    if schedule.tracker is not None:
+        tracker = builder.AddNamedSystem(
+            "tracker", MoverTracker(scenario.movers, rate=lidar.rate, offset=schedule.tracker, stopwatch=stopwatch)
+        )
+        builder.Connect(scan, tracker.GetInputPort("scan"))
+        builder.Connect(station.GetOutputPort("localization.scan_pose"), tracker.GetInputPort("pose"))
+        scan = tracker.GetOutputPort("scan")
+    perception = builder.AddNamedSystem(
+        "perception",
+        StarPerception(
+            scenario.robot,
+            scenario.planner,
+            scenario.controller,
+            rate=lidar.rate,
+            offset=schedule.perception,
+            delay=lidar.delay,
+            confirm=lidar.noise if lidar.outliers > 0.0 else None,
+            stopwatch=stopwatch,
+        ),
+    )
+    planner = builder.AddNamedSystem(
+        "planner",
+        StarRoadmapPlanner(
+            scenario.robot,
+            scenario.planner,
+            goal_tolerance=scenario.simulation.goal_tolerance,
+            offset=schedule.last,
+            stopwatch=stopwatch,
+        ),
+    )
+    builder.Connect(scan, perception.GetInputPort("scan"))
+    builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
+    builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
+    star, pose, matcher = perception.GetOutputPort("star"), station.GetOutputPort("localization.pose"), None
+    if schedule.matcher is not None:
+        localization = scenario.localization
+        error = OdometryError(localization.drift, localization.jump, lidar.noise)
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=schedule.matcher))
+        for port, name in (
+            (star, "star"),
+            (station.GetOutputPort("localization.state"), "state"),
+            (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
+            (planner.GetOutputPort("guidance"), "guidance"),
+        ):
+            builder.Connect(port, matcher.GetInputPort(name))
+        star, pose = matcher.GetOutputPort("star"), matcher.GetOutputPort("pose")
+    builder.Connect(star, planner.GetInputPort("star"))
+    builder.Connect(pose, planner.GetInputPort("pose"))
+    return perception, planner, tracker, matcher
+
+
+def _matches(scenario: Scenario) -> bool:
+    """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
+    localization = scenario.localization
+    return localization.matching and not localization.exact and scenario.controller.kind in CERTIFIED
+
+
+def _add_certified_controller(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    station: NavigationStation | RobotEquipment,
+    perception: StarPerception,
+    guide: StarRoadmapPlanner | ScanMatcher,
+    tracker: MoverTracker | None,
+    stopwatch: Stopwatch | None,
+) -> CertifiedController:
+    offset, rate = _Schedule.of(scenario).last, scenario.controller.rate
+    delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
+    controller = builder.AddNamedSystem(
+        "controller",
+        CONTROLLERS[scenario.controller.kind](
+            scenario.robot,
+            scenario.controller,
+            offset=offset,
+            movers=scenario.movers if tracker is not None else None,
+            lead=delay,
+            stopwatch=stopwatch,
+        ),
+    )
+    if tracker is not None:
+        builder.Connect(tracker.GetOutputPort("tracks"), controller.GetInputPort("tracks"))
+    star, state = perception.GetOutputPort("safety_star"), station.GetOutputPort("localization.state")
+    if scenario.localization.jump > 0.0:
+        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset, rolling=scenario.lidar.rolling)
+        guard = builder.AddNamedSystem("jump_guard", guard)
+        builder.Connect(star, guard.GetInputPort("safety_star"))
+        builder.Connect(state, guard.GetInputPort("state"))
+        star = guard.get_output_port()
+    if scenario.drive.delay > 0.0:
+        predictor = builder.AddNamedSystem("predictor", StatePredictor(delay=delay, rate=rate, offset=offset))
+        builder.Connect(state, predictor.GetInputPort("state"))
+        builder.Connect(controller.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
+        state = predictor.get_output_port()
+    builder.Connect(guide.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
+    builder.Connect(star, controller.GetInputPort("safety_star"))
+    builder.Connect(state, controller.GetInputPort("state"))
+    return controller
+
+
+def _add_baseline(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    station: NavigationStation | RobotEquipment,
+    goal: LeafSystem,
+    planner: StarRoadmapPlanner | None,
+    stopwatch: Stopwatch | None,
+) -> BaselineController:
+    """Add a baseline; it reads the same scans at the same times as the star controller."""
+    kind, offset = scenario.controller.kind, 2 * scenario.simulation.time_step
+    settings = getattr(scenario, kind)
+    controller = builder.AddNamedSystem(
+        "controller",
+        BaselineController(scenario.robot, scenario.controller, settings, offset=offset, stopwatch=stopwatch),
+    )
+    builder.Connect(goal.get_output_port(), controller.GetInputPort("goal"))
+    for name, port in (
+        ("lidar.scan", "scan"),
+        ("localization.scan_pose", "scan_pose"),
+        ("localization.state", "state"),
+    ):
+        builder.Connect(station.GetOutputPort(name), controller.GetInputPort(port))
+    if planner is not None:
+        builder.Connect(planner.GetOutputPort("short_term_goal"), controller.GetInputPort("short_term_goal"))
+    if kind == "dsm":
+        count = len(world.polygons)
+        if count or world.model is not None or len(world.movers):
+            others = "a model file" if world.model is not None else "obstacles that move"
+            what = f"{count} polygon{'s' * (count > 1)}" if count else others
+            raise UnsupportedError(
+                f"controller.kind dsm in world {world.name}, which has {what}; "
+                "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
+            )
+        known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + scenario.dsm.margin)
+        source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
+        builder.Connect(source.get_output_port(), controller.GetInputPort("obstacles"))
+    return controller
+
+
+def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = None) -> Diagram:
+    """The built diagram of a scenario: simulate it, or add it to a builder of your own.
+
+    It exports the planner's, the controller's and the station's outputs under dotted names: `planner.guidance`,
+    `planner.short_term_goal`, `planner.roadmap`, `planner.status` (if there is a planner), `controller.twist_command`,
+    `controller.guiding_vector`, `controller.certificate`, and all of the station's; if the scenario declares that the
+    believed pose errs, also `matcher.pose` and the others of the matcher.
+
+    Args:
+        scenario: the parameters, as from `load_scenario`.
+        seed: of the world and of the sensor's noise.
+        world: in which to drive, instead of the scenario's.
+    """
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, scenario, seed=seed, world=world)
+    systems = {"planner": navigation.planner, "matcher": navigation.matcher, "controller": navigation.controller}
+    for name, system in systems.items():
+        if system is None:
+            continue
+        for index in range(system.num_output_ports()):
+            port = system.get_output_port(index)
+            builder.ExportOutput(port, f"{name}.{port.get_name()}")
+    for index in range(navigation.station.num_output_ports()):
+        port = navigation.station.get_output_port(index)
+        builder.ExportOutput(port, port.get_name())
+    diagram = builder.Build()
+    diagram.set_name(scenario.name)
+    return diagram

@@ -1,0 +1,85 @@
+"""The planner's step when it follows the fastest path: the roadmap grows as ever, and is searched only in need."""
+
+import dataclasses
+
+import numpy as np
+
+from drake_starnav.planning.fastest_path import Headway, fastest_path, narrowest_place
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.planner import check_beams, node_is_due, node_spacing_driven, plan_step
+from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points
+from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.regions.observation import Observation
+from drake_starnav.robot import RobotParameters
+
+NO_PLACES = np.zeros((0, 2))
+
+
+def fastest_step(state: PlannerState, now: PlannerInput, robot: RobotParameters) -> PlannerState:
+    """One update of the planner along the fastest path; see `fastest_path`.
+
+    Every scan's hits are remembered, and the path is found anew at each update. Places shut for want of headway are
+    opened again when they leave no way; if there still is none, the roadmap is searched as in `plan_step`.
+
+    Args:
+        state, now: as for `plan_step`.
+        robot: its size and speed limit.
+
+    Raises:
+        StarnavError: as `plan_step`.
+    """
+    seen, position, goal, time, parameters = now.seen, now.position, now.goal, now.time, now.parameters
+    if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
+        return state
+    check_beams(state.roadmap, seen)
+    state = _grown(state, seen, position, parameters, robot)
+    shut = state.headway.shut
+    path, to_go = _path(state.roadmap, position, goal, shut, robot)
+    if not len(path) and len(shut):
+        shut = NO_PLACES
+        path, to_go = _path(state.roadmap, position, goal, shut, robot)
+    if not len(path):
+        if state.headway.followed:  # what is left of that path leads nowhere
+            state = dataclasses.replace(state, path=NO_PATH, headway=Headway())
+        return plan_step(state, now)
+    headway, stalled = dataclasses.replace(state.headway, shut=shut, followed=True).watched(to_go, time)
+    place = narrowest_place(state.roadmap.hits, path, robot.radius) if stalled else None
+    if place is not None:
+        headway = dataclasses.replace(headway, shut=np.vstack((shut, place)))
+    arrives = np.hypot(*(path[-1] - goal)) <= parameters.grid_resolution
+    return dataclasses.replace(
+        state,
+        path=np.vstack((path[:-1], goal)) if arrives else path,
+        status=PlannerStatus.APPROACHING if arrives else PlannerStatus.EXPLORING,
+        target=None,
+        headway=headway,
+        anticipated=None,
+        plans=state.plans + 1,
+    )
+
+
+def _grown(
+    state: PlannerState,
+    seen: Observation,
+    position: np.ndarray,
+    parameters: PlannerParameters,
+    robot: RobotParameters,
+) -> PlannerState:
+    """The state with the scan's hits in the memory and, where one is due, a node more."""
+    assert seen.region is not None
+    points = impassable_points(seen.scan, seen.pose, parameters, robot.radius)
+    roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
+    node_position = state.node_position
+    if node_is_due(state, seen.region, position, parameters):
+        roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, robot.radius, stamp=False)
+        node_position = seen.pose[:2].copy()
+    elif node_spacing_driven(state, position, parameters):
+        node_position = position.copy()
+    return dataclasses.replace(state, roadmap=roadmap, node_position=node_position)
+
+
+def _path(
+    roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, shut: np.ndarray, robot: RobotParameters
+) -> tuple[np.ndarray, float]:
+    places = np.vstack((roadmap.stack.center, position, goal))
+    return fastest_path(roadmap.hits, position, goal, places.min(axis=0), places.max(axis=0), shut, robot)

@@ -1,0 +1,204 @@
+"""Frontiers: places at the rim of a star-shaped region from which the robot could see more."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.regions.star_region import StarRegion, covers
+
+NEAREST_STAND = 0.15
+"""Frontier points nearer than this to their node are dropped, m."""
+PROBE_REACHED = 0.6
+"""A region that ends before a probe by no more than this share of the probe distance counts as covering it."""
+EDGE_CLEARANCE = 0.12
+"""Edge frontiers keep this distance from both ends of the jump, m."""
+RIM_INSET = 0.02
+"""Frontier points on an arc at maximum range stand this far inside it, m."""
+
+
+@dataclass(frozen=True)
+class Frontiers:
+    """Frontier points of the roadmap that still may lead somewhere. Immutable; all in W, m.
+
+    Attributes:
+        stand: shape (n, 2), where the robot would stand, inside the owner's region.
+        probe: shape (n, 2), a place in the unknown just across; once a region covers it, the frontier is spent.
+        owner: shape (n,), index of the region it belongs to.
+    """
+
+    stand: np.ndarray
+    probe: np.ndarray
+    owner: np.ndarray
+
+    @staticmethod
+    def none() -> "Frontiers":
+        """No frontiers."""
+        return Frontiers(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, np.int64))
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+    def where(self, keep: np.ndarray) -> "Frontiers":
+        """Those that a boolean mask of shape (n,) selects."""
+        return Frontiers(self.stand[keep], self.probe[keep], self.owner[keep])
+
+    def joined(self, other: "Frontiers") -> "Frontiers":
+        """These, then those."""
+        return Frontiers(
+            np.vstack((self.stand, other.stand)),
+            np.vstack((self.probe, other.probe)),
+            np.concatenate((self.owner, other.owner)),
+        )
+
+
+def edge_frontiers(region: StarRegion, owner: int, parameters: PlannerParameters) -> Frontiers:
+    """Frontiers at jumps of the free range and along arcs where nothing returned.
+
+    At a jump, points stand along the jump's ray, one sample off it, and their probes lie across it, behind the nearer
+    surface. On an arc at maximum range, points stand just inside and their probes just outside.
+    """
+    rows = _edge_points(
+        region.center,
+        region.bearing_0,
+        region.free_range,
+        region.boundary.values,
+        region.limit,
+        parameters.frontier_jump,
+        parameters.frontier_spacing,
+        parameters.probe_distance,
+    )
+    return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), owner))
+
+
+def cluster_frontiers(
+    region: StarRegion, scan: LaserScan, pose: np.ndarray, owner: int, parameters: PlannerParameters
+) -> Frontiers:
+    """The paper's frontiers: midway between the ends of neighbouring clusters of hits.
+
+    Hits are clustered by DBSCAN; the two outermost points of a cluster are its side points. A cluster that crosses
+    the +-pi seam is one cluster. A midpoint outside the region is pulled back inside; across an opening of more
+    than 0.9 pi the midpoint means nothing and the bisector at 0.6 of the range is taken. Stand and probe coincide
+    but for `probe_distance` outwards.
+
+    Source: paper, section III-C.
+    """
+    reach = scan.range_max
+    hit = scan.hits
+    if hit.sum() < 3:
+        return Frontiers.none()
+    from sklearn.cluster import DBSCAN  # imported late: it is slow to load and starts threads
+
+    bearing, distance = scan.bearings[hit], scan.distances[hit]
+    points = distance[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    labels = DBSCAN(eps=parameters.cluster_radius, min_samples=parameters.cluster_points).fit(points).labels_
+    sides = _cluster_sides(bearing, distance, labels)
+    found = []
+    for k, (_, _, angle_1, distance_1) in enumerate(sides):
+        angle_2, distance_2, _, _ = sides[(k + 1) % len(sides)]
+        opening = (angle_2 - angle_1) % (2.0 * math.pi)
+        if opening < 1.5 * scan.angle_increment or (opening > 1.5 * math.pi and len(sides) > 1):
+            continue  # no beam between them: a single closed cluster, or clusters that overlap in bearing
+        side_1 = distance_1 * np.array([math.cos(angle_1), math.sin(angle_1)])
+        side_2 = distance_2 * np.array([math.cos(angle_2), math.sin(angle_2)])
+        middle = 0.5 * (side_1 + side_2)
+        if opening > 0.9 * math.pi:
+            middle = 0.6 * reach * np.array([math.cos(angle_1 + opening / 2), math.sin(angle_1 + opening / 2)])
+        theta = math.atan2(middle[1], middle[0]) + pose[2]
+        radius = min(float(np.hypot(*middle)), float(region.phi(theta)) - parameters.probe_distance)
+        if radius > 0.3:
+            found.append((radius, theta))
+    if not found:
+        return Frontiers.none()
+    radius, theta = np.array(found).T
+    ray = np.column_stack((np.cos(theta), np.sin(theta)))
+    stand = region.center + radius[:, None] * ray
+    return Frontiers(stand, stand + parameters.probe_distance * ray, np.full(len(found), owner))
+
+
+def uncovered(points: np.ndarray, regions: tuple, skip: int = -1, slack: float = 0.0) -> np.ndarray:
+    """Which points no region reaches; shape (n, 2) -> (n,), bool.
+
+    Args:
+        points: W, m.
+        regions: `RegionStack.arrays`.
+        skip: index of a region that does not count.
+        slack: a region reaches points that lie this far beyond its boundary, m.
+    """
+    return _uncovered(np.ascontiguousarray(points), *regions, skip, slack)
+
+
+def _cluster_sides(bearing: np.ndarray, distance: np.ndarray, labels: np.ndarray) -> list[tuple]:
+    """Per cluster, ordered by bearing: first bearing and distance, last bearing and distance, counter-clockwise."""
+    sides = []
+    for label in range(labels.max() + 1):
+        angle, length = bearing[labels == label], distance[labels == label]
+        gap = np.diff(np.append(angle, angle[0] + 2.0 * math.pi))
+        last = int(np.argmax(gap))  # the widest gap is where the cluster is open, across the seam or not
+        first = (last + 1) % len(angle)
+        sides.append((angle[first], length[first], angle[last], length[last]))
+    return sorted(sides)
+
+
+@njit(cache=True)
+def _uncovered(points, center, bearing_0, values, reach, skip, slack):
+    out = np.ones(len(points), np.bool_)
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        for k in range(len(reach) - 1, -1, -1):
+            dx, dy = x - center[k, 0], y - center[k, 1]
+            distance = math.sqrt(dx * dx + dy * dy)
+            if k == skip or distance > reach[k] + slack:
+                continue
+            nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+            if covers(center[k], bearing_0[k], values[k], center[k, 0] + dx * nearer, center[k, 1] + dy * nearer):
+                out[i] = False
+                break
+    return out
+
+
+@njit(cache=True)
+def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
+    count = len(free)
+    step = 2.0 * math.pi / count
+    out = np.empty((4096, 4))
+    n = 0
+    along_arc = np.inf
+    for i in range(count):
+        j = (i + 1) % count
+        if abs(free[i] - free[j]) > jump:
+            near, far, side = (i, j, -1.0) if free[i] < free[j] else (j, i, 1.0)
+            beside = int(far - side) % count  # stands lie one sample off the jump, safely inside the region
+            theta = bearing_0 + far * step
+            low = free[near]
+            at_limit = free[far] >= limit[far] - RIM_INSET
+            high = min(fitted[far], fitted[beside]) - (RIM_INSET if at_limit else EDGE_CLEARANCE)
+            r = low + EDGE_CLEARANCE
+            if r > high:
+                r = 0.5 * (low + high)
+            while high - low >= 0.04 and r <= high and n < len(out):
+                if r > NEAREST_STAND:
+                    across = theta + side * max(1.5 * step, offset / r)
+                    out[n, 0] = center[0] + r * math.cos(theta - side * step)
+                    out[n, 1] = center[1] + r * math.sin(theta - side * step)
+                    out[n, 2] = center[0] + r * math.cos(across)
+                    out[n, 3] = center[1] + r * math.sin(across)
+                    n += 1
+                r += spacing
+        if limit[i] > 0.0 and free[i] >= limit[i] - RIM_INSET:
+            along_arc += step * free[i]
+            r = fitted[i] - RIM_INSET
+            if along_arc > spacing and r > NEAREST_STAND and n < len(out):
+                along_arc = 0.0
+                theta = bearing_0 + i * step
+                out[n, 0] = center[0] + r * math.cos(theta)
+                out[n, 1] = center[1] + r * math.sin(theta)
+                out[n, 2] = center[0] + (free[i] + offset) * math.cos(theta)
+                out[n, 3] = center[1] + (free[i] + offset) * math.sin(theta)
+                n += 1
+        else:
+            along_arc = np.inf
+    return out[:n].copy()

@@ -1,0 +1,62 @@
+"""What any planner tells the controller."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.regions.star_region import RegionStack, StarRegion
+from drake_starnav.utils.snapshot import snapshot
+
+PASSED_DISTANCE = 0.06
+"""A way point this near has been passed, m."""
+
+
+@snapshot
+class Guidance:
+    """What the controller needs from any planner. Immutable; W, m.
+
+    Attributes:
+        path: shape (k, 2), way points ahead; the first is the short-term goal. Empty: stand still.
+        arrives: whether the last way point is the goal, to stop at.
+        regions: star-shaped regions of the roadmap, for the modulation.
+    """
+
+    path: np.ndarray
+    arrives: bool
+    regions: RegionStack
+
+    @staticmethod
+    def none() -> "Guidance":
+        """Stand still."""
+        return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
+
+    @staticmethod
+    def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
+        """Follow a path to its end, and stop there: for who plans by other means.
+
+        Args:
+            path: shape (k, 2), way points ahead, W, m.
+            regions: around the robot, for the modulation; without them it drives straight to the next way point.
+
+        Raises:
+            StarnavError: the path has another shape, or a number that is not finite.
+        """
+        way = np.array(path, dtype=float)
+        if way.size == 0:
+            way = np.zeros((0, 2))
+        if way.ndim != 2 or way.shape[1] != 2 or not np.isfinite(way).all():
+            raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
+        return Guidance(way, True, RegionStack.of(tuple(regions)))
+
+    def left(self, position: np.ndarray) -> float:
+        """How far the goal to stop at is from a position (2,), m; infinite without one."""
+        if not self.arrives or not len(self.path):
+            return math.inf
+        return math.hypot(self.path[-1, 0] - position[0], self.path[-1, 1] - position[1])
+
+    def moved(self, frame: np.ndarray) -> "Guidance":
+        """The same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame))

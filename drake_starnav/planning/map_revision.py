@@ -1,0 +1,178 @@
+"""Regions cut back, or dropped, where later experience contradicts them.
+
+A thing thinner than the distance between two beams is seen from near only, inside of regions that were made from afar.
+Where the believed pose drifts, too, a new scan's hits come to lie inside old regions, and old hits where the new scan
+saw free space; the new scan is right about what surrounds the robot now. Where the robot stalls inside the regions,
+they are wrong about the place before it.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.regions.erosion import eroded_range, half_gaps, point_hits
+from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
+from drake_starnav.regions.star_region import StarRegion
+
+KEPT_SHARE = 0.7
+"""A region is dropped when less than this share of its free range is left, summed over all bearings."""
+SEEN_THROUGH_SHARE = 0.1
+"""A node is dropped when the new scan saw free space at more than this share of its hits."""
+FEWEST_HITS = 5
+"""A new scan must see free space at so many of a node's hits to contradict them."""
+
+
+def lasting_hits(scan: LaserScan, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Hits of a scan from a pose that do not move: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
+    stays = scan.lasting[scan.hits]
+    return scan.points(pose)[stays], half_gaps(scan, scan.distances)[scan.hits][stays]
+
+
+def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
+    """The free range of an old region, cut back where a new scan has hits; shape (M,), m.
+
+    Args:
+        region: made from an older scan.
+        points, gaps: of the new one, as from `lasting_hits`.
+        radius: of the robot with the region's margin, m.
+    """
+    within = float(region.free_range.max()) + radius + 0.1
+    hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
+    return eroded_range(hits, radius, region.free_range)
+
+
+def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np.ndarray, slack: float) -> float:
+    """The share of an old scan's hits about which a new scan saw free space, by `slack` (m) on all sides.
+
+    Only hits in the new scan's reach count; 0 if fewer than FEWEST_HITS of them were seen through.
+    """
+    offset = old.points(old_pose)[old.lasting[old.hits]] - pose[:2]
+    distance = np.hypot(offset[:, 0], offset[:, 1])
+    bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min, 2.0 * np.pi)
+    beam = bearing / scan.angle_increment
+    judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
+    free = _free_around(beam, distance, scan.distances, scan.angle_increment, slack, scan.full_circle)
+    through = judged & (distance < free - slack)
+    return 0.0 if through.sum() < FEWEST_HITS else float(through.sum() / judged.sum())
+
+
+@njit(cache=True)
+def _free_around(beam, distance, ranges, increment, slack, wrap):
+    """The shortest range among the beams that pass a place at `beam` and `distance` within `slack`."""
+    n = len(ranges)
+    out = np.full(len(beam), np.inf)
+    for i in range(len(beam)):
+        half = min(slack / max(distance[i], slack) / increment, 0.25 * n)
+        for k in range(int(math.floor(beam[i] - half)), int(math.ceil(beam[i] + half)) + 1):
+            if wrap or 0 <= k < n:
+                out[i] = min(out[i], ranges[k % n])
+    return out
+
+
+def reconcile(
+    roadmap: StarRoadmap,
+    scan: LaserScan,
+    pose: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> StarRoadmap:
+    """The roadmap without what a new scan contradicts by more than `parameters.contradiction`.
+
+    Regions are cut back where the new hits lie deeper in them than that; nodes of which too little is left are dropped,
+    and with `drop_seen_through` those whose hits the new scan saw through. If anything changed, the roadmap is made
+    anew from what is left, and with `drop_seen_through` its hits too.
+
+    Args:
+        roadmap: before.
+        scan: the latest, in S.
+        pose: (x, y, yaw) of S in W when it was taken.
+        parameters: of the roadmap; with `contradiction` 0 the roadmap stays.
+        robot_radius: m.
+    """
+    slack = parameters.contradiction
+    if slack <= 0.0:
+        return roadmap
+    new_hits = lasting_hits(scan, pose)
+    far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
+    kept: list[tuple[StarRegion, LaserScan, np.ndarray]] = []
+    for region, (old, old_pose), out_of_reach in zip(roadmap.regions, roadmap.scans, far.tolist(), strict=True):
+        if out_of_reach:
+            kept.append((region, old, old_pose))
+            continue
+        if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
+            continue
+        radius = robot_radius + region.margin
+        # the disc is smaller by the slack, as a bearing that grazes a hit loses much of its range at once
+        if (region.free_range - cut_back(region, *new_hits, max(radius - slack, 0.0))).max() > slack:
+            values = cut_back(region, *new_hits, radius)
+            if values.sum() < KEPT_SHARE * region.free_range.sum():
+                continue
+            region = _with_free_range(region, values, parameters)
+        kept.append((region, old, old_pose))
+    if len(kept) == len(roadmap) and all(a is b for a, (b, _, _) in zip(roadmap.regions, kept, strict=True)):
+        return roadmap
+    return _remade(roadmap, kept, parameters, robot_radius)
+
+
+def block(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+    """The roadmap with no region in which the robot touches a place (2,) in W, as if a thin post stood there.
+
+    Regions are made from smoothed scans with the planner's margin. Where the controller certifies no motion although
+    they overlap, they are wrong, and so is every path through there. Nodes at which the robot would touch the place
+    are dropped.
+    """
+    roadmap = dataclasses.replace(roadmap, blocked=np.vstack((roadmap.blocked, place)))
+    nodes = [
+        (clear_of(region, roadmap.blocked, parameters, robot_radius), *seen)
+        for region, seen in zip(roadmap.regions, roadmap.scans, strict=True)
+        if np.hypot(*(region.center - place)) > robot_radius + region.margin
+    ]
+    return _remade(roadmap, nodes, parameters, robot_radius)
+
+
+def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
+    """The part of a region in which the robot stays off places (k, 2) in W, with the region's margin."""
+    if not len(places):
+        return region
+    radius = robot_radius + region.margin
+    near = np.hypot(*(places - region.center).T) < float(region.free_range.max()) + radius
+    if not near.any():
+        return region
+    free = region.free_range
+    hits = point_hits(places[near], np.zeros(near.sum()), region.center, region.bearing_0, np.inf, len(free))
+    return _with_free_range(region, eroded_range(hits, radius, free), parameters)
+
+
+def _with_free_range(region: StarRegion, free_range: np.ndarray, parameters: PlannerParameters) -> StarRegion:
+    """The region with another free range, shape (M,), m, fitted anew."""
+    return dataclasses.replace(region, free_range=free_range, boundary=fit_piecewise_cubic(free_range, parameters))
+
+
+def _remade(
+    roadmap: StarRoadmap,
+    nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
+    parameters: PlannerParameters,
+    robot_radius: float,
+) -> StarRoadmap:
+    """A roadmap of these nodes (region, scan, pose) in which all stays retired, closed, looked at and blocked.
+
+    All hits are remembered, too, unless the pose may err: then only those of these nodes' scans.
+    """
+    forgets, empty = parameters.drop_seen_through, StarRoadmap.empty(parameters, robot_radius)
+    out = dataclasses.replace(
+        empty,
+        hits=empty.hits if forgets else roadmap.hits,
+        retired=roadmap.retired,
+        closed=roadmap.closed,
+        looked=roadmap.looked,
+        blocked=roadmap.blocked,
+    )
+    for region, scan, pose in nodes:
+        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=forgets)
+    return out

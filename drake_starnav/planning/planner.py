@@ -1,0 +1,338 @@
+"""The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
+
+import dataclasses
+from enum import Flag, auto
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.planning.map_revision import block, clear_of, reconcile
+from drake_starnav.planning.optimistic_path import is_barred
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.recovery import after_trying, has_arrived, place_to_block
+from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
+from drake_starnav.planning.search import Route, barred_in_vain, find_route, hits_leave_a_way
+from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.string_pulling import last_in_sight
+from drake_starnav.regions.observation import Observation
+from drake_starnav.regions.star_region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
+
+OUTSIDE_TOLERANCE = 0.03
+"""The robot has left the regions only when it is this far outside, m."""
+AT_GOAL = 0.3
+"""A robot this near to its goal is there, m."""
+SILENT_SHARE = 0.5
+"""A robot whose latest scan is older than this share of `progress_timeout` gets none."""
+GIVING_WAY = 1.5
+"""While something that moves is this near, the robot may be giving way, m."""
+NEW_SHARE = 0.01
+"""With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
+PROBE_SEEN_AFTER = 0.3
+"""A target whose probe is seen makes a node only this far from the last one, m."""
+RETRY_DISTANCE = 0.5
+"""Retries this near to each other are at one place, m."""
+BARRED_AFTER = 0.1
+"""A way on that is barred is cause for another plan only this far from where the last was made, m."""
+
+
+class Cause(Flag):
+    """Why the roadmap may grow; there may be several causes at once.
+
+    Attributes:
+        ARRIVED: the robot is at its target.
+        STUCK: a hit lies at the target.
+        STALLED: the robot has made no progress for too long.
+        TRIED: any of these, after which the target has been tried.
+        DUE: the robot is where a node is wanted.
+        SPACED: it has driven `node_spacing`. Alone this makes a node only if the scan contradicts the roadmap.
+    """
+
+    NONE = 0
+    ARRIVED = auto()
+    STUCK = auto()
+    STALLED = auto()
+    DUE = auto()
+    SPACED = auto()
+    TRIED = ARRIVED | STUCK | STALLED
+
+
+def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
+    """One update of the planner: the roadmap grows if there is cause, and where that leaves no path one is planned.
+
+    With `replanning` one is planned, too, as soon as the latest scan bars the way on past the target frontier. With
+    `anticipation` the robot turns, on its way to that, towards the way on as soon as the latest scan shows it.
+
+    Args:
+        state: before; it is not changed.
+        now: the latest scan, and where the robot is and shall go.
+
+    Raises:
+        StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
+    """
+    seen, parameters = now.seen, now.parameters
+    if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
+        return state
+    check_beams(state.roadmap, seen)
+    region = clear_of(seen.region, state.roadmap.blocked, parameters, now.robot_radius)
+    state, stalled = _watched(state, now)
+    cause = _why_grow(state, region, stalled, now)
+    state, region = _grown(state, region, cause, now)
+    if len(state.path):
+        state = _unless_barred(state, now)
+    if len(state.path):
+        state = _along_path(state, now.position, parameters)
+    if not len(state.path):
+        first_look = state.plans == 0 and not stalled
+        state = _planned(state, region, first_look, now)
+    return _with_anticipation(state, seen.region, now)
+
+
+def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
+    """Raise a `StarnavError` if a scan's region has another number of bearings than the roadmap's regions."""
+    if seen.region is None or not len(roadmap):
+        return
+    bearings, before = len(seen.region.free_range), roadmap.stack.values.shape[1]
+    if bearings != before:
+        raise StarnavError(
+            f"laser scan: {len(seen.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
+            f"{len(roadmap.scans[0][0].ranges)} beams ({before} bearings); allowed: the same number in every scan"
+        )
+
+
+def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
+    """The state with its progress watch brought up to date, and whether the robot has stalled.
+
+    A robot at its goal, one that gets no scans, or one that may be giving way has reason to stand.
+    """
+    scan, timeout = now.seen.scan, now.parameters.progress_timeout
+    moved = not _distance(now.position, state.progress_position) <= now.parameters.progress_distance
+    silent = now.time - scan.time > SILENT_SHARE * timeout
+    at_goal = (
+        state.status is PlannerStatus.APPROACHING
+        and len(state.path) > 0
+        and _distance(now.position, state.path[-1]) < AT_GOAL
+    )
+    giving_way = bool((scan.distances[scan.moving] < GIVING_WAY).any())
+    if moved or silent or at_goal or giving_way:
+        return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
+    if now.time - state.progress_time > timeout:
+        return dataclasses.replace(state, progress_time=now.time), True
+    return state, False
+
+
+def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> Cause:
+    """The causes for the roadmap to grow."""
+    cause = Cause.STALLED if stalled else Cause.NONE
+    if state.target is not None:
+        if has_arrived(state.roadmap, state.target, now):
+            cause |= Cause.ARRIVED
+        if _hit_nearby(now.seen, state.target[0], now.parameters.stuck_distance):
+            cause |= Cause.STUCK
+    if not cause and node_is_due(state, region, now.position, now.parameters):
+        cause |= Cause.DUE
+    if node_spacing_driven(state, now.position, now.parameters):
+        cause |= Cause.SPACED
+    return cause
+
+
+def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: PlannerInput) -> tuple[PlannerState, StarRegion]:
+    """The state with one more node if there is cause, and then without path; and what is left of the scan's region.
+
+    What the scan contradicts is dropped first. A target that was tried is no target any more, and may be retired; where
+    the robot has stalled, the place ahead may be blocked.
+    """
+    if not cause:
+        return state, region
+    seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
+    roadmap = reconcile(state.roadmap, seen.scan, seen.pose, parameters, robot_radius)
+    if cause == Cause.SPACED and roadmap is state.roadmap:
+        return dataclasses.replace(state, node_position=now.position.copy()), region
+    roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+    if Cause.STALLED in cause and parameters.retire_dead_ends:
+        place = place_to_block(roadmap, state.guidance.path, now)
+        if place is not None:
+            roadmap = block(roadmap, place, parameters, robot_radius)
+            region = clear_of(region, place[None, :], parameters, robot_radius)
+    target = state.target
+    if target is not None and cause & Cause.TRIED:
+        if parameters.retire_dead_ends:
+            roadmap = after_trying(roadmap, target, Cause.ARRIVED in cause, now)
+        target = None
+    node_position = seen.pose[:2].copy()
+    return dataclasses.replace(state, roadmap=roadmap, target=target, node_position=node_position, path=NO_PATH), region
+
+
+def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether a node is wanted where the robot is, with the region of the latest scan.
+
+    It is at the start; and, where `growth` is continuous, every `node_spacing` (with a map from an earlier goal only
+    if enough of the region is new), when the target's probe is seen, and outside of all regions.
+    """
+    if not len(state.roadmap):
+        return True
+    if parameters.growth == "arrival":
+        return False
+    driven = _distance(position, state.node_position)
+    if node_spacing_driven(state, position, parameters) and not (
+        state.began_with_map and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
+    ):
+        return True
+    shape = (region.center, region.bearing_0, region.boundary.values)
+    if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
+        return True
+    return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
+
+
+def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
+    """Whether the robot is `node_spacing` from where a node was last added, or nothing new was seen for one."""
+    return _distance(position, state.node_position) > parameters.node_spacing
+
+
+def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
+    """Whether the robot, moved by the tolerance towards the region's centre, is in one of the regions."""
+    stack = roadmap.stack
+    if first_cover(*stack.arrays, *position) >= 0:
+        return True
+    offset = stack.center - position
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    for k in np.flatnonzero(away <= stack.reach + OUTSIDE_TOLERANCE)[::-1]:
+        nearer = position + offset[k] * min(OUTSIDE_TOLERANCE / max(away[k], 1e-9), 1.0)
+        if covers(stack.center[k], stack.bearing_0[k], stack.values[k], *nearer):
+            return True
+    return False
+
+
+def _unless_barred(state: PlannerState, now: PlannerInput) -> PlannerState:
+    """The state; where the latest scan bars the way on from the target, with the scan's hits and without path."""
+    if not now.parameters.replanning or len(state.way_on) < 2:  # there is nothing beyond the probe
+        return state
+    if _distance(now.position, state.plan_position) <= BARRED_AFTER:
+        return state
+    points = impassable_points(now.seen.scan, now.seen.pose, now.parameters, now.robot_radius)
+    if not is_barred(state.way_on, points, now.robot_radius):
+        return state
+    roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
+    return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
+
+
+def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> PlannerState:
+    """The state with what is left of its path; without path if the robot has lost sight of it."""
+    path = _path_ahead(state.roadmap, state.path, position, parameters)
+    if parameters.string_pulling and _strayed(state.roadmap, path, position):
+        path = NO_PATH
+    return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
+
+
+def _path_ahead(
+    roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray, parameters: PlannerParameters
+) -> np.ndarray:
+    """The path without the way points that are passed, or (when pulling strings) that the robot can see past."""
+    passed = PASSED_DISTANCE if parameters.string_pulling else parameters.arrival_distance
+    while len(path) > 1 and (
+        _distance(path[0], position) < passed
+        or (parameters.string_pulling and segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP))
+    ):
+        path = path[1:]
+    return path
+
+
+def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bool:
+    """Whether the robot, inside the union of regions, has lost the line of sight to the next way point."""
+    regions = roadmap.stack.arrays
+    return first_cover(*regions, *position) >= 0 and not segment_covered(*regions, *position, *path[0], LINE_STEP)
+
+
+def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: PlannerInput) -> PlannerState:
+    """The state with a new path; where there is none the goal is unreachable.
+
+    At the first look the scan may be at fault: one that shows no way at all is forgotten.
+    """
+    route, state = _searched(state, region, now)
+    if route is None and first_look:
+        return dataclasses.replace(
+            PlannerState.initial(now.parameters, now.robot_radius),
+            progress_position=state.progress_position,
+            progress_time=state.progress_time,
+        )
+    if route is None:
+        hopeless = not _may_retry(state, route, now)  # else the next scan may show a way
+        status = PlannerStatus.UNREACHABLE if hopeless else state.status
+        return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
+    target, roadmap = None, state.roadmap
+    if route.closed is not None and len(route.closed) > len(roadmap.closed):
+        roadmap = dataclasses.replace(roadmap, closed=route.closed)
+    if len(route.target):
+        target = np.vstack((route.target.stand, route.target.probe))
+        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
+            roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
+    return dataclasses.replace(
+        state,
+        roadmap=roadmap,
+        status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
+        path=_path_ahead(roadmap, route.path, now.position, now.parameters),
+        target=target,
+        plans=state.plans + 1,
+        plan_position=now.position.copy(),
+        way_on=route.way_on,
+        next_on=route.next_on,
+    )
+
+
+def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+    """The route if there is one, and the state with the roadmap in which it was found.
+
+    Where there is none, or only what was tried in vain bars the goal, the roadmap is rebuilt to try that again, before
+    all else is explored that cannot help; at most once for each scan.
+    """
+    seen, parameters = now.seen, now.parameters
+    current = None if state.target is None else state.target[0]
+    route = find_route(state.roadmap, region, now, current)
+    if route is not None and not route.hopeless:
+        return route, state
+    tried = len(state.retries) > 0 and state.roadmap.scans[-1][0].time >= seen.scan.time
+    if tried or not _may_retry(state, route, now):
+        return route, state
+    assert seen.region is not None
+    roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
+    roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
+    state = dataclasses.replace(state, roadmap=roadmap, retries=np.vstack((state.retries, now.position)))
+    return find_route(roadmap, seen.region, now), state
+
+
+def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
+    """Whether there may be a way all the same, and the robot has not often retried hereabouts."""
+    near = np.hypot(*(state.retries - now.position).T) < RETRY_DISTANCE
+    if int(near.sum()) >= now.parameters.retries:
+        return False
+    return hits_leave_a_way(state.roadmap, now) if route is None else barred_in_vain(state.roadmap, now)
+
+
+def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:
+    """The state with what the latest scan's region shows of the way on past the target."""
+    anticipated = _anticipated(state, region, now)
+    return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
+
+
+def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> Guidance | None:
+    """The last point of the way on that is in straight sight inside the region of the latest scan, as guidance.
+
+    None on the way to another way point, to the goal, and while nothing of the way on is seen.
+    """
+    if not now.parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
+        return None
+    regions = RegionStack.of([clear_of(region, state.roadmap.blocked, now.parameters, now.robot_radius)])
+    last = last_in_sight(state.next_on, now.position, regions)
+    return Guidance(state.next_on[last : last + 1], False, regions) if last >= 0 else None
+
+
+def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:
+    """Whether a hit of the latest scan lies within `distance` (m) of a place (2,) in W."""
+    if distance <= 0.0:
+        return False
+    offset = seen.scan.points(seen.pose) - place
+    return bool(len(offset)) and float(np.hypot(offset[:, 0], offset[:, 1]).min()) < distance
+
+
+def _distance(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.hypot(a[0] - b[0], a[1] - b[1]))

@@ -1,0 +1,113 @@
+"""Where trying leads nowhere: which targets are given up, and which place a stalled robot takes as blocked."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from drake_starnav.geometry.polyline import distance_to_segment
+from drake_starnav.planning.cost_field import CLOSED_RADIUS
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap, retire
+from drake_starnav.planning.search import UNREACHABLE_PENALTY, optimistic_cost
+from drake_starnav.planning.state import PlannerInput
+from drake_starnav.regions.star_region import StarRegion
+
+BLOCKED_AHEAD = 0.05
+"""A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
+FACING = math.radians(30.0)
+"""A robot faces a place that lies within this angle of its heading, rad."""
+CAME_ALONG_NODES = 40
+"""What the robot drove over between the latest so many nodes is not blocked."""
+CAME_STRAIGHT = 1.5
+"""Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
+AT_STAND = 0.04
+"""Where the robot has looked at a target in vain, it arrives at one only this near to its stand, m."""
+LOOKED_AROUND = 2.0
+"""The robot has looked within this many arrival distances of a place from which it looked."""
+
+
+def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
+    """Whether the robot is at a target (stand and probe): at its very stand where it has looked in vain."""
+    near = AT_STAND if _has_looked(roadmap, now) else np.inf
+    return bool(np.hypot(*(now.position - target[0])) < min(near, now.parameters.arrival_distance))
+
+
+def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
+    """The roadmap once a target (stand and probe) was tried, its newest region made there.
+
+    A target that the robot has arrived at is kept if the newest region, from there, shows its probe. If much depends
+    on it, it is kept at the first look all the same, to be looked at from its very stand. Otherwise it is retired.
+    """
+    if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
+        return roadmap
+    parameters = now.parameters
+    first_look = arrived and not _has_looked(roadmap, now)
+    given_up = retire(roadmap, target[0], parameters.retired_radius, target[1])
+    if first_look and _lengthens_the_way(roadmap, given_up, now):
+        return dataclasses.replace(roadmap, looked=np.vstack((roadmap.looked, now.position)))
+    return given_up
+
+
+def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) -> np.ndarray | None:
+    """The place just ahead of a stalled robot, shape (2,), W, m; None where nothing need bar its path (k, 2) in W.
+
+    It may stand only to turn; it may have come along there; or it may be slow to leave another blocked place.
+    """
+    if not len(path) or not _faces(now.seen.pose, path[0]):
+        return None
+    way = path[0] - now.position
+    distance = now.robot_radius + now.parameters.margin + BLOCKED_AHEAD
+    ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
+    if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _shut_in(now.position, ahead, roadmap.blocked):
+        return None
+    return ahead
+
+
+def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
+    """Whether a region contains a probe (2,) in W, or a place about a cell (m) from it: gates lie on a grid's cells."""
+    ring = np.arange(8) * (math.pi / 4.0)
+    return bool(region.contains(np.vstack((probe, probe + cell * np.column_stack((np.cos(ring), np.sin(ring)))))).any())
+
+
+def _has_looked(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether the robot is about where it has looked in vain at a target that was kept."""
+    away = np.hypot(*(roadmap.looked - now.position).T)
+    return bool((away < LOOKED_AROUND * now.parameters.arrival_distance).any())
+
+
+def _lengthens_the_way(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether the optimistic path to the goal is longer by more than `closer_look` in one roadmap than in another."""
+    if now.parameters.cost_to_go != "grid":
+        return False
+    here = now.position[None, :]
+    away = np.hypot(*(before.closed - here).T)  # where the robot stands nothing is closed
+    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])
+    shorter, longer = (float(optimistic_cost(known, now).at(here)[0]) for known in (before, after))
+    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > now.parameters.closer_look
+
+
+def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
+    """Whether a robot at a pose (x, y, yaw) faces a place (2,) in W."""
+    offset = place - pose[:2]
+    return math.cos(math.atan2(offset[1], offset[0]) - pose[2]) > math.cos(FACING)
+
+
+def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> bool:
+    """Whether the robot has lately driven over a place (2,) in W, so that nothing stands there."""
+    driven = roadmap.stack.center[-CAME_ALONG_NODES:]
+    return any(
+        distance_to_segment(place[None], start, end)[0] < robot_radius
+        for start, end in zip(driven[:-1], driven[1:], strict=True)
+        if np.hypot(*(end - start)) < CAME_STRAIGHT * parameters.node_spacing
+    )
+
+
+def _shut_in(position: np.ndarray, place: np.ndarray, blocked: np.ndarray) -> bool:
+    """Whether a place ahead, and a blocked one behind, would hold the robot between them.
+
+    It came here by one of the two ways, and can leave by that.
+    """
+    way, others = place - position, blocked - position
+    behind = others @ way < 0.0
+    return bool((np.hypot(*others[behind].T) < 2.0 * np.hypot(*way)).any())

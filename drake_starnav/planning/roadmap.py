@@ -1,0 +1,263 @@
+"""The star roadmap: regions as nodes, overlaps as edges, frontiers where it may grow. An immutable snapshot."""
+
+import dataclasses
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.cost_field import HitMemory
+from drake_starnav.planning.frontiers import PROBE_REACHED, Frontiers, cluster_frontiers, edge_frontiers, uncovered
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
+from drake_starnav.utils.snapshot import snapshot
+
+DRIVEN_EDGE_PENALTY = 0.2
+"""Extra length of an edge that the robot has driven but that no region shows to be free, m."""
+BRIDGE_SPACING = 0.1
+"""Between hits that the robot cannot pass between, points are set this far apart, m."""
+STANDING_THERE = 0.12
+"""A frontier nearer than this to the newest node is where the robot stands already, m."""
+AREA_BEARINGS = 4
+"""A region's area is sampled along every so many of its bearings."""
+AREA_STEP = 0.1
+"""Along a bearing, a region's area is sampled at least this finely, m."""
+PROBE_SLACK = 0.04
+"""A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
+
+
+@snapshot
+class StarRoadmap:
+    """What the robot knows, grown scan by scan. Immutable: every change is a new snapshot that shares the rest.
+
+    Attributes:
+        regions: one per node, oldest first.
+        stack: the same regions as arrays.
+        scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
+        edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node for which there is
+            no such region has a single edge, to the older node that it was most likely reached from.
+        lengths: shape (e,), m.
+        frontiers: where the unknown may be entered.
+        retired: shape (k, 3), discs (x, y, radius) about targets that led nowhere; frontiers that stand in one are
+            dropped.
+        closed: shape (k, 2), probes of these targets; the cost-to-go takes what is narrow around them for closed.
+        looked: shape (v, 2), places from which a target was inspected and not seen past, but kept.
+        blocked: shape (b, 2), places before which the robot stalled: in no region does it touch one; obstacles to the
+            cost-to-go.
+        hits: distances to the hits of all node scans, and of those that barred a way on.
+    """
+
+    regions: tuple[StarRegion, ...]
+    stack: RegionStack
+    scans: tuple[tuple[LaserScan, np.ndarray], ...]
+    edges: np.ndarray
+    lengths: np.ndarray
+    frontiers: Frontiers
+    retired: np.ndarray
+    closed: np.ndarray
+    looked: np.ndarray
+    blocked: np.ndarray
+    hits: HitMemory
+
+    def __len__(self) -> int:
+        return len(self.regions)
+
+    @staticmethod
+    def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
+        """A roadmap before the first scan."""
+        return StarRoadmap(
+            regions=(),
+            stack=RegionStack.of(()),
+            scans=(),
+            edges=np.zeros((0, 2), np.int64),
+            lengths=np.zeros(0),
+            frontiers=Frontiers.none(),
+            retired=np.zeros((0, 3)),
+            closed=np.zeros((0, 2)),
+            looked=np.zeros((0, 2)),
+            blocked=np.zeros((0, 2)),
+            hits=HitMemory.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
+        )
+
+
+def extended(
+    roadmap: StarRoadmap,
+    region: StarRegion,
+    scan: LaserScan,
+    pose: np.ndarray,
+    parameters: PlannerParameters,
+    robot_radius: float,
+    stamp: bool = True,
+) -> StarRoadmap:
+    """The roadmap with one more node.
+
+    Args:
+        roadmap: before.
+        region: the new node's region, made from `scan`.
+        scan: in the sensor frame S at the robot's centre.
+        pose: (x, y, yaw) of S in W when the scan was taken.
+        parameters: of the roadmap.
+        robot_radius: m.
+        stamp: whether the scan's hits are new to the hit memory.
+    """
+    index = len(roadmap)
+    stack = roadmap.stack.appended(region) if index else RegionStack.of((region,))
+    neighbours = _neighbours(*stack.arrays)
+    lengths = np.hypot(*(stack.center[neighbours] - region.center).T)
+    if index and not len(neighbours):  # the robot has come from the region that it is the least outside of
+        neighbours = np.array([least_outside(*roadmap.stack.arrays[:3], *region.center)])
+        lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
+    hits = roadmap.hits
+    if stamp:
+        hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
+    old, slack = roadmap.frontiers, PROBE_REACHED * parameters.probe_distance
+    if len(old) and not parameters.prune_covered:
+        old = old.where(np.hypot(*(old.stand - region.center).T) > parameters.arrival_distance)
+    elif len(old):
+        newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
+        old = old.where(uncovered(old.probe, newest, slack=slack))
+        old = old.where(_alive(old, region, roadmap, hits, robot_radius))
+    if parameters.frontiers == "edges":
+        new = edge_frontiers(region, index, parameters)
+    else:
+        new = cluster_frontiers(region, scan, pose, index, parameters)
+    if len(new):
+        beyond = new.probe if parameters.prune_covered else new.stand  # the paper has no probes
+        new = new.where(uncovered(beyond, stack.arrays, skip=index, slack=slack))
+        new = new.where(_alive(new, region, roadmap, hits, robot_radius))
+    return dataclasses.replace(
+        roadmap,
+        regions=(*roadmap.regions, region),
+        stack=stack,
+        scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
+        edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), index))))),
+        lengths=np.concatenate((roadmap.lengths, lengths)),
+        frontiers=old.joined(new),
+        hits=hits,
+    )
+
+
+def impassable_points(
+    scan: LaserScan, pose: np.ndarray, parameters: PlannerParameters, robot_radius: float
+) -> np.ndarray:
+    """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
+
+    In W, m. A wall seen at a flat angle thus stays a wall although its hits are far apart. Only beams that are worth
+    remembering (`LaserScan.lasting`) count.
+
+    Args:
+        scan: in S.
+        pose: (x, y, yaw) of S in W.
+        parameters: how its ranges are smoothed.
+        robot_radius: m.
+    """
+    lasting = scan.lasting
+    if not lasting.any():
+        return np.zeros((0, 2))
+    distance = smoothed_distances(scan, parameters)
+    points = scan.points_at(distance, lasting, pose)
+    return _impassable(points, distance[lasting] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
+
+
+def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
+    """The roadmap without the frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
+    keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
+    return dataclasses.replace(
+        roadmap,
+        frontiers=roadmap.frontiers.where(keep),
+        retired=np.vstack((roadmap.retired, [[place[0], place[1], radius]])),
+        closed=np.vstack((roadmap.closed, probe)),
+    )
+
+
+def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+    """A roadmap of the same scans in which nothing is retired, closed, looked at or blocked."""
+    out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
+    for scan, pose in roadmap.scans:
+        region = scan_region(scan, pose, robot_radius, parameters)
+        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=False)
+    return out
+
+
+def uncovered_share(region: StarRegion, others: RegionStack) -> float:
+    """The share of a region's area that no other region covers, in [0, 1]; 0 for one without area."""
+    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, *others.arrays))
+
+
+def _alive(
+    frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: HitMemory, robot_radius: float
+) -> np.ndarray:
+    """Which frontiers are neither where the robot stands, nor retired, nor at a hit or a blocked place."""
+    keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
+    keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
+    for x, y in roadmap.blocked:
+        keep &= np.hypot(frontiers.probe[:, 0] - x, frontiers.probe[:, 1] - y) > robot_radius
+    for x, y, radius in roadmap.retired:
+        keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
+    return keep
+
+
+@njit(cache=True)
+def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, values, reach):
+    samples = len(own_values)
+    area = new = 0.0
+    for i in range(0, samples, AREA_BEARINGS):
+        bearing = own_bearing_0 + 2.0 * math.pi / samples * (i + 0.5)
+        ux, uy = math.cos(bearing), math.sin(bearing)
+        phi = min(own_values[i], own_values[i + 1 if i + 1 < samples else 0])
+        count = int(math.ceil(phi / AREA_STEP))
+        for k in range(count):
+            distance = (k + 0.5) * phi / count
+            piece = distance * phi / count
+            area += piece
+            x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
+            if first_cover(center, bearing_0, values, reach, x, y) < 0:
+                new += piece
+    return new / area if area > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _neighbours(center, bearing_0, values, reach):
+    """Nodes that the last region contains the centre of, or that contain the last region's centre."""
+    last = len(reach) - 1
+    out = np.empty(last, np.int64)
+    n = 0
+    for k in range(last):
+        dx, dy = center[k, 0] - center[last, 0], center[k, 1] - center[last, 1]
+        if dx * dx + dy * dy > max(reach[k], reach[last]) ** 2:
+            continue
+        if covers(center[k], bearing_0[k], values[k], center[last, 0], center[last, 1]) or covers(
+            center[last], bearing_0[last], values[last], center[k, 0], center[k, 1]
+        ):
+            out[n] = k
+            n += 1
+    return out[:n].copy()
+
+
+@njit(cache=True)
+def _impassable(points, hit, wrap, diameter):
+    count = len(points)
+    parts = np.zeros(count, np.int64)  # into which the chord from a hit to the next is divided
+    total = 0
+    for i in range(count):
+        if hit[i]:
+            total += 1
+            j = i + 1 if i + 1 < count else 0
+            if hit[j] and (j > 0 or wrap):
+                chord = math.hypot(points[j, 0] - points[i, 0], points[j, 1] - points[i, 1])
+                if BRIDGE_SPACING < chord < diameter:
+                    parts[i] = math.ceil(chord / BRIDGE_SPACING)
+                    total += parts[i] - 1
+    out = np.empty((total, 2))
+    n = 0
+    for k in range(max(parts.max(), 1)):  # first the hits, then the first points between them, and so on
+        for i in range(count):
+            if hit[i] and (k == 0 or k < parts[i]):
+                j = i + 1 if i + 1 < count else 0
+                share = k / parts[i] if k else 0.0
+                out[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
+                out[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
+                n += 1
+    return out

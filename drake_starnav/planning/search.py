@@ -1,0 +1,387 @@
+"""Search of the roadmap: which frontier next, and by which path."""
+
+import dataclasses
+import heapq
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.planning.approach import Approach, approach
+from drake_starnav.planning.cost_field import STRIDE, CostField, cost_to_go
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.optimistic_path import next_part, optimistic_path
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.state import PlannerInput
+from drake_starnav.planning.string_pulling import string_pulled
+from drake_starnav.regions.star_region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
+
+OFF_MAP_PENALTY = 0.1
+"""Extra length where the robot is in no region and must first drive to the nearest node, m."""
+UNREACHABLE_PENALTY = 20.0
+"""A frontier from which no way leads to the goal counts as this much farther away than the straight line, m."""
+GATE_ADVANTAGE = 0.25
+"""The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
+GATE_LENGTH = 0.2
+"""The optimistic path leaves the regions where it stays outside for this long, m."""
+GATE_INSET = 0.95
+"""A gate at the edge of the latest region stands at this share of the way from its centre to its boundary."""
+GATE_BEARINGS = 180
+"""So many places of that boundary are looked at."""
+GATE_DETOUR = 0.15
+"""The way over it is longer by no more than this, m."""
+MOST_CLOSED = 4
+"""So many places are closed in one search at most."""
+CLOSED_SLACK = 0.02
+"""About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """The chosen target and the way to it.
+
+    Attributes:
+        path: shape (k, 2), way points from after the robot to the target, W, m.
+        target: the target frontier, one row; empty when the target is the goal.
+        hopeless: whether no way leads from the target to the goal, even if all unknown space were free.
+        way_on: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone where none
+            leads, nothing where the target is the goal.
+        next_on: shape (n, 2), the part of it to which the robot may turn.
+        closed: shape (k, 2), the roadmap's closed places, and those that had to be closed as the optimistic path still
+            led through where it was tried in vain; None if there are no more.
+    """
+
+    path: np.ndarray
+    target: Frontiers
+    hopeless: bool = False
+    way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    next_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    closed: np.ndarray | None = None
+
+
+def find_route(
+    roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, current: np.ndarray | None = None
+) -> Route | None:
+    """The goal if a region contains it, else the frontier with the least cost g + h; None if nothing is left.
+
+    For a goal beside a wall, the place nearest to it that a region contains; see `approach`.
+
+    g is the length in the graph from the robot to the frontier (or the straight line, where it stays inside the
+    union of regions), h the optimistic cost-to-go from the frontier's probe to the goal.
+
+    Args:
+        roadmap: the snapshot.
+        here: region of the latest scan.
+        now: where the robot is and shall go, and the parameters.
+        current: stand of the present target frontier, shape (2,), which gets a bonus.
+
+    Source: paper, section III-D; ranking of frontiers: this project.
+    """
+    position, parameters = now.position, now.parameters
+    goal, places = goal_approach(roadmap, now)
+    distance, previous = graph_distances(roadmap, here, position)
+    for place in places:
+        if covers(here.center, here.bearing_0, here.boundary.values, place[0], place[1]):
+            return Route(place[None, :].copy(), Frontiers.none())
+        goal_node = _entry_node(roadmap, distance, place)
+        if goal_node >= 0:
+            # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
+            direct = parameters.growth == "continuous" and segment_covered(
+                *roadmap.stack.arrays, *position, *place, LINE_STEP
+            )
+            path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
+            return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
+    target, gates = Frontiers.none(), parameters.gates
+    for _ in range(MOST_CLOSED + 1):
+        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, gates)
+        if not gates or to_go is None or not to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+            break
+        gate, path = optimistic_gate(roadmap, to_go.path(position))
+        if not len(gate):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
+            gates = False
+        elif _is_retired(roadmap, gate.stand)[0]:  # the way that was tried in vain there is still open
+            roadmap = dataclasses.replace(roadmap, closed=np.vstack((roadmap.closed, gate.probe)))
+        else:
+            target, path = gate_in_sight(roadmap, here, to_go, gate, path)
+            break
+    if not len(target):
+        if best < 0:
+            return None
+        target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
+        path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
+    hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
+    way_on = optimistic_path(to_go, target)
+    next_on = next_part(way_on, to_go, position)
+    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on, roadmap.closed)
+
+
+def _is_retired(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
+    """Which of some places (n, 2) in W are retired, shape (n,)."""
+    away = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T)
+    return (away <= roadmap.retired[:, 2:]).any(axis=0)
+
+
+def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
+    """Where the robot may arrive, as far as the hits are known."""
+    return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
+
+
+def barred_in_vain(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether only closed and blocked places bar the way from the robot to the goal: the hits leave one."""
+    return bool(len(roadmap.closed) or len(roadmap.blocked)) and hits_leave_a_way(roadmap, now)
+
+
+def hits_leave_a_way(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether there is an optimistic path from the robot to the goal if nothing is closed or blocked."""
+    nothing = np.zeros((0, 2))
+    reopened = dataclasses.replace(roadmap, closed=nothing, blocked=nothing)
+    field = optimistic_cost(reopened, now)
+    return bool(np.isfinite(field.at(now.position[None, :])[0]))
+
+
+def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
+
+    The robot is joined to the nodes whose region contains it and to those that the latest scan's region contains; if
+    there are none, to the one whose region it is the least outside of.
+    """
+    first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
+    length = np.hypot(*(roadmap.stack.center[first] - position).T)
+    if not len(first):
+        first = np.array([least_outside(*roadmap.stack.arrays[:3], *position)])
+        length = np.hypot(*(roadmap.stack.center[first] - position).T) + OFF_MAP_PENALTY
+    return _dijkstra(len(roadmap), roadmap.edges, roadmap.lengths, first, length)
+
+
+def _entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
+    """The node whose region contains the goal and through which the way is shortest, or -1."""
+    inside = np.flatnonzero(_containing(*roadmap.stack.arrays, goal[0], goal[1]))
+    if not len(inside):
+        return -1
+    cost = distance[inside] + np.hypot(*(roadmap.stack.center[inside] - goal).T)
+    best = int(np.argmin(cost))
+    return int(inside[best]) if np.isfinite(cost[best]) else -1
+
+
+def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndarray) -> np.ndarray:
+    """Length of the way over the nodes and across each frontier, shape (n,), m."""
+    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
+    return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
+
+
+def _cheapest(
+    roadmap: StarRoadmap,
+    distance: np.ndarray,
+    now: PlannerInput,
+    goal: np.ndarray,
+    current: np.ndarray | None,
+    at_robot: bool,
+) -> tuple[int, float, bool, CostField | None]:
+    """The frontier with the least g + h: its index or -1, that sum, whether the way there is the straight line.
+
+    And the cost-to-go, if there is one; `at_robot` as for `optimistic_cost`.
+    """
+    frontiers, to_go, position, parameters = roadmap.frontiers, None, now.position, now.parameters
+    straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
+    graph = _graph_lengths(roadmap, frontiers, distance)
+    if parameters.cost_to_go == "straight":
+        ahead = np.hypot(*(frontiers.probe - goal).T)
+    else:
+        to_go = optimistic_cost(roadmap, now, graph, at_robot)
+        ahead = estimates(to_go, frontiers, goal)
+    if current is not None:
+        ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
+    bound = np.minimum(graph, straight) + ahead
+    best, best_cost, direct = -1, np.inf, False
+    for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
+        if bound[i] >= best_cost:
+            break
+        seen = segment_covered(*roadmap.stack.arrays, *position, *frontiers.stand[i], LINE_STEP)
+        cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
+        if cost < best_cost:
+            best, best_cost, direct = int(i), float(cost), bool(seen)
+    return best, best_cost, direct, to_go
+
+
+def optimistic_cost(
+    roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray | None = None, at_robot: bool = True
+) -> CostField:
+    """The cost-to-go; with a cost-to-come (n,), m, of the frontiers, only until the cheapest of them is known.
+
+    With `at_robot`, the search may also stop once the cost at the robot itself is the least; frontier costs are then
+    lower bounds.
+    """
+    position, parameters, robot_radius = now.position, now.parameters, now.robot_radius
+    goal = goal_approach(roadmap, now).goal
+    border = roadmap.scans[0][0].range_max + 0.5
+    corners = np.vstack((roadmap.stack.center, goal[None, :]))
+    low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
+    points = np.vstack((roadmap.frontiers.probe, position))
+    clearance = np.full(len(roadmap.closed), robot_radius + parameters.margin + CLOSED_SLACK)
+    closed = np.column_stack(
+        (np.vstack((roadmap.closed, roadmap.blocked)), np.append(clearance, np.full(len(roadmap.blocked), np.inf)))
+    )
+    return cost_to_go(
+        roadmap.hits,
+        points,
+        goal,
+        low,
+        high,
+        robot_radius,
+        parameters.near_wall_cost,
+        closed,
+        None if cost_to_come is None else np.append(cost_to_come, 0.0 if at_robot else np.inf),
+        None if cost_to_come is None else position,
+        parameters.hysteresis,
+    )
+
+
+def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
+    """Optimistic cost from every frontier's probe to the goal, shape (n,), m."""
+    cost, straight = field.at(frontiers.probe), np.hypot(*(frontiers.probe - goal).T)
+    return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
+
+
+def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
+    """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
+
+    Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
+    none, though the hits leave it open. And the way to a frontier over the nodes may be far longer than it need be.
+
+    Args:
+        roadmap: its regions.
+        path: shape (k, 2), from the robot to the goal in small steps, W, m.
+    """
+    regions = roadmap.stack.arrays
+    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, *regions)
+    last, outside = 0, 0.0  # the robot itself may stand a little outside
+    for i in range(1, len(path)):
+        if first_cover(*regions, *path[i]) >= 0:
+            last, outside = i, 0.0
+        else:
+            outside += float(np.hypot(*(path[i] - path[i - 1])))
+            if outside >= GATE_LENGTH or i == len(path) - 1:
+                stand, probe = path[last], path[i]
+                owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
+                gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
+                return gate, path[: last + 1]
+    return Frontiers.none(), path[:0]
+
+
+def gate_in_sight(
+    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, gate: Frontiers, path: np.ndarray
+) -> tuple[Frontiers, np.ndarray]:
+    """The gate, or one at the edge of the latest region, if that leads farther without a detour; and the path there.
+
+    The optimistic path cuts corners as closely as cells allow, and may leave the regions beside the robot although they
+    lead on.
+
+    Args:
+        roadmap: its retired places.
+        here: region of the latest scan.
+        to_go: the cost-to-go.
+        gate, path: as from `optimistic_gate`.
+    """
+    places = here.center + GATE_INSET * (here.outline(GATE_BEARINGS) - here.center)
+    cost, least = to_go.at(places), float(to_go.at(gate.stand)[0])
+    known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
+    detour = np.hypot(*(places - path[0]).T) + cost - known
+    cost = np.where((detour <= GATE_DETOUR) & ~_is_retired(roadmap, places), cost, np.inf)
+    best = int(np.argmin(cost))
+    if not cost[best] < least - GATE_LENGTH:
+        return gate, path
+    stand = places[best]
+    beyond = to_go.path(stand)
+    along = np.cumsum(np.hypot(*np.diff(beyond, axis=0).T))
+    probe = beyond[min(int(np.searchsorted(along, GATE_LENGTH)) + 1, len(beyond) - 1)]
+    owner = max(first_cover(*roadmap.stack.arrays, *stand), 0)
+    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
+
+
+def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
+    """Way points from the first node to `node` and on to `end`."""
+    chain = [node]
+    while previous[chain[-1]] >= 0:
+        chain.append(int(previous[chain[-1]]))
+    return np.vstack((roadmap.stack.center[chain[::-1]], end[None, :]))
+
+
+def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parameters: PlannerParameters) -> np.ndarray:
+    if not parameters.string_pulling or len(path) < 2:
+        return path
+    return string_pulled(path, position, roadmap.stack)
+
+
+@njit(cache=True)
+def _inside_where_possible(path, half_cell, center, bearing_0, values, reach):
+    """The centres of a path's cells, each moved to a place in its cell that the regions cover, if there is one."""
+    out = path.copy()
+    for i in range(len(path)):
+        for k in range(9):  # the centre, then around it
+            turn = 0.25 * math.pi * (k - 1)
+            x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
+            y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
+            if first_cover(center, bearing_0, values, reach, x, y) >= 0:
+                out[i, 0], out[i, 1] = x, y
+                break
+    return out
+
+
+@njit(cache=True)
+def _dijkstra(count, edges, lengths, first, first_length):
+    """Shortest distances from the robot over an undirected graph, and predecessors (-1: the robot, or none)."""
+    degree = np.zeros(count + 1, np.int64)
+    for e in range(len(lengths)):
+        degree[edges[e, 0] + 1] += 1
+        degree[edges[e, 1] + 1] += 1
+    start = np.cumsum(degree)
+    fill = start[:-1].copy()
+    neighbour = np.empty(2 * len(lengths), np.int64)
+    weight = np.empty(2 * len(lengths))
+    for e in range(len(lengths)):
+        for a, b in ((edges[e, 0], edges[e, 1]), (edges[e, 1], edges[e, 0])):
+            neighbour[fill[a]], weight[fill[a]] = b, lengths[e]
+            fill[a] += 1
+    distance = np.full(count, np.inf)
+    previous = np.full(count, -1, np.int64)
+    queue = [(0.0, -1)]
+    queue.pop()
+    for i in range(len(first)):
+        distance[first[i]] = first_length[i]
+        heapq.heappush(queue, (first_length[i], first[i]))
+    while len(queue) > 0:
+        d, node = heapq.heappop(queue)
+        if d > distance[node]:
+            continue
+        for k in range(start[node], start[node + 1]):
+            candidate = d + weight[k]
+            if candidate < distance[neighbour[k]]:
+                distance[neighbour[k]] = candidate
+                previous[neighbour[k]] = node
+                heapq.heappush(queue, (candidate, neighbour[k]))
+    return distance, previous
+
+
+@njit(cache=True)
+def _containing(center, bearing_0, values, reach, x, y):
+    out = np.zeros(len(reach), np.bool_)
+    for k in range(len(reach)):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        if dx * dx + dy * dy <= reach[k] * reach[k]:
+            out[k] = covers(center[k], bearing_0[k], values[k], x, y)
+    return out
+
+
+@njit(cache=True)
+def _visible_nodes(center, bearing_0, values, reach, here_center, here_bearing_0, here_values, x, y):
+    """Nodes whose region contains (x, y), or whose centre the region `here` contains."""
+    out = np.empty(len(reach), np.int64)
+    inside = _containing(center, bearing_0, values, reach, x, y)
+    n = 0
+    for k in range(len(reach)):
+        if inside[k] or covers(here_center, here_bearing_0, here_values, center[k, 0], center[k, 1]):
+            out[n] = k
+            n += 1
+    return out[:n].copy()

@@ -1,0 +1,13 @@
+"""Scan -> star-shaped free space."""
+
+from drake_starnav.regions.observation import Observation
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.star_region import RegionStack, StarRegion, scan_region
+
+__all__ = [
+    "Observation",
+    "RegionStack",
+    "StarParameters",
+    "StarRegion",
+    "scan_region",
+]

@@ -1,0 +1,170 @@
+"""Least-squares piecewise cubics over a bearing grid: the boundary Phi(theta) of a star-shaped region.
+
+Each segment is a polynomial c0 + c1 s + c2 s^2 + c3 s^3 in its own abscissa s in [-1, 1], which keeps the normal
+equations well conditioned: powers of theta itself, as the paper prints them, are not.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.regions.parameters import StarParameters
+
+SMALLEST_SPLIT = 5
+"""Segments with fewer samples are not bisected."""
+LARGEST_SHARE = 8
+"""No adaptive segment is longer than this part of a turn."""
+
+
+@dataclass(frozen=True)
+class PiecewiseCubic:
+    """Cubic segments on M samples of a full turn.
+
+    Attributes:
+        starts: shape (k,), index of each segment's first sample; increasing, the first is 0.
+        coefficients: shape (k, 4), in the segment's own abscissa s in [-1, 1] from its first to its last sample.
+        values: shape (M,), Phi at the samples, m, never negative.
+        slopes: shape (M,), Phi' = dPhi/dtheta at the samples, m/rad.
+    """
+
+    starts: np.ndarray
+    coefficients: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+
+
+def fit_piecewise_cubic(samples: np.ndarray, parameters: StarParameters) -> PiecewiseCubic:
+    """Fit the samples of one full turn.
+
+    Args:
+        samples: shape (M,), free range at the bearings of a uniform grid, m.
+        parameters: segmentation (adaptive, slope, fixed), tolerance, one- or two-sided fit.
+
+    Source: paper, section III-A, eqs. for the adaptive piecewise polynomial; one-sided fit: this project.
+    """
+    count = len(samples)
+    if parameters.segmentation == "adaptive":
+        tolerance = parameters.fit_tolerance
+        breaks = _jump_breaks(samples, parameters.jump, max(count // LARGEST_SHARE, 1))
+    elif parameters.segmentation == "slope":
+        tolerance = np.inf
+        breaks = _slope_breaks(samples, parameters.jump, parameters.slope_change)
+    else:
+        tolerance = np.inf
+        breaks = np.linspace(0, count, min(parameters.segments, count) + 1).astype(np.int64)
+    return PiecewiseCubic(*_fit(samples, breaks, tolerance, parameters.one_sided_fit))
+
+
+@njit(cache=True)
+def _jump_breaks(samples, jump, longest):
+    count = len(samples)
+    breaks = np.empty(count + 1, np.int64)
+    breaks[0] = 0
+    n = 1
+    for i in range(1, count):
+        if abs(samples[i] - samples[i - 1]) > jump or i - breaks[n - 1] >= longest:
+            breaks[n] = i
+            n += 1
+    breaks[n] = count
+    return breaks[: n + 1].copy()
+
+
+@njit(cache=True)
+def _slope_breaks(samples, jump, change):
+    """The paper's rule: a new segment where the boundary's direction has turned by more than `change`."""
+    count = len(samples)
+    step = 2.0 * math.pi / count
+    breaks = np.empty(count + 1, np.int64)
+    breaks[0] = 0
+    n = 1
+    first = math.atan2(samples[1] - samples[0], step)
+    for i in range(1, count):
+        slope = math.atan2(samples[i] - samples[i - 1], step)
+        jumps = abs(samples[i] - samples[i - 1]) > jump
+        turns = abs(slope - first) > change
+        if jumps or (turns and i - breaks[n - 1] >= 4):
+            breaks[n] = i
+            n += 1
+        if jumps or turns:
+            first = slope
+    breaks[n] = count
+    return breaks[: n + 1].copy()
+
+
+@njit(cache=True)
+def _fit(samples, breaks, tolerance, one_sided):
+    count = len(samples)
+    starts = np.empty(count, np.int64)
+    coefficients = np.empty((count, 4))
+    values = np.empty(count)
+    slopes = np.empty(count)
+    stack = np.empty((64, 2), np.int64)
+    segments = 0
+    step = 2.0 * math.pi / count
+    for b in range(len(breaks) - 1):
+        if breaks[b + 1] <= breaks[b]:
+            continue
+        stack[0, 0], stack[0, 1] = breaks[b], breaks[b + 1]
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            first, end = stack[depth, 0], stack[depth, 1]
+            c0, c1, c2, c3 = _least_squares(samples, first, end)
+            n = end - first
+            half = 0.5 * (n - 1) if n > 1 else 1.0
+            over, under = -np.inf, -np.inf
+            for i in range(n):
+                s = (i - 0.5 * (n - 1)) / half
+                error = c0 + s * (c1 + s * (c2 + s * c3)) - samples[first + i]
+                over = max(over, error)
+                under = max(under, -error)
+            if over + under > tolerance and n >= SMALLEST_SPLIT:
+                middle = (first + end + 1) // 2
+                stack[depth, 0], stack[depth, 1] = middle, end
+                stack[depth + 1, 0], stack[depth + 1, 1] = first, middle
+                depth += 2
+                continue
+            if one_sided and over > 0.0:
+                c0 -= over
+            starts[segments] = first
+            coefficients[segments, 0], coefficients[segments, 1] = c0, c1
+            coefficients[segments, 2], coefficients[segments, 3] = c2, c3
+            segments += 1
+            for i in range(n):
+                s = (i - 0.5 * (n - 1)) / half
+                values[first + i] = max(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
+                slopes[first + i] = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / (half * step)
+    return starts[:segments].copy(), coefficients[:segments].copy(), values, slopes
+
+
+@njit(cache=True)
+def _least_squares(samples, first, end):
+    """Cubic through samples[first:end] on a symmetric abscissa: even and odd coefficients decouple."""
+    n = end - first
+    if n == 1:
+        return samples[first], 0.0, 0.0, 0.0
+    half = 0.5 * (n - 1)
+    m2 = m4 = m6 = 0.0
+    b0 = b1 = b2 = b3 = 0.0
+    for i in range(n):
+        s = (i - half) / half
+        s2 = s * s
+        y = samples[first + i]
+        m2 += s2
+        m4 += s2 * s2
+        m6 += s2 * s2 * s2
+        b0 += y
+        b1 += y * s
+        b2 += y * s2
+        b3 += y * s2 * s
+    if n == 2:
+        return b0 / 2.0, b1 / 2.0, 0.0, 0.0
+    even = n * m4 - m2 * m2
+    c0 = (m4 * b0 - m2 * b2) / even
+    c2 = (n * b2 - m2 * b0) / even
+    if n == 3:
+        return c0, b1 / m2, c2, 0.0
+    odd = m2 * m6 - m4 * m4
+    return c0, (m6 * b1 - m4 * b3) / odd, c2, (m2 * b3 - m4 * b1) / odd

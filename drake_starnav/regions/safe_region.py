@@ -1,0 +1,149 @@
+"""The safety star: where the robot's centre may be, by the hits of the last few scans.
+
+They are as measured, or smoothed or averaged before, where so much noise is declared that the nearest errs too much.
+"""
+
+import math
+from dataclasses import field
+
+import numpy as np
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.regions.erosion import (
+    CONNECTED_CHORD,
+    bearing_count,
+    eroded_range,
+    free_limit,
+    half_gaps,
+    point_hits,
+    sight_limit,
+)
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.utils.snapshot import snapshot
+
+NEAR_HIT_RANGE = 1.0
+"""Hits nearer than this take part in the near-wall term, m."""
+BLIND_SIDE = math.radians(60.0)
+"""Nothing is certified towards bearings nearer than this to an edge of the view: the disc would sweep what no beam saw,
+from where it stood by more than 0.155 of its radius."""
+NEAREST = 0.001
+"""A hit that is too close to be measured is taken to lie this far along its beam, so that it has a direction, m."""
+
+
+@snapshot
+class SafetyStar:
+    """A star-shaped set of positions of the robot's centre that the last scans certify. Immutable; W, m.
+
+    Every point inside has all hits farther than the robot's radius plus `margin`, and so has the whole straight
+    segment from the centre to it.
+
+    Attributes:
+        center: where the last scan was taken, shape (2,).
+        bearing_0: bearing of sample 0, rad.
+        values: shape (M,), boundary distance at the samples; between two samples the smaller one counts.
+        near_hits: shape (k, 2), the planner's hits close to the robot, smoothed.
+        hits: shape (n, 2), all hits of the remembered scans, as the certificate sees them.
+        half_gaps: shape (n,), half the chord from each to its neighbour on the same surface, m.
+        seen: whether `hits` are those of scans: without, they certify no motion.
+        time: when the last scan was taken, s.
+        reach: `hits` are all that this scan had within this distance of `center`, m; what lies farther is not known.
+        previous: when the scan before the last was taken, s; from its pose a rolling one is placed, too.
+    """
+
+    center: np.ndarray
+    bearing_0: float
+    values: np.ndarray
+    near_hits: np.ndarray
+    hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    seen: bool = False
+    time: float = -math.inf
+    reach: float = math.inf
+    previous: float = -math.inf
+
+    @staticmethod
+    def none() -> "SafetyStar":
+        """Nothing seen: no motion can be certified."""
+        return SafetyStar(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
+
+
+@snapshot
+class ScanMemory:
+    """The hits of the last scans near the robot, oldest first. Immutable.
+
+    Attributes:
+        points: per scan, shape (n, 2), W, m.
+        half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
+        places: per scan, where it was taken, shape (2,), W, m.
+        reach: of the last scan all hits within this distance are kept, m.
+    """
+
+    points: tuple[np.ndarray, ...] = ()
+    half_gaps: tuple[np.ndarray, ...] = ()
+    places: tuple[np.ndarray, ...] = ()
+    reach: float = math.inf
+
+    def remembered(
+        self, scan: LaserScan, pose: np.ndarray, reach: float, count: int, spacing: float = 0.0
+    ) -> "ScanMemory":
+        """The memory with one more scan and at most `count` scans.
+
+        Args:
+            scan: the latest, in S.
+            pose: (x, y, yaw) of S in W when it was taken.
+            reach: hits within this matter, m.
+            count: how many scans are kept.
+            spacing: the scan before the latest is only kept if it was taken this far from the one before it, m.
+        """
+        distance = scan.distances
+        gap = half_gaps(scan, distance)
+        reach = min(reach, scan.range_max)
+        near = (distance < reach) & scan.hits
+        points = scan.points_at(np.maximum(distance, NEAREST), near, pose)
+        last = len(self.points)
+        if last > 1 and math.dist(self.places[-1], self.places[-2]) < spacing:
+            last -= 1
+        kept = slice(max(last - max(count - 1, 0), 0), last)
+        return ScanMemory(
+            (*self.points[kept], points),
+            (*self.half_gaps[kept], gap[near]),
+            (*self.places[kept], np.array(pose[:2], dtype=float)),
+            reach,
+        )
+
+
+def safety_star(
+    memory: ScanMemory,
+    scan: LaserScan,
+    distance: np.ndarray,
+    pose: np.ndarray,
+    radius: float,
+    reach: float,
+    parameters: StarParameters,
+) -> SafetyStar:
+    """The safety star about the latest scan.
+
+    Args:
+        memory: the last scans, the latest among them.
+        scan: the latest, in the sensor frame S at the robot's centre.
+        distance: shape (n,), its `smoothed_distances`, from which the near hits are taken, m.
+        pose: (x, y, yaw) of S in W when it was taken.
+        radius: of the robot with the safety margin, m.
+        reach: how far the star extends at most, m.
+        parameters: for the number of bearings and the filter of the near hits.
+    """
+    samples = bearing_count(scan, parameters)
+    bearing_0 = float(pose[2]) + scan.angle_min
+    center = np.array(pose[:2], dtype=float)
+    within = reach + radius + CONNECTED_CHORD  # what is farther bounds nothing
+    points, gaps = np.concatenate(memory.points), np.concatenate(memory.half_gaps)
+    if not scan.complete:  # behind its lost beams the latest scan certifies nothing
+        bounded = scan.lost & (scan.distances < scan.range_max)
+        edge = scan.points_at(np.maximum(scan.distances, NEAREST), bounded, pose)
+        points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
+    hits = point_hits(points, gaps, center, bearing_0, within, samples)
+    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius, BLIND_SIDE)
+    near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
+    near_hits = scan.points_at(distance, near, pose)
+    values = eroded_range(hits, radius, sight_limit(scan, limit, radius))
+    return SafetyStar(center, bearing_0, values, near_hits, points, gaps, seen=True, time=scan.time, reach=memory.reach)

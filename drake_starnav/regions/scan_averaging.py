@@ -1,0 +1,123 @@
+"""Ranges averaged over the remembered scans: what the certificate sees then errs less, and hardly to one side.
+
+Of all hits that several scans leave on a wall the nearest bounds the safety star, and it errs by some three standard
+deviations. But the scans tell of the same surfaces: what a beam of the latest scan hits can be read off an earlier scan
+too, where that beam crosses the chord between two neighbouring hits of it.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.regions.erosion import CONNECTED_CHORD
+from drake_starnav.regions.safe_region import ScanMemory
+
+SAME_SURFACE = 0.04
+"""Ranges that differ by no more than this are of one surface, m: four standard deviations of a centimetre."""
+
+
+def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[ScanMemory, LaserScan]:
+    """The memory without the hits that the latest scan speaks for, and that scan with averaged ranges.
+
+    The range of a beam, where it is within reach, becomes the mean of what it measured and of what each remembered scan
+    says of it, as far as that is about the same surface. An earlier hit stays in the memory where the latest scan does
+    not see that surface. For worlds that stand still: a surface that comes nearer is seen late by two scan periods.
+
+    Args:
+        memory: earlier scans, as they were measured.
+        scan: the latest, in S.
+        pose: (x, y, yaw) of S in W when it was taken.
+        reach: hits farther than this are left as they are, m.
+    """
+    if not memory.points:
+        return memory, scan
+    hits = scan.hits & (scan.ranges < reach)
+    measured = np.where(hits, scan.ranges, np.inf)
+    rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
+    points, ends = np.concatenate(memory.points), np.cumsum([len(points) for points in memory.points])
+    view = (float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min, scan.angle_increment, scan.full_circle)
+    mean, again = _averaged(measured, rays, points, ends, *view, reach + SAME_SURFACE)
+    kept = np.split(~again, ends[:-1])
+    memory = ScanMemory(
+        tuple(points[keep] for points, keep in zip(memory.points, kept, strict=True)),
+        tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=True)),
+        memory.places,
+    )
+    return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
+
+
+@njit(cache=True)
+def _averaged(measured, rays, points, ends, x, y, first, increment, full_circle, reach):
+    """The mean ranges, and which points lie on surfaces that the scan sees."""
+    total, count = measured.copy(), np.ones(len(measured))
+    begin = 0
+    for end in ends:
+        _add_estimates(measured, rays, points[begin:end], x, y, first, increment, full_circle, reach, total, count)
+        begin = end
+    mean = total / count
+    return mean, _seen_again(mean, points, x, y, first, increment, full_circle, reach)
+
+
+@njit(cache=True)
+def _beam(dx, dy, first, increment):
+    """The beam, as a real number, on which (dx, dy) from the sensor lies; `first` is the bearing of beam 0."""
+    return ((math.atan2(dy, dx) - first) % (2.0 * math.pi)) / increment
+
+
+@njit(cache=True)
+def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, reach, total, count):
+    """Add to each beam's total where it crosses the chords of an earlier scan, next to what it measured."""
+    beams, turn = len(measured), 2.0 * math.pi / increment
+    nearest = np.full(beams, np.inf)
+    last, beam = -2, 0.0  # the hit whose beam is known already
+    for i in range(len(points)):
+        px, py = points[i - 1, 0] - x, points[i - 1, 1] - y  # of a full circle the last hit is next to the first
+        qx, qy = points[i, 0] - x, points[i, 1] - y
+        ex, ey = qx - px, qy - py
+        if max(abs(qx), abs(qy)) > reach or ex * ex + ey * ey > CONNECTED_CHORD * CONNECTED_CHORD:
+            continue
+        after = _beam(qx, qy, first, increment)
+        before = _beam(px, py, first, increment) if last != i - 1 else beam
+        last, beam = i, after
+        low, high = min(before, after), max(before, after)
+        if high - low > 0.5 * turn:  # the chord crosses the bearing of beam 0
+            low, high = high - turn, low
+        for n in range(int(math.ceil(low)), int(math.floor(high)) + 1):
+            k = n % beams if full_circle else n
+            if k < 0 or k >= beams or measured[k] == np.inf:
+                continue
+            across = rays[k, 0] * ey - rays[k, 1] * ex
+            if abs(across) < 1e-12:
+                continue
+            crossing = (px * ey - py * ex) / across
+            if abs(crossing - measured[k]) < min(SAME_SURFACE, abs(nearest[k] - measured[k])):
+                nearest[k] = crossing
+    for k in range(beams):
+        if nearest[k] < np.inf:
+            total[k] += nearest[k]
+            count[k] += 1.0
+
+
+@njit(cache=True)
+def _seen_again(ranges, points, x, y, first, increment, full_circle, reach):
+    """Which points lie on surfaces that the scan sees: at the range of a beam beside them, or between those of both."""
+    beams = len(ranges)
+    out = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        dx, dy = points[i, 0] - x, points[i, 1] - y
+        if max(abs(dx), abs(dy)) > reach:
+            continue
+        left = int(_beam(dx, dy, first, increment))
+        right = left + 1
+        if full_circle:
+            left, right = left % beams, right % beams
+        elif right >= beams:
+            continue
+        distance = math.hypot(dx, dy)
+        near, far = min(ranges[left], ranges[right]), max(ranges[left], ranges[right])
+        between = near < distance < far < near + CONNECTED_CHORD
+        out[i] = between or min(abs(distance - near), abs(distance - far)) < SAME_SURFACE
+    return out

@@ -1,0 +1,290 @@
+"""Star-shaped regions: the free space seen from one place, as a level set of a polar boundary.
+
+    Gamma(p) = (Phi(theta) / |p - p_ref|)^sigma,   theta = atan2 of p - p_ref
+
+Gamma is above 1 inside, 1 on the boundary, infinite at the reference point p_ref.
+Source: paper, section III-B; theta by atan2 and the boundary's frame from Phi and Phi' are corrections.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.se2 import placed
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.regions.erosion import FreeRange, free_range, smoothed_distances
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
+from drake_starnav.utils.snapshot import snapshot
+
+LINE_STEP = 0.05
+"""Sampling of lines of sight inside the union of regions, m."""
+
+
+@snapshot
+class StarRegion:
+    """A star-shaped set of free positions of the robot's centre, in the world frame W. Immutable.
+
+    Attributes:
+        center: p_ref, shape (2,), m.
+        bearing_0: bearing of sample 0, rad.
+        boundary: the fitted cubics.
+        free_range: shape (M,), what was fitted, m.
+        limit: shape (M,), free range at a bearing without obstacles, m; 0 where the scan did not look.
+        margin: least clearance kept beyond the robot's radius, m.
+    """
+
+    center: np.ndarray
+    bearing_0: float
+    boundary: PiecewiseCubic
+    free_range: np.ndarray
+    limit: np.ndarray
+    margin: float
+
+    @cached_property
+    def reach(self) -> float:
+        """Largest distance from the centre to the boundary, m."""
+        return float(self.boundary.values.max())
+
+    def phi(self, theta: np.ndarray | float) -> np.ndarray:
+        """Boundary distance Phi at bearings theta in W, m; shape of `theta`."""
+        return self._evaluate(theta)[0]
+
+    def phi_prime(self, theta: np.ndarray | float) -> np.ndarray:
+        """Derivative dPhi/dtheta at bearings theta in W, m/rad; shape of `theta`."""
+        return self._evaluate(theta)[1]
+
+    def gamma(self, points: np.ndarray, sigma: float = 2.0) -> np.ndarray:
+        """Level-set function at points in W; shape (..., 2) -> (...)."""
+        offset = np.asarray(points, dtype=float) - self.center
+        distance = np.hypot(offset[..., 0], offset[..., 1])
+        phi = self.phi(np.arctan2(offset[..., 1], offset[..., 0]))
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            return np.where(distance > 0.0, (phi / distance) ** sigma, np.inf)
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Whether points in W are certainly inside; shape (..., 2) -> (...), bool.
+
+        Compares with the smaller of the two neighbouring samples, which bounds the free range between them.
+        """
+        points = np.asarray(points, dtype=float)
+        flat = points.reshape(-1, 2)
+        inside = [covers(self.center, self.bearing_0, self.boundary.values, x, y) for x, y in flat]
+        return np.array(inside).reshape(points.shape[:-1])
+
+    def moved(self, frame: np.ndarray) -> "StarRegion":
+        """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        center = placed(frame, self.center[None, :])[0]
+        return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))
+
+    def outline(self, count: int | None = None) -> np.ndarray:
+        """Boundary points in W, shape (count, 2), m; default all M samples."""
+        step = 1 if count is None else max(1, math.ceil(len(self.boundary.values) / count))
+        phi = self.boundary.values[::step]
+        theta = self.bearing_0 + 2.0 * math.pi / len(self.boundary.values) * np.arange(0, len(phi) * step, step)
+        return self.center + phi[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
+
+    def _evaluate(self, theta: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        fit = self.boundary
+        samples = len(fit.values)
+        position = np.mod((np.asarray(theta, dtype=float) - self.bearing_0) * samples / (2.0 * math.pi), samples)
+        position = np.where(position < samples, position, 0.0)  # mod of a tiny negative number rounds up to M
+        left = np.floor(position).astype(int)
+        right = (left + 1) % samples
+        segment = np.searchsorted(fit.starts, left, side="right") - 1
+        first = fit.starts[segment]
+        last = np.append(fit.starts[1:], samples)[segment] - 1
+        half = np.where(last > first, 0.5 * (last - first), 1.0)
+        s = (position - 0.5 * (first + last)) / half
+        c0, c1, c2, c3 = np.moveaxis(fit.coefficients[segment], -1, 0)
+        value = np.maximum(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
+        slope = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) * samples / (2.0 * math.pi * half)
+        # between the last sample of a segment and the first of the next there is no cubic: the smaller one bounds
+        nearer = np.where(fit.values[left] <= fit.values[right], left, right)
+        seam = (left == last) & (position > left)
+        return np.where(seam, fit.values[nearer], value), np.where(seam, fit.slopes[nearer], slope)
+
+
+def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, parameters: StarParameters) -> StarRegion:
+    """The star-shaped region of a free range (as from `free_range`) about `center` in W."""
+    return StarRegion(
+        center=np.asarray(center, dtype=float),
+        bearing_0=bearing_0,
+        boundary=fit_piecewise_cubic(profile.values, parameters),
+        free_range=profile.values,
+        limit=profile.limit,
+        margin=profile.margin,
+    )
+
+
+def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters) -> StarRegion:
+    """The star-shaped region of one scan: `smoothed_distances`, `free_range`, then `fit_region`.
+
+    Args:
+        scan: in the sensor frame S, at the robot's centre.
+        pose: (x, y, yaw) of S in W when the scan was taken.
+        radius: of the robot, m.
+        parameters: of the pipeline.
+    """
+    profile = free_range(scan, smoothed_distances(scan, parameters), radius, parameters)
+    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min, parameters)
+
+
+@dataclass(frozen=True)
+class RegionStack:
+    """Many regions in one set of arrays, oldest first, for compiled loops. Immutable; extension shares memory.
+
+    Attributes:
+        center: shape (n, 2), W, m.
+        bearing_0: shape (n,), rad.
+        values, slopes: shape (n, M), Phi and Phi' at the samples.
+        reach: shape (n,), m.
+    """
+
+    center: np.ndarray
+    bearing_0: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    reach: np.ndarray
+    storage: "_Storage | None" = field(default=None, repr=False, compare=False)
+
+    @staticmethod
+    def of(regions: "list[StarRegion] | tuple[StarRegion, ...]", samples: int = 0) -> "RegionStack":
+        """Stack regions that share one number of samples M (`samples` when there are none)."""
+        if not regions:
+            return RegionStack(
+                np.zeros((0, 2)), np.zeros(0), np.zeros((0, samples)), np.zeros((0, samples)), np.zeros(0)
+            )
+        return RegionStack(
+            center=np.array([r.center for r in regions]),
+            bearing_0=np.array([r.bearing_0 for r in regions]),
+            values=np.array([r.boundary.values for r in regions]),
+            slopes=np.array([r.boundary.slopes for r in regions]),
+            reach=np.array([r.reach for r in regions]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.reach)
+
+    def appended(self, region: StarRegion) -> "RegionStack":
+        """This stack with one more region; rows are shared with `self` where the memory behind it is still unused."""
+        n = len(self)
+        storage = self.storage
+        if storage is None or storage.used != n or n == len(storage.arrays[0]):
+            storage = _Storage.grown((self.center, self.bearing_0, self.values, self.slopes, self.reach), 2 * n + 16)
+        fit = region.boundary
+        row = (region.center, region.bearing_0, fit.values, fit.slopes, region.reach)
+        for array, value in zip(storage.arrays, row, strict=True):
+            array[n] = value
+        storage.used = n + 1
+        center, bearing_0, values, slopes, reach = (array[: n + 1] for array in storage.arrays)
+        return RegionStack(center, bearing_0, values, slopes, reach, storage)
+
+    def moved(self, frame: np.ndarray) -> "RegionStack":
+        """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        center, bearing_0 = placed(frame, self.center), self.bearing_0 + frame[2]
+        return dataclasses.replace(self, center=center, bearing_0=bearing_0, storage=None)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What the compiled loops take: center, bearing_0, values, reach."""
+        return self.center, self.bearing_0, self.values, self.reach
+
+
+class _Storage:
+    """Arrays with spare rows behind the stacks that grew out of one another; the first to use a row owns it."""
+
+    def __init__(self, arrays: tuple[np.ndarray, ...], used: int) -> None:
+        self.arrays, self.used = arrays, used
+
+    @staticmethod
+    def grown(arrays: tuple[np.ndarray, ...], rows: int) -> "_Storage":
+        """Copies of the arrays with room for `rows` rows."""
+        used = len(arrays[0])
+        larger = tuple(np.empty((rows, *array.shape[1:])) for array in arrays)
+        for new, old in zip(larger, arrays, strict=True):
+            new[:used] = old
+        return _Storage(larger, used)
+
+
+@njit(cache=True)
+def covers(center, bearing_0, values, x, y):
+    """Whether (x, y) is certainly inside the region: below the smaller of the two neighbouring samples."""
+    dx, dy = x - center[0], y - center[1]
+    squared = dx * dx + dy * dy
+    if squared < 1e-12:  # the reference point itself
+        return True
+    phi = _phi_towards(bearing_0, values, dx, dy)
+    return squared <= phi * phi
+
+
+@njit(cache=True)
+def _phi_towards(bearing_0, values, dx, dy):
+    """The smaller of the two samples beside the direction (dx, dy)."""
+    samples = len(values)
+    position = (math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi)
+    left = int(math.floor(position)) % samples
+    right = left + 1 if left + 1 < samples else 0
+    return min(values[left], values[right])
+
+
+@njit(cache=True)
+def first_cover(center, bearing_0, values, reach, x, y):
+    """Index of the newest region that contains (x, y), or -1."""
+    for k in range(len(reach) - 1, -1, -1):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        if dx * dx + dy * dy <= reach[k] * reach[k] and covers(center[k], bearing_0[k], values[k], x, y):
+            return k
+    return -1
+
+
+@njit(cache=True)
+def least_outside(center, bearing_0, values, x, y):
+    """Index of the region that (x, y) is least far outside of, on the ray from its centre; of equals the newest."""
+    best, least = -1, np.inf
+    for k in range(len(center) - 1, -1, -1):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        outside = math.hypot(dx, dy) - _phi_towards(bearing_0[k], values[k], dx, dy)
+        if outside < least:
+            best, least = k, outside
+    return best
+
+
+@njit(cache=True)
+def segment_covered(center, bearing_0, values, reach, x0, y0, x1, y1, step):
+    """Whether the straight segment stays inside the union of the regions, sampled every `step` metres."""
+    length = math.hypot(x1 - x0, y1 - y0)
+    count = int(length / step) + 1
+    nearby = np.empty(len(reach), np.int64)
+    n = 0
+    for k in range(len(reach) - 1, -1, -1):  # regions whose disc of reach touches the segment, newest first
+        px, py = center[k, 0] - x0, center[k, 1] - y0
+        t = 0.0
+        if length > 1e-12:  # its square is no less than the smallest number
+            t = (px * (x1 - x0) + py * (y1 - y0)) / (length * length)
+            t = min(max(t, 0.0), 1.0)
+        px -= t * (x1 - x0)
+        py -= t * (y1 - y0)
+        if px * px + py * py <= reach[k] * reach[k]:
+            nearby[n] = k
+            n += 1
+    last = -1
+    for i in range(count + 1):
+        x = x0 + (x1 - x0) * i / count
+        y = y0 + (y1 - y0) * i / count
+        if last >= 0 and covers(center[last], bearing_0[last], values[last], x, y):
+            continue
+        last = -1
+        for j in range(n):
+            k = nearby[j]
+            dx, dy = x - center[k, 0], y - center[k, 1]
+            if dx * dx + dy * dy <= reach[k] * reach[k] and covers(center[k], bearing_0[k], values[k], x, y):
+                last = k
+                break
+        if last < 0:
+            return False
+    return True

@@ -1,0 +1,346 @@
+"""Scenarios: typed parameters <-> YAML.
+
+A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, movers, simulation,
+recording` and one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The
+world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
+"""
+
+import dataclasses
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters, PotentialFieldParameters
+from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.parameters import build, parameter, unknown_name
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.tracking import MoverParameters
+from drake_starnav.utils.files import read_text, reason_of
+from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.yaml_text import LARGEST_TEXT, PlainLoader, load_yaml
+from drake_starnav.worlds import WORLD_KINDS
+from drake_starnav.worlds.formats.world_file import shipped_file
+
+
+@dataclass(frozen=True)
+class SimulationParameters:
+    """How a trial is simulated and judged."""
+
+    timeout: float = parameter(0.0, "time a trial may take; 0 for the world's own", unit="s", low=0.0, high=1e6)
+    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", low=1e-4, high=0.02)
+    goal_tolerance: float = parameter(
+        0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0
+    )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything that, with a seed, defines a trial."""
+
+    name: str
+    world: Any
+    robot: RobotParameters = field(default_factory=RobotParameters)
+    lidar: LidarParameters = field(default_factory=LidarParameters)
+    localization: LocalizationParameters = field(default_factory=LocalizationParameters)
+    drive: DriveParameters = field(default_factory=DriveParameters)
+    planner: PlannerParameters = field(default_factory=PlannerParameters)
+    controller: ControllerParameters = field(default_factory=ControllerParameters)
+    movers: MoverParameters = field(default_factory=MoverParameters)
+    dsm: DsmParameters = field(default_factory=DsmParameters)
+    foa: FoaParameters = field(default_factory=FoaParameters)
+    dwa: DwaParameters = field(default_factory=DwaParameters)
+    apf: PotentialFieldParameters = field(default_factory=PotentialFieldParameters)
+    simulation: SimulationParameters = field(default_factory=SimulationParameters)
+    recording: RecordingParameters = field(default_factory=RecordingParameters)
+
+
+SECTIONS: dict[str, Any] = {part.name: part.default_factory for part in dataclasses.fields(Scenario)[2:]}
+
+METHODS: dict[str, dict[str, dict[str, Any]]] = {
+    "star": {},
+    "mpc": {"controller": {"kind": "mpc"}},
+    "star_paper": {
+        "planner": {
+            "erosion": "none",
+            "smoothing": "gaussian",
+            "range_clip": 2.0,
+            "segmentation": "slope",
+            "one_sided_fit": False,
+            "frontiers": "dbscan",
+            "growth": "arrival",
+            "arrival_distance": 0.25,
+            "prune_covered": False,
+            "stuck_distance": 0.05,
+            "cost_to_go": "straight",
+            "hysteresis": 0.0,
+            "string_pulling": False,
+            "anticipation": False,
+            "replanning": False,
+            "contradiction": 0.0,
+            "margin": 0.0,
+            "retries": 0,
+        },
+        "controller": {
+            "rate": 40.0,
+            "weights": "paper",
+            "radial_damping": "both",
+            "max_bend": math.pi,
+            "modulation_distance": 0.0,
+            "nearest_point_term": "away",
+            "near_wall_term": False,
+            "tracking": "pid",
+            "certificate": False,
+        },
+    },
+    "dsm": {"controller": {"kind": "dsm"}},
+    "foa": {"controller": {"kind": "foa"}},
+    "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
+    "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
+    "dwa": {"controller": {"kind": "dwa"}},
+    "apf": {"controller": {"kind": "apf"}},
+}
+"""A method is settings: which controller drives, and what else it sets before the scenario's own keys do."""
+
+
+class _Tagged(dict):
+    """A mapping of a YAML file with the tag it carried."""
+
+    tag: str = ""
+
+
+class _Loader(PlainLoader):
+    """Plain YAML whose mappings may carry a tag and have each key once; it never makes objects of other kinds."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """A mapping, or an error that names the place of a key that is there twice."""
+        seen = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
+                if key.value in seen:
+                    raise yaml.constructor.ConstructorError(None, None, f"key {key.value} is repeated", key.start_mark)
+                seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> _Tagged:
+    if isinstance(node, yaml.ScalarNode) and node.value == "":
+        mapping = _Tagged()
+    elif isinstance(node, yaml.MappingNode):
+        mapping = _Tagged(loader.construct_mapping(node, deep=True))
+    else:
+        raise yaml.constructor.ConstructorError(None, None, f"!{suffix} must be followed by a mapping", node.start_mark)
+    mapping.tag = suffix
+    return mapping
+
+
+_Loader.add_multi_constructor("!", _tagged)
+_Loader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def scenario_names() -> list[str]:
+    """Names of the shipped scenarios."""
+    return sorted(path.stem for path in model_path("scenarios").glob("*.yaml"))
+
+
+def scenario_path(name_or_path: str) -> Path:
+    """The file of a shipped scenario, or the one that a path names; a `StarnavError` if it is no such name or path."""
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
+        return path
+    if name_or_path not in scenario_names():
+        known = [*scenario_names(), "a path to a YAML file"]
+        raise unknown_name(f"scenario {shown(name_or_path)}", name_or_path, known)
+    return model_path("scenarios", f"{name_or_path}.yaml")
+
+
+def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
+    """A shipped scenario by name, or one from a YAML file by path.
+
+    Args:
+        name_or_path: e.g. "forest", or "my/world.yaml".
+        method: whose settings the scenario's own keys are laid over; see `METHODS`.
+        overrides: "dotted.key=value" texts, laid over the scenario's keys.
+
+    Raises:
+        StarnavError: no such scenario or method, broken YAML, unknown key, or a value that is not allowed.
+    """
+    path = scenario_path(name_or_path)
+    try:
+        text = read_text(path, LARGEST_TEXT)
+    except OSError as error:
+        raise StarnavError(
+            f"scenario file {path} cannot be read: {reason_of(error)}; allowed: a UTF-8 YAML file"
+        ) from None
+    return parse_scenario(
+        text, name=_name_of(path), place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
+    )
+
+
+def _name_of(path: Path) -> str:
+    """What to call a scenario file; bytes that are no UTF-8, which names of files may have, are replaced."""
+    return os.fsencode(path.stem).decode("utf-8", errors="replace")
+
+
+def _check_known(method: str) -> None:
+    if method not in METHODS:
+        raise unknown_name(f"method {shown(method)}", method, METHODS)
+
+
+def check_method(scenario: Scenario, method: str) -> None:
+    """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
+    _check_known(method)
+    kind = METHODS[method].get("controller", {}).get("kind", "star")
+    if scenario.controller.kind != kind and method != "star":
+        raise StarnavError(
+            f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "
+            f"of load_scenario(..., method={method!r})"
+        )
+
+
+def in_world(scenario: Scenario, number: int | None) -> Scenario:
+    """The scenario in the world of that number, for kinds of numbered worlds; as it is where the number is None."""
+    if number is None:
+        return scenario
+    return dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, id=number))
+
+
+def parse_scenario(
+    text: str,
+    *,
+    name: str,
+    place: str = "scenario",
+    method: str = "star",
+    overrides: Sequence[str] = (),
+    folder: Path | None = None,
+) -> Scenario:
+    """A scenario from YAML text.
+
+    Args:
+        text, name, method, overrides: as for `load_scenario`.
+        place: names the text in messages.
+        folder: that the paths of world and robot in the text are relative to; those of the overrides, and all if it
+            is None, are relative to the working directory.
+    """
+    sections = _read(text, place)
+    if folder is not None:
+        _make_paths_absolute(sections, folder)
+    for override in overrides:
+        _override(sections, override)
+    _make_paths_absolute(sections, Path.cwd())
+    _check_known(method)
+    for key in sections:
+        if key not in ("world", *SECTIONS):
+            raise unknown_name(f"key {key} in {place}", str(key), ["world", *SECTIONS])
+    parts = {
+        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
+        for key, cls in SECTIONS.items()
+    }
+    return Scenario(name=name, world=_world(sections.get("world"), place), **parts)
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
+    lines = [f"world: !{type(scenario.world).__name__} {_flow(dataclasses.asdict(scenario.world))}"]
+    for key in SECTIONS:
+        values = dataclasses.asdict(getattr(scenario, key))
+        lines.append(f"{key}: {_flow(values)}")
+    return "\n".join(lines) + "\n"
+
+
+def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
+    """What two texts as of `scenario_text` have otherwise in some sections: "robot.radius 0.3 and 0.25".
+
+    Keys that only one of them has, as of another version, do not count, nor do the folders of the files they name.
+    """
+    both, found = [_read(part, place) for part in (text, other)], []
+    for section in sections:
+        ours, theirs = (sides.get(section) or {} for sides in both)
+        tags = [getattr(side, "tag", "") for side in (ours, theirs)]
+        if tags[0] != tags[1]:
+            found.append(f"{section} !{tags[0]} and !{tags[1]}")
+        elif isinstance(ours, dict) and isinstance(theirs, dict):
+            pairs = [(key, ours[key], theirs[key]) for key in ours if key in theirs]
+            found += [f"{section}.{key} {a} and {b}" for key, a, b in pairs if _without_folder(a) != _without_folder(b)]
+    return found
+
+
+def _without_folder(value: Any) -> Any:
+    return Path(value).name if isinstance(value, str) else value
+
+
+def _flow(values: dict[str, Any]) -> str:
+    return yaml.safe_dump(values, default_flow_style=True, sort_keys=False, width=math.inf).strip()
+
+
+def _read(text: str, place: str) -> dict[str, Any]:
+    sections = load_yaml(text, place, _Loader)
+    if not isinstance(sections, dict):
+        known = ", ".join(("world", *SECTIONS))
+        raise StarnavError(f"{place} holds {shown(sections)}; allowed: a mapping with {known}")
+    return sections
+
+
+def _override(sections: dict[str, Any], text: str) -> None:
+    key, separator, value = text.partition("=")
+    names = key.split(".")
+    if not separator or len(names) != 2 or not all(names):
+        raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
+    section, name = names
+    if section not in ("world", *SECTIONS):
+        raise unknown_name(f"key {key}", section, ["world", *SECTIONS])
+    try:
+        parsed = load_yaml(value, key, _Loader)
+    except StarnavError:
+        raise StarnavError(
+            f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
+        ) from None
+    if not isinstance(sections.get(section), dict):
+        sections[section] = {}
+    sections[section][name] = parsed
+
+
+def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
+    """Let the paths of world and robot, as read from YAML, begin at a folder.
+
+    Absolute ones, package:// and the names of what is shipped stay.
+    """
+    world, robot = sections.get("world"), sections.get("robot")
+    if isinstance(world, _Tagged) and world.tag in WORLD_KINDS:
+        for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):
+            if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
+                _make_absolute(world, "world", field_.name, folder)
+    if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
+        _make_absolute(robot, "robot", "model", folder)
+
+
+def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
+    value = mapping.get(key)
+    if isinstance(value, str) and value and "://" not in value:
+        try:
+            mapping[key] = str((folder / Path(value).expanduser()).resolve())
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
+            raise StarnavError(
+                f"{section}.{key} is {shown(value)} ({reason_of(error)}); allowed: the path of a file"
+            ) from None
+
+
+def _world(mapping: Any, place: str) -> Any:
+    if not isinstance(mapping, _Tagged):
+        tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
+        raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
+    if mapping.tag not in WORLD_KINDS:
+        raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
+    return build(WORLD_KINDS[mapping.tag], dict(mapping), "world")

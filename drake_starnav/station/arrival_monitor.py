@@ -1,0 +1,55 @@
+"""Ends a run when the robot has arrived, or stands because nothing is left to try."""
+
+import math
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+
+from drake_starnav.planning import PlannerStatus
+from drake_starnav.utils.timing import checked_period
+
+STANDING = 0.01
+"""Below this speed the robot stands, m/s."""
+
+
+class ArrivalMonitor(LeafSystem):
+    """Terminates the simulation when the robot is at the goal, or has stopped after the planner gave up.
+
+    ```
+              ┌────────────────┐
+    state ───>│                │
+    goal ────>│ ArrivalMonitor │
+    status ──>│                │
+              └────────────────┘
+    ```
+
+    Ports:
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
+        goal: vector (x, y) in W, m.
+        status: abstract, `PlannerStatus`; may be left unconnected.
+
+    The simulator stops with status "reached termination" and the message "reached" or "unreachable".
+    """
+
+    def __init__(self, *, tolerance: float, period: float, offset: float = 0.0) -> None:
+        """
+        Args:
+            tolerance: distance from the goal that counts as there, m.
+            period, offset: of the checks, s.
+        """
+        super().__init__()
+        self._tolerance = tolerance
+        self._state = self.DeclareVectorInputPort("state", 5)
+        self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
+        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
+
+    def _check(self, context: Context) -> EventStatus:
+        x, y, _, v, omega = self._state.Eval(context)
+        goal_x, goal_y = self._goal.Eval(context)
+        if math.hypot(x - goal_x, y - goal_y) < self._tolerance:
+            return EventStatus.ReachedTermination(self, "reached")
+        given_up = self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE
+        if given_up and abs(v) < STANDING and abs(omega) < STANDING:
+            return EventStatus.ReachedTermination(self, "unreachable")
+        return EventStatus.Succeeded()

@@ -1,0 +1,64 @@
+"""The seeded errors of localisation and drive that a declared fault stands for."""
+
+import math
+
+import numpy as np
+
+from drake_starnav.geometry.se2 import composed, now_in
+
+DRIFT, JUMP, SLIP = 2, 3, 4
+"""Streams of chance, besides the lidar's."""
+
+
+def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
+    """The believed pose after the robot went from one true pose to another.
+
+    The error has one direction relative to the robot, and one sign of the heading, for a whole trial, so that it adds
+    up as that of a badly calibrated odometry does.
+
+    Args:
+        believed: (x, y, yaw) at the true pose `before`, m and rad.
+        before, now: true poses (x, y, yaw) in W; little motion lies between them.
+        drift: error as a share of the distance travelled and of the angle turned.
+        seed: a non-negative whole number below 2**64.
+
+    Returns:
+        shape (3,).
+    """
+    along, across, turn = now_in(before, now)
+    angle, sign = _direction(seed)
+    along, across = along + drift * along * math.cos(angle), across + drift * along * math.sin(angle)
+    return composed(believed, (along, across, turn * (1.0 + drift * sign)))
+
+
+def jumped(jump: float, seed: int, index: int) -> np.ndarray:
+    """By how much the believed position jumps, shape (2,), m: its size is given, its direction drawn.
+
+    Args:
+        jump: size, m.
+        seed: a non-negative whole number below 2**64.
+        index: number of the jump.
+    """
+    angle = _generator(seed, JUMP, index).uniform(-math.pi, math.pi)
+    return jump * np.array((math.cos(angle), math.sin(angle)))
+
+
+def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
+    """Which share of its speed each wheel keeps, shape (2,): left and right.
+
+    Args:
+        slip: largest share that is lost.
+        seed: a non-negative whole number below 2**64.
+        index: number of the second.
+    """
+    return 1.0 - slip * _generator(seed, SLIP, index).random(2)
+
+
+def _direction(seed: int) -> tuple[float, float]:
+    """Direction of a trial's drift relative to the robot, rad, and the sign of its heading's."""
+    generator = _generator(seed, DRIFT)
+    return generator.uniform(-math.pi, math.pi), 1.0 if generator.random() < 0.5 else -1.0
+
+
+def _generator(seed: int, stream: int, index: int = 0) -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(key=np.array([seed, stream], np.uint64), counter=index))

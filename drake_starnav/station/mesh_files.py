@@ -1,0 +1,113 @@
+"""The surfaces of Drake's `Mesh` and `Convex` shapes as triangles and convex faces."""
+
+import contextlib
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineVolumeMeshIntoVtkFileContents
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.gltf import gltf_triangles
+
+READABLE = (".obj", ".gltf", ".vtk")
+_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""From glTF's axes, y up, to Drake's, as Drake turns it."""
+
+
+def hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.ndarray]]:
+    """The convex hull of a shape: vertices, shape (n, 3), m, and the indices of each face.
+
+    Args:
+        shape: of which Drake computes the hull.
+        name: of the geometry, for errors.
+
+    Raises:
+        StarnavError: its file cannot be read.
+    """
+    try:
+        hull = shape.GetConvexHull()
+    except RuntimeError as error:
+        raise _unreadable(shape, name, str(error)) from error
+    data, faces, k = hull.face_data(), [], 0
+    while k < len(data):  # count, then that many vertices
+        faces.append(np.array(data[k + 1 : k + 1 + data[k]]))
+        k += 1 + data[k]
+    return np.array([hull.vertex(k) for k in range(hull.num_vertices())]), faces
+
+
+def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """The surface of a mesh: vertices, shape (n, 3), m, scaled, and triangles, shape (m, 3).
+
+    Args:
+        shape: a surface in an .obj or .gltf file, or tetrahedra in a .vtk file, of which the boundary is the surface.
+        name: of the geometry, for errors.
+
+    Raises:
+        StarnavError: the file is missing or broken, or of another kind.
+    """
+    readers = {".obj": _obj, ".gltf": _gltf, ".vtk": _vtk}
+    extension = shape.extension().lower()
+    if extension not in readers:
+        raise _unreadable(shape, name, f"a {extension} file")
+    if shape.source().is_path() and not Path(shape.source().path()).is_file():
+        raise _unreadable(shape, name, "no such file")
+    try:
+        vertices, triangles = readers[extension](shape)
+    except (RuntimeError, OSError, StarnavError) as error:
+        raise _unreadable(shape, name, str(error)) from error
+    if not len(triangles):
+        raise _unreadable(shape, name, "no triangles")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise _unreadable(shape, name, f"a corner that is not among its {len(vertices)} vertices")
+    return vertices * shape.scale3(), triangles
+
+
+def _obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    source = shape.source()
+    with contextlib.ExitStack() as stack:
+        if source.is_path():
+            path = Path(source.path())
+        else:
+            path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "mesh.obj"
+            path.write_bytes(source.in_memory().mesh_file.contents())
+        mesh = ReadObjToTriangleSurfaceMesh(path)
+    corners = [[triangle.vertex(k) for k in range(3)] for triangle in mesh.triangles()]
+    return np.array(mesh.vertices()), np.array(corners)
+
+
+def _gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    source = shape.source()
+    if source.is_path():
+        path = Path(source.path())
+        vertices, triangles = gltf_triangles(path.read_bytes(), lambda uri: (path.parent / uri).read_bytes())
+    else:
+        files = source.in_memory().supporting_files
+
+        def load(uri: str) -> bytes:
+            if uri not in files:
+                raise StarnavError(f"{uri} is not among its supporting files")
+            file = files[uri]
+            return Path(file).read_bytes() if isinstance(file, str | Path) else file.contents()
+
+        vertices, triangles = gltf_triangles(source.in_memory().mesh_file.contents(), load)
+    return vertices @ _Z_UP.T, triangles
+
+
+def _vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    # Drake reads the file and writes it in one fixed form: all points, then all cells as "4 a b c d".
+    words = RefineVolumeMeshIntoVtkFileContents(shape.source()).split()
+    points, cells = words.index("POINTS"), words.index("CELLS")
+    vertices = np.array(words[points + 3 : cells], dtype=float).reshape(-1, 3)
+    count = int(words[cells + 1])
+    tetrahedra = np.array(words[cells + 3 : cells + 3 + 5 * count], dtype=np.int64).reshape(-1, 5)[:, 1:]
+    sides = tetrahedra[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3)
+    _, first, times = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return vertices, sides[first[times == 1]]
+
+
+def _unreadable(shape: Mesh | Convex, name: str, why: str) -> StarnavError:
+    kinds = ", ".join(READABLE)
+    return StarnavError(
+        f"lidar: mesh {shape.source().description()} of geometry {name}: {why}; allowed: a readable {kinds} file"
+    )

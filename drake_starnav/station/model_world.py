@@ -1,0 +1,192 @@
+"""A Drake model file as a world: its bodies in a plant, and what they bar to the robot.
+
+Contact is with whatever the file holds. Clearance and shortest path know the footprints: for each collision geometry
+that is fixed to the world, the shadow of its part that is no higher than the robot. What Drake collides with as its
+convex hull, a mesh, has the footprint of the hull.
+"""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryId,
+    HalfSpace,
+    Mesh,
+    Role,
+    SceneGraph,
+    SceneGraphInspector,
+    Sphere,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.station.scene_slices import read_solids
+from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds import make_world
+from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
+from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cylinder_vertices, sphere_footprint
+from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
+
+FLOOR_TOLERANCE = 0.001
+"""What rises no higher above the floor is floor, m."""
+_UPRIGHT = 1.0 - 1e-12
+_LEVEL = 1.0 - 1e-6
+_TIME_STEP = 0.01  # of a plant that never runs
+
+
+def make_world_with_footprints(kind: Any, seed: int, robot_radius: float) -> World:
+    """The same as `make_world`, and the world of a model file has its footprints; arguments and errors as there."""
+    world = make_world(kind, seed, robot_radius)
+    if world.model is None:
+        return world
+    world = with_footprints(world)
+    check_free_ends(world, robot_radius, type(kind).__name__)
+    if world.model is not None and not world.model.moving:
+        check_reachable(world, robot_radius, type(kind).__name__)
+    return world
+
+
+def with_footprints(world: World) -> World:
+    """The world of a model file with the footprints of the file's geometry as cylinders and polygons.
+
+    Raises:
+        StarnavError: as of `add_model` and `drop_half_spaces`, or the lidar cannot read a mesh.
+    """
+    if world.model is None:
+        return world
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, _TIME_STEP)
+    add_model(plant, scene_graph, world.model)
+    plant.Finalize()
+    drop_half_spaces(plant, scene_graph)
+    inspector = scene_graph.model_inspector()
+    read_solids(inspector, Role.kProximity)  # what the lidar cannot read is told now
+    fixed = _fixed_geometries(plant, inspector)
+    moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
+    discs, polygons = [], []
+    for geometry, X_WG in fixed:
+        shape = inspector.GetShape(geometry)
+        if isinstance(shape, Sphere):
+            discs.append(sphere_footprint(X_WG.translation(), shape.radius(), FLOOR_TOLERANCE, ROBOT_HEIGHT))
+            continue
+        vertices = _vertices(inspector, geometry, X_WG)
+        polygon = convex_footprint(vertices, FLOOR_TOLERANCE, ROBOT_HEIGHT)
+        if isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > _UPRIGHT and polygon is not None:
+            discs.append((*X_WG.translation()[:2], shape.radius()))
+        else:
+            polygons.append(polygon)
+    return dataclasses.replace(
+        world,
+        cylinders=np.array([disc for disc in discs if disc is not None]),
+        polygons=tuple(polygon for polygon in polygons if polygon is not None),
+        model=dataclasses.replace(world.model, moving=moving),
+    )
+
+
+def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) -> None:
+    """Add the bodies of a model file to a plant not yet finalized.
+
+    Raises:
+        StarnavError: Drake cannot parse the file, or a mesh file is missing.
+    """
+    parser = Parser(plant)
+    parser.SetAutoRenaming(True)
+    parser.package_map().PopulateFromRosPackagePath()
+    parser.package_map().AddPackageXml(str(model_path("package.xml")))
+    try:
+        instances = parser.AddModels(model.path)
+    except (RuntimeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise StarnavError(f"model {model.path} cannot be read: {reason}; allowed: what Drake's parser reads") from None
+    if model.weld:
+        held = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
+        for index in [index for instance in instances for index in plant.GetBodyIndices(instance)]:
+            body = plant.get_body(index)
+            if index not in held:
+                X_WB = plant.GetDefaultFloatingBaseBodyPose(body)
+                plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
+    inspector = scene_graph.model_inspector()
+    for geometry in _geometries(inspector, None):
+        shape = inspector.GetShape(geometry)
+        if isinstance(shape, (Mesh, Convex)) and shape.source().is_path() and not Path(shape.source().path()).is_file():
+            raise StarnavError(f"model {model.path}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
+
+
+def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Take the collision role from the half spaces of a plant just finalized, which are the floor z = 0.
+
+    There is a floor already, and half spaces among many anchored shapes crash Drake (issue 19263).
+
+    Raises:
+        StarnavError: there is another half space.
+    """
+    inspector = scene_graph.model_inspector()
+    fixed = dict(_fixed_geometries(plant, inspector))
+    for geometry in _geometries(inspector, Role.kProximity):
+        if isinstance(inspector.GetShape(geometry), HalfSpace):
+            X_WG = fixed.get(geometry)
+            if X_WG is None or abs(X_WG.translation()[2]) > FLOOR_TOLERANCE or X_WG.rotation().matrix()[2, 2] < _LEVEL:
+                raise StarnavError(
+                    f"model: half space {inspector.GetName(geometry)} is not the floor z = 0; allowed: a box instead"
+                )
+            scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
+
+
+def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:
+    """Fixed collision geometries of a finalized plant that rise no higher above z = 0 than `FLOOR_TOLERANCE`."""
+    inspector = scene_graph.model_inspector()
+    return [
+        geometry
+        for geometry, X_WG in _fixed_geometries(plant, inspector)
+        if not isinstance(inspector.GetShape(geometry), Sphere)
+        and _vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
+    ]
+
+
+def _fixed_geometries(plant: MultibodyPlant, inspector: SceneGraphInspector) -> list[tuple[GeometryId, RigidTransform]]:
+    """Collision geometries of bodies welded to the world, directly or not, and where they are."""
+    context = plant.CreateDefaultContext()
+    found = []
+    for body in plant.GetBodiesWeldedTo(plant.world_body()):
+        X_WB = plant.EvalBodyPoseInWorld(context, body)
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            if inspector.GetProximityProperties(geometry) is not None:
+                found.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
+    return sorted(found, key=lambda item: item[0].get_value())
+
+
+def _geometries(inspector: SceneGraphInspector, role: Role | None) -> list[GeometryId]:
+    ids = inspector.GetAllGeometryIds() if role is None else inspector.GetAllGeometryIds(role)
+    return sorted(ids, key=GeometryId.get_value)
+
+
+def _vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
+    """Corners of a convex polyhedron that contains a shape as Drake collides with it, shape (n, 3), W, m."""
+    shape = inspector.GetShape(geometry)
+    if isinstance(shape, Box):
+        corners = 0.5 * shape.size() * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    elif isinstance(shape, Cylinder):
+        corners = cylinder_vertices(shape.radius(), shape.length())
+    elif isinstance(shape, Capsule):
+        ball = ball_vertices(np.full(3, shape.radius()))
+        corners = np.vstack([ball + (0.0, 0.0, side * shape.length()) for side in (-0.5, 0.5)])
+    elif isinstance(shape, Ellipsoid):
+        corners = ball_vertices(np.array((shape.a(), shape.b(), shape.c())))
+    elif isinstance(shape, (Mesh, Convex)):
+        hull = shape.GetConvexHull()
+        corners = np.array([hull.vertex(k) for k in range(hull.num_vertices())])
+    else:
+        raise StarnavError(
+            f"geometry {inspector.GetName(geometry)} is a {type(shape).__name__}; allowed: a solid shape"
+        )
+    return corners @ X_WG.rotation().matrix().T + X_WG.translation()

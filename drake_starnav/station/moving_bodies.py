@@ -1,0 +1,108 @@
+"""Moving obstacles as bodies of a MultibodyPlant that are exactly where their paths say.
+
+Each slides on two prismatic joints, and forces at these bring it to its place at the end of each step of the plant:
+m ((p(t + h) - q)/h - v)/h, from the position q and velocity v at the step's beginning. The plant integrates them
+exactly, for nothing else moves the bodies, and its contact solver never hears of them. In contact with a robot they
+push, as heavy as they are, and what a robot holds them up is made good in the next step.
+"""
+
+import numpy as np
+from pydrake.geometry import CollisionFilterDeclaration, Cylinder, GeometryId, GeometrySet, Role, SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialInertia
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
+
+from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
+from drake_starnav.systems.release import weakly
+from drake_starnav.visualization import meshes
+from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+
+MOVERS = "movers"
+"""Name of the model instance that all movers of a plant are in."""
+MOVER_MASS = 200.0
+"""Much more than a robot's, kg."""
+_AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0])}
+
+
+def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, robot: ModelInstanceIndex) -> None:
+    """Add moving obstacles to a plant not yet finalized, after all that stands: they collide with the robot alone.
+
+    Args:
+        plant: with the robot.
+        scene_graph: of the plant.
+        movers: their radii, and the paths at whose beginnings they are.
+        robot: the robot's model.
+    """
+    if not len(movers):
+        return
+    model = plant.AddModelInstance(MOVERS)
+    starts, _ = mover_states(movers, np.zeros(1))
+    inspector = scene_graph.model_inspector()
+    before = set(inspector.GetAllGeometryIds(Role.kProximity))
+    X_BG = RigidTransform([0.0, 0.0, 0.5 * OBSTACLE_HEIGHT])
+    for k, (radius, start) in enumerate(zip(movers.radii, starts[0], strict=True)):
+        inertia = SpatialInertia.SolidCylinderWithMass(MOVER_MASS, radius, OBSTACLE_HEIGHT, [0.0, 0.0, 1.0])
+        parent = plant.world_body()
+        for (axis, direction), place in zip(_AXES.items(), start, strict=True):
+            # what slides along x has no mass of its own
+            body = plant.AddRigidBody(f"mover_{k}_{axis}", model, inertia if axis == "y" else SpatialInertia.Zero())
+            joint = plant.AddJoint(
+                PrismaticJoint(f"mover_{k}_{axis}", parent.body_frame(), body.body_frame(), direction)
+            )
+            joint.set_default_translation(place)
+            plant.AddJointActuator(f"mover_{k}_{axis}", joint)
+            parent = body
+        shape, name = Cylinder(radius, OBSTACLE_HEIGHT), f"mover_{k}"
+        plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
+        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*meshes.MOVERS.color, 1.0])
+    robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]
+    others = before - {g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)}
+    moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - before))
+    declaration = CollisionFilterDeclaration().ExcludeWithin(moving).ExcludeBetween(moving, GeometrySet(list(others)))
+    scene_graph.collision_filter_manager().Apply(declaration)
+
+
+def add_mover_drive(builder: DiagramBuilder, plant: MultibodyPlant, movers: Movers) -> list[GeometryId]:
+    """Let what `add_movers` added follow its paths, once the plant is finalized; returns the collision geometries."""
+    if not len(movers):
+        return []
+    model = plant.GetModelInstanceByName(MOVERS)
+    drive = builder.AddNamedSystem("mover_drive", MoverDrive(movers, time_step=plant.time_step()))
+    builder.Connect(plant.get_state_output_port(model), drive.GetInputPort("state"))
+    builder.Connect(drive.GetOutputPort("forces"), plant.get_actuation_input_port(model))
+    bodies = (plant.get_body(index) for index in plant.GetBodyIndices(model))
+    return [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
+
+
+class MoverDrive(LeafSystem):
+    """The forces that take moving obstacles along their paths.
+
+    ```
+              ┌────────────┐
+    state ───>│ MoverDrive ├──> forces
+              └────────────┘
+    ```
+
+    Ports:
+        state: vector of the movers' model: x and y of each, m, then their rates, m/s.
+        forces: vector, along x and y on each, N, for the actuation of the movers' model.
+    """
+
+    def __init__(self, movers: Movers, *, time_step: float) -> None:
+        """
+        Args:
+            movers: as for `add_movers`.
+            time_step: of the plant, s.
+        """
+        super().__init__()
+        self._movers, self._time_step = movers, time_step
+        self._size = 2 * len(movers)
+        self._state = self.DeclareVectorInputPort("state", 2 * self._size)
+        self.DeclareVectorOutputPort("forces", self._size, weakly(self._calc))
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        q, v = self._state.Eval(context).reshape(2, self._size)
+        h = self._time_step
+        target, _ = mover_states(self._movers, np.array([context.get_time() + h]))
+        output.SetFromVector(MOVER_MASS * ((target.ravel() - q) / h - v) / h)

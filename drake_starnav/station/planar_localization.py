@@ -1,0 +1,163 @@
+"""Where a floating robot is in the plane, and where it believes to be."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+
+from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.lidar.sensor_model import RELEASE_LAG, LidarParameters, arrives, released, scan_index
+from drake_starnav.scenario.faults import LocalizationParameters
+from drake_starnav.station.fault_models import drifted, jumped
+from drake_starnav.systems.release import weakly
+from drake_starnav.utils.timing import begins_run
+
+DRIFT_PERIOD = 0.02
+"""The believed pose takes up its error this often, s."""
+
+
+class PlanarLocalization(LeafSystem):
+    """Reads the planar pose and twist of a robot from its multibody state: the truth, or with a declared error.
+
+    ```
+                        ┌────────────────────┐
+    multibody_state ───>│ PlanarLocalization ├──> pose
+                        │                    ├──> state
+                        │                    ├──> scan_pose
+                        └────────────────────┘
+    ```
+
+    Ports:
+        multibody_state: vector of the model's positions (quaternion and position of its floating base first) and
+            velocities (angular and translational, in W, first).
+        pose: vector (x, y, yaw) of the base in the world frame W, m and rad.
+        state: vector (x, y, yaw, v, omega); v is the speed along the base's x axis, m/s, omega about W's z, rad/s.
+        scan_pose: vector (x, y, yaw), the pose at which the scan was taken that arrived last; discrete state.
+
+    With an error, W is where the robot believes the world frame to be, and the error accumulates in discrete state;
+    v and omega stay true. A run begins with the truth; the time of the last update, in discrete state, tells a context
+    of which one is under way.
+    """
+
+    def __init__(
+        self,
+        *,
+        num_positions: int,
+        num_velocities: int,
+        lidar: LidarParameters,
+        error: LocalizationParameters | None = None,
+        seed: int = 0,
+    ) -> None:
+        """
+        Args:
+            num_positions, num_velocities: of the model instance.
+            lidar: whose scans it is, and which of them do not arrive.
+            error: of the believed pose; none by default.
+            seed: of the error, and of the lidar; a non-negative whole number below 2**64.
+        """
+        super().__init__()
+        self._error, self._seed = error or LocalizationParameters(), seed
+        self._lidar = lidar
+        self._num_positions = num_positions
+        self._multibody_state = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
+        depends = {self._multibody_state.ticket()}
+        if not self._error.exact:
+            self._anchor = self.DeclareDiscreteState(6)  # a true pose, and where the robot believed to be there
+            depends.add(self.discrete_state_ticket(self._anchor))
+        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), depends)
+        self.DeclareVectorOutputPort("state", 5, weakly(self._calc_state), depends)
+        self._scan_pose = self.DeclareDiscreteState(3)
+        self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
+        self.DeclareStateOutputPort("scan_pose", self._scan_pose)
+        self._updated = self.DeclareDiscreteState([math.nan])
+        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
+        if lidar.delay > 0.0:
+            release = lidar.release_offset + RELEASE_LAG
+            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, release, self._release)
+        if not self._error.exact:
+            self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
+
+    def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
+        if not begins_run(context, context.get_discrete_state(self._updated)[0]):
+            return EventStatus.DidNothing()
+        values.set_value(self._updated, [context.get_time()])
+        pose = self._true_pose(context)
+        if not self._error.exact:
+            values.set_value(self._anchor, np.concatenate((pose, pose)))
+        for group in (self._scan_pose, *self._waiting):
+            values.set_value(group, pose)
+        return EventStatus.Succeeded()
+
+    def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
+        values.set_value(self._updated, [context.get_time()])
+        index = scan_index(context.get_time(), self._lidar.rate)
+        if not arrives(self._lidar, self._seed, index):
+            return EventStatus.Succeeded()
+        group = self._waiting[index % len(self._waiting)] if self._waiting else self._scan_pose
+        values.set_value(group, self._believed_pose(context))
+        return EventStatus.Succeeded()
+
+    def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
+        index = released(self._lidar, self._seed, context.get_time())
+        if index is None:
+            return EventStatus.DidNothing()
+        group = self._waiting[index % len(self._waiting)]
+        values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())
+        return EventStatus.Succeeded()
+
+    def _drift(self, context: Context, values: DiscreteValues) -> EventStatus:
+        anchor, now = context.get_discrete_state(self._anchor).value(), self._true_pose(context)
+        believed = drifted(anchor[3:], anchor[:3], now, self._error.drift, self._seed)
+        time, interval = context.get_time(), self._error.jump_interval
+        jump = math.floor(time / interval + 1e-9)
+        if jump > 0 and jump > math.floor((time - DRIFT_PERIOD) / interval + 1e-9):
+            believed[:2] += jumped(self._error.jump, self._seed, jump)
+        values.set_value(self._anchor, np.concatenate((now, believed)))
+        return EventStatus.Succeeded()
+
+    def _true_pose(self, context: Context) -> np.ndarray:
+        return np.array(planar_pose(self._multibody_state.Eval(context).tolist()))
+
+    def _believed_pose(self, context: Context) -> np.ndarray:
+        pose = self._true_pose(context)
+        if self._error.exact:
+            return pose
+        anchor = context.get_discrete_state(self._anchor).value()
+        return composed(anchor[3:], now_in(anchor[:3], pose))
+
+    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._believed_pose(context))
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        x = self._multibody_state.Eval(context).tolist()
+        px, py, yaw = planar_pose(x)
+        omega_z, v_x, v_y = x[self._num_positions + 2 : self._num_positions + 5]
+        speed = v_x * math.cos(yaw) + v_y * math.sin(yaw)
+        if not self._error.exact:
+            px, py, yaw = self._believed_pose(context)
+        output.SetFromVector(np.array((px, py, yaw, speed, omega_z)))
+
+
+def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
+    """What port `state` shows, for many states at once.
+
+    Args:
+        multibody_states: shape (n, m), each as on port `multibody_state`.
+        num_positions: of the model instance.
+
+    Returns:
+        Shape (n, 5): x, y, yaw, v, omega.
+    """
+    qw, qx, qy, qz, x, y = multibody_states[:, :6].T
+    yaw = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+    omega, v_x, v_y = multibody_states[:, num_positions + 2 : num_positions + 5].T
+    return np.column_stack((x, y, yaw, v_x * np.cos(yaw) + v_y * np.sin(yaw), omega))
+
+
+def planar_pose(x: Sequence[float]) -> tuple[float, float, float]:
+    """(x, y, yaw) in W, m and rad, from a state that begins with quaternion and position of a floating base."""
+    # the plant lets the quaternion's length drift: only ratios of its elements count
+    qw, qx, qy, qz, px, py = x[:6]
+    return px, py, math.atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

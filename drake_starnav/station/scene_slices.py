@@ -1,0 +1,216 @@
+"""What a scan plane cuts out of the shapes of a SceneGraph, as rows for `drake_starnav.geometry.raycast`.
+
+Shapes are read once per geometry version into the solids of `drake_starnav.geometry.plane_slices`.
+
+Slices are kept in the frame F that the shapes move with (the world frame for anchored ones), and computed anew only
+when the scan plane has moved relative to F. The plane is rounded first (its normal to 1e-6, its distance from F's
+origin to 1e-6 m), so that trembling does not re-slice and the result does not depend on what was sliced before.
+"""
+
+import math
+import warnings
+from collections.abc import Collection
+
+import numpy as np
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    FrameId,
+    GeometryId,
+    GeometryVersion,
+    HalfSpace,
+    Mesh,
+    MeshcatCone,
+    QueryObject,
+    Role,
+    SceneGraphInspector,
+    Shape,
+    Sphere,
+)
+from pydrake.math import RigidTransform
+
+from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
+from drake_starnav.geometry.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_sweep, rows_near
+from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
+
+_IDENTITY = np.eye(3, 4)
+_HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
+_BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+_BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[FrameId] = ()) -> dict[FrameId, Solids]:
+    """All shapes of a role, by the frame they move with; the world frame always comes first.
+
+    Args:
+        inspector: of the scene.
+        role: shapes without it are invisible.
+        exclude: frames whose shapes are left out.
+
+    Raises:
+        StarnavError: a mesh cannot be read.
+    """
+    parts: dict[FrameId, _Parts] = {inspector.world_frame_id(): _Parts()}
+    deformable = set(inspector.GetAllDeformableGeometryIds())
+    for geometry in sorted(inspector.GetAllGeometryIds(role), key=GeometryId.get_value):
+        frame = inspector.GetFrameId(geometry)
+        if frame in exclude:
+            continue
+        if geometry in deformable:
+            warnings.warn(f"lidar: deformable {inspector.GetName(geometry)} is ignored", stacklevel=2)
+            continue
+        into = parts.setdefault(frame, _Parts())
+        into.add(inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry), inspector.GetName(geometry))
+    return {frame: part.solids() for frame, part in parts.items()}
+
+
+class SceneSlices:
+    """The slices of a scene, kept from scan to scan; it belongs to one Context.
+
+    It only remembers: the result of `cast` depends on its arguments alone.
+    """
+
+    def __init__(self, role: Role, exclude: Collection[FrameId] = ()) -> None:
+        """
+        Args:
+            role: shapes without it are invisible.
+            exclude: frames whose shapes are left out.
+        """
+        self._role = role
+        self._exclude = frozenset(exclude)
+        self._version = GeometryVersion()
+        self._moving_frames: list[FrameId] = []
+        self._solids: list[Solids] = []
+        self._keys = np.zeros((0, 4))
+        self._moving_rows: list[np.ndarray] = []
+        self._anchored = self._moving = ShapeBins.grouped([])
+
+    def __deepcopy__(self, memo: dict) -> "SceneSlices":
+        return SceneSlices(self._role, self._exclude)  # a copied Context fills its own
+
+    def cast(
+        self,
+        query: QueryObject,
+        X_WS: RigidTransform,
+        fan: Fan,
+        range_max: float,
+        X_WS_begin: RigidTransform | None = None,
+    ) -> np.ndarray:
+        """The true distance along each beam.
+
+        Args:
+            query: of the scene.
+            X_WS: pose of the sensor frame S; its x-y plane is the scan plane.
+            fan: the beams.
+            range_max: shapes farther than this may be ignored, m.
+            X_WS_begin: pose when the sweep of the beams began, one beam before the first; None when all measure at
+                once. Between the two the sensor moves evenly within the scan plane of `X_WS`, and everything else
+                stands still.
+
+        Returns:
+            shape (n,), m, `+inf` where nothing is hit.
+        """
+        inspector = query.inspector()
+        if not inspector.geometry_version().IsSameAs(self._version, self._role):
+            self._read(inspector)
+        X_WF = np.empty((len(self._solids), 3, 4))
+        X_WF[0] = _IDENTITY
+        for k, frame in enumerate(self._moving_frames, start=1):
+            X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
+        keys, planes, end, stale = scan_planes(X_WF, X_WS.GetAsMatrix34(), self._keys)
+        if len(stale):
+            self._refresh(keys, planes, stale, range_max)
+        ranges = np.empty(len(fan.directions))
+        ranges.fill(np.inf)
+        if X_WS_begin is None:
+            cast_grid(self._anchored, end[0], fan, ranges, range_max)
+            if len(self._moving.rows):
+                cast_groups(self._moving, end[1:], fan, ranges, range_max)
+            return ranges
+        begin = planar_poses(X_WF, X_WS_begin.GetAsMatrix34(), planes)
+        travel = math.hypot(end[0, 0] - begin[0, 0], end[0, 1] - begin[0, 1])
+        near = ShapeBins.grouped([rows_near(self._anchored, end[0, 0], end[0, 1], range_max + travel)])
+        cast_sweep(near, begin[:1], end[:1], fan, ranges, range_max)
+        cast_sweep(self._moving, begin[1:], end[1:], fan, ranges, range_max)
+        return ranges
+
+    def _read(self, inspector: SceneGraphInspector) -> None:
+        solids = read_solids(inspector, self._role, self._exclude)
+        self._moving_frames = list(solids)[1:]
+        self._solids = list(solids.values())
+        self._keys = np.full((len(self._solids), 4), np.nan)
+        self._moving_rows = [np.zeros((0, COLUMNS))] * (len(self._solids) - 1)
+        self._version = GeometryVersion(inspector.geometry_version())
+
+    def _refresh(self, keys: np.ndarray, planes: np.ndarray, stale: np.ndarray, range_max: float) -> None:
+        for k in stale:
+            rows = slice_solids(self._solids[k], planes[k])
+            if k == 0:
+                self._anchored = ShapeBins.grid(rows, range_max / 2.0)
+            else:
+                self._moving_rows[k - 1] = rows
+        if stale[-1] > 0:
+            self._moving = ShapeBins.grouped(self._moving_rows)
+        self._keys = keys
+
+
+class _Parts:
+    """Collects the shapes of one frame."""
+
+    def __init__(self) -> None:
+        self.quadrics: list[np.ndarray] = []
+        self.vertices: list[np.ndarray] = []
+        self.faces: list[np.ndarray] = []
+        self.count = 0
+
+    def solids(self) -> Solids:
+        starts = np.zeros(len(self.faces) + 1, dtype=np.int64)
+        np.cumsum([len(face) for face in self.faces], out=starts[1:])
+        return Solids(
+            quadrics=np.array(self.quadrics, dtype=float).reshape(-1, 15),
+            vertices=np.vstack([*self.vertices, np.zeros((0, 3))]),
+            face_starts=starts,
+            face_vertices=np.concatenate([*self.faces, np.zeros(0, dtype=np.int64)]).astype(np.int64),
+        )
+
+    def add(self, shape: Shape, X_FG: RigidTransform, name: str) -> None:
+        if isinstance(shape, Sphere):
+            self._add_quadric(X_FG, np.full(3, shape.radius()))
+        elif isinstance(shape, Ellipsoid):
+            self._add_quadric(X_FG, np.array((shape.a(), shape.b(), shape.c())))
+        elif isinstance(shape, Cylinder):
+            half = shape.length() / 2.0
+            self._add_quadric(X_FG, np.array((shape.radius(), shape.radius(), np.inf)), -half, half, shape.radius())
+        elif isinstance(shape, Capsule):
+            half = shape.length() / 2.0
+            self._add_quadric(X_FG, np.array((shape.radius(), shape.radius(), np.inf)), -half, half)
+            for z, low, high in ((half, 0.0, np.inf), (-half, -np.inf, 0.0)):
+                self._add_quadric(X_FG @ RigidTransform([0.0, 0.0, z]), np.full(3, shape.radius()), low, high)
+        elif isinstance(shape, Box):
+            self._add_faces(X_FG, _BOX_CORNERS * shape.size(), _BOX_FACES)
+        elif isinstance(shape, HalfSpace):
+            e = _HALF_SPACE_EXTENT
+            self._add_faces(X_FG, np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)]), ((0, 1, 2, 3),))
+        elif isinstance(shape, Convex):
+            self._add_faces(X_FG, *hull_faces(shape, name))
+        elif isinstance(shape, Mesh):
+            self._add_faces(X_FG, *mesh_triangles(shape, name))
+        else:
+            what = "MeshcatCone" if isinstance(shape, MeshcatCone) else type(shape).__name__
+            warnings.warn(f"lidar: {what} {name} is ignored", stacklevel=2)
+
+    def _add_quadric(
+        self, X_FG: RigidTransform, semi_axes: np.ndarray, low: float = -np.inf, high: float = np.inf, cap: float = 0.0
+    ) -> None:
+        R_FG = X_FG.rotation().matrix()
+        matrix = (R_FG / semi_axes**2) @ R_FG.T
+        upper = matrix[np.triu_indices(3)]
+        self.quadrics.append(np.concatenate((X_FG.translation(), upper, R_FG[:, 2], (low, high, cap))))
+
+    def _add_faces(self, X_FG: RigidTransform, vertices: np.ndarray, faces: Collection) -> None:
+        self.vertices.append(vertices @ X_FG.rotation().matrix().T + X_FG.translation())
+        self.faces.extend(np.asarray(face, dtype=np.int64) + self.count for face in faces)
+        self.count += len(vertices)

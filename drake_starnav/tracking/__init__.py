@@ -1,0 +1,9 @@
+"""Scans -> obstacles that move."""
+
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import MoverParameters
+
+__all__ = [
+    "MoverParameters",
+    "Tracks",
+]

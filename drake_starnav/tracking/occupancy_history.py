@@ -1,0 +1,270 @@
+"""What stays and what moves, told from scans: a grid of when each cell was hit first and last, and seen free.
+
+A hit lies on something that moves if its cell was seen free before and a hit of a neighbouring beam says the same (a
+tip or a post thinner than the distance between two beams is now missed and now hit). It lies on something that stays if
+a cell at or beside it has been hit for long enough without being seen free in between. Before either is known, a hit
+belongs to something that stays if it is part of a surface that is wider than anything that moves, or of one that is
+known to stay elsewhere: as the robot drives by, more and more of it comes into view.
+
+What stays may start at any time, unless it is too large to move: the grid also remembers where surfaces were seen that
+are.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.utils.snapshot import snapshot
+
+REACH = 6.0
+"""Half the side of the grid about the robot, m."""
+RECENTRED = 1.0
+"""The grid follows the robot when it is this far from the grid's middle, m."""
+NEVER = -1.0
+RANGE_SLACK = 0.05
+"""A cell is seen free if it ends by this much before all beams near it do, m."""
+STANDING_AFTER = 2.0
+HIT_SHARE = 0.5
+"""What has been hit for so long, s, counts as standing if the first and the last hit lie at least this share of it
+apart."""
+CONNECTED = 0.15
+CONNECTED_PER_RANGE = 0.05
+"""Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
+
+
+@snapshot
+class MotionGrid:
+    """When the cells about the robot were hit and seen free. Immutable.
+
+    Attributes:
+        cell: size of a cell, m; cell (i, j) of W spans [i, i+1) x [j, j+1) cells.
+        first: cell (i, j) of W in which the arrays begin, shape (2,).
+        first_hit: time of the first hit since it was last seen free, shape (n, n), s; NEVER without one.
+        last_hit, seen_free: time of the last, shape (n, n), s; NEVER.
+        large: time of the last hit on a surface too large to move, since it was last seen free, shape (n, n), s; NEVER.
+    """
+
+    cell: float
+    first: np.ndarray
+    first_hit: np.ndarray
+    last_hit: np.ndarray
+    seen_free: np.ndarray
+    large: np.ndarray
+
+    @staticmethod
+    def about(position: np.ndarray, cell: float) -> "MotionGrid":
+        """An empty grid about a place (2,) in W, m."""
+        n = 2 * math.ceil(REACH / cell)
+        first = np.floor(np.asarray(position) / cell).astype(np.int64) - n // 2
+        empty = np.full((n, n), NEVER)
+        return MotionGrid(cell, first, empty, empty, empty, empty)
+
+    def following(self, position: np.ndarray) -> "MotionGrid":
+        """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
+        n = len(self.first_hit)
+        wanted = np.floor(np.asarray(position) / self.cell).astype(np.int64) - n // 2
+        shift = wanted - self.first
+        if np.abs(shift).max() * self.cell < RECENTRED:
+            return self
+        before = (self.first_hit, self.last_hit, self.seen_free, self.large)
+        arrays = [_shifted(array, *shift) for array in before]
+        return MotionGrid(self.cell, wanted, *arrays)
+
+    def told(self, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> np.ndarray:
+        """What each beam of a scan hit, judged by the earlier scans: STAYS, UNKNOWN or MOVES, shape (n,).
+
+        Beams without a hit, and hits outside the grid, stay.
+
+        Args:
+            scan: the latest, in S.
+            pose: (x, y, yaw) of S in W when it was taken.
+            parameters: max_radius.
+        """
+        x, y, yaw = pose
+        stands, freed = _looked_up(
+            self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
+            scan.angle_increment, scan.distances, scan.hits, scan.time,
+        )  # fmt: skip
+        widest = 2.0 * parameters.max_radius
+        stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
+        moves = freed & ~stands
+        moves &= np.roll(moves, 1) | np.roll(moves, -1)
+        unknown = scan.hits & ~stands & (freed | ~stays)
+        return np.where(moves, MOVES, np.where(unknown, UNKNOWN, STAYS))
+
+    def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
+        """Which hits are of something that could move, whether or not it does, shape (n,), bool.
+
+        Args:
+            scan, pose: as for `told`.
+            large: which hits are on a surface that is too large to move, shape (n,).
+        """
+        x, y, yaw = pose
+        known = _seen_large(
+            self.large, self.first, self.cell, x, y, yaw + scan.angle_min, scan.angle_increment, scan.distances
+        )
+        return scan.hits & ~large & ~known
+
+    def walls(self, time: float) -> np.ndarray:
+        """Middles of the cells that have stayed hit for STANDING_AFTER at a time (s), shape (n, 2), W, m."""
+        standing = _stands(self.first_hit, self.last_hit, time)
+        return (np.argwhere(standing) + self.first + 0.5) * self.cell
+
+    def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "MotionGrid":
+        """The grid with one more scan; arguments as for `may_start`."""
+        grid = self.following(pose[:2])
+        arrays = grid.first_hit.copy(), grid.last_hit.copy(), grid.seen_free.copy(), grid.large.copy()
+        x, y, yaw = pose
+        _update(
+            *arrays, grid.first, grid.cell, x, y, yaw + scan.angle_min, scan.angle_increment,
+            np.where(scan.lost, 0.0, scan.distances), scan.hits, large, scan.full_circle, scan.time,
+        )  # fmt: skip
+        return MotionGrid(grid.cell, grid.first, *arrays)
+
+
+def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
+    n = len(array)
+    out = np.full((n, n), NEVER)
+    if abs(di) < n and abs(dj) < n:
+        i, j = max(di, 0), max(dj, 0)
+        kept = array[i : n + min(di, 0), j : n + min(dj, 0)]
+        out[i - di : i - di + kept.shape[0], j - dj : j - dj + kept.shape[1]] = kept
+    return out
+
+
+@njit(cache=True)
+def connected(distance, hit, k, j, increment):
+    """Whether the hits of two consecutive beams k and j lie on one surface."""
+    if not (hit[k] and hit[j]):
+        return False
+    a, b = distance[k], distance[j]
+    chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(increment), 0.0))
+    return chord <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
+
+
+@njit(cache=True)
+def _on_what_stays(distance, hit, increment, wrap, width, stands):
+    """Which hits are part of a run of connected ones that is wider than `width`, or of which one certainly `stands`."""
+    n = len(distance)
+    out = np.zeros(n, np.bool_)
+    start = -1
+    for k in range(n):
+        if not connected(distance, hit, k - 1 if k else n - 1, k, increment) or (k == 0 and not wrap):
+            start = k
+            break
+    if start < 0:  # one surface all around
+        return hit.copy()
+    first = start
+    for step in range(1, n + 1):
+        k = (start + step) % n
+        before = (start + step - 1) % n
+        seam = k == 0 and not wrap
+        if step < n and not seam and connected(distance, hit, before, k, increment):
+            continue
+        if hit[first]:
+            count = (before - first) % n
+            a, b = distance[first], distance[before]
+            stays = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(count * increment), 0.0)) > width
+            for m in range(count + 1):
+                stays = stays or stands[(first + m) % n]
+            for m in range(count + 1):
+                out[(first + m) % n] = stays
+        first = k
+    return out
+
+
+@njit(cache=True)
+def _stands(first_hit, last_hit, time):
+    """Whether something has stayed in a cell, or in each of an array of cells, for long enough."""
+    return (
+        (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
+    )
+
+
+@njit(cache=True)
+def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time):
+    """Which beams hit what stands in or beside their cell, or is outside the grid; and which hit what was seen free."""
+    n, cells = len(distance), len(first_hit)
+    stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    for k in range(n):
+        if not hit[k]:
+            continue
+        theta = bearing_0 + k * increment
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        if not (1 <= i < cells - 1 and 1 <= j < cells - 1):
+            stands[k] = True
+            continue
+        freed[k] = seen_free[i, j] >= 0.0
+        for a in range(i - 1, i + 2):
+            for b in range(j - 1, j + 2):
+                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
+    return stands, freed
+
+
+@njit(cache=True)
+def _seen_large(large, origin, cell, x, y, bearing_0, increment, distance):
+    """Which beams end in or beside a cell that a large surface was seen in."""
+    n, cells = len(distance), len(large)
+    out = np.zeros(n, np.bool_)
+    for k in range(n):
+        theta = bearing_0 + k * increment
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        if 1 <= i < cells - 1 and 1 <= j < cells - 1:
+            out[k] = large[i - 1 : i + 2, j - 1 : j + 2].max() >= 0.0
+    return out
+
+
+@njit(cache=True)
+def _update(
+    first_hit, last_hit, seen_free, seen_large, origin, cell, x, y, bearing_0, increment, distance, hit, large, wrap,
+    time,
+):  # fmt: skip
+    n, cells = len(distance), len(first_hit)
+    half = 0.5 * math.sqrt(2.0) * cell
+    reach = distance.max()
+    low_i = max(int(math.floor((x - reach) / cell)) - origin[0], 0)
+    high_i = min(int(math.floor((x + reach) / cell)) - origin[0] + 1, cells)
+    low_j = max(int(math.floor((y - reach) / cell)) - origin[1], 0)
+    high_j = min(int(math.floor((y + reach) / cell)) - origin[1] + 1, cells)
+    for i in range(low_i, high_i):
+        dx = (i + origin[0] + 0.5) * cell - x
+        for j in range(low_j, high_j):
+            dy = (j + origin[1] + 0.5) * cell - y
+            r = math.sqrt(dx * dx + dy * dy)
+            ends = r + half + RANGE_SLACK
+            if ends >= reach:
+                continue
+            # no beam that passes through the cell, nor the one beside it, may end before the cell does
+            middle = ((math.atan2(dy, dx) - bearing_0) % (2.0 * math.pi)) / increment
+            if distance[min(int(middle + 0.5), n - 1)] <= ends:
+                continue
+            width = math.asin(min(half / max(r, half), 1.0)) / increment + 1.0
+            first, last = int(math.floor(middle - width)), int(math.ceil(middle + width))
+            if last - first >= n:
+                first, last = 0, n - 1
+            free = wrap or (first >= 0 and last < n)
+            k = first
+            while free and k <= last:
+                free = distance[k % n] > ends
+                k += 1
+            if free:
+                seen_free[i, j] = time
+                first_hit[i, j] = NEVER
+                seen_large[i, j] = NEVER
+    for k in range(n):
+        if not hit[k]:
+            continue
+        theta = bearing_0 + k * increment
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        if 0 <= i < cells and 0 <= j < cells:
+            if first_hit[i, j] < 0.0:
+                first_hit[i, j] = time
+            last_hit[i, j] = time
+            if large[k]:
+                seen_large[i, j] = time

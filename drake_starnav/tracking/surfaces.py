@@ -1,0 +1,132 @@
+"""What is too large to move: the scan parted into convex surfaces, and how wide each is.
+
+A disc shows the lidar one convex arc. Connected hits are therefore parted wherever their outline has a notch: where a
+disc stands against a wall, in the corner of a room, between two discs. The outline is the polygon that the
+Douglas-Peucker algorithm leaves of the hits; they run counter-clockwise about the robot, so that a notch is where it
+turns to the left. A surface that is wider than the largest obstacle that moves is none.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.tracking.occupancy_history import connected
+
+FLATNESS = 0.05
+NOISES = 5.0
+"""A notch of less than this between two things is not seen, m; nor one of less than so many standard deviations of the
+noise, as far as the scan itself shows it."""
+
+
+def on_large_surfaces(scan: LaserScan, width: float) -> np.ndarray:
+    """Which hits are on a convex surface that is wider than `width` (m), shape (n,), bool.
+
+    Lost beams part nothing.
+
+    Args:
+        scan: in S.
+        width: m.
+    """
+    out = np.zeros(len(scan.ranges), bool)
+    said = np.flatnonzero(~scan.lost)
+    distance, hit = scan.distances[said], (scan.ranges < scan.range_max)[said]
+    notch = max(FLATNESS, NOISES * noise_shown(distance, hit))
+    out[said] = _large(distance, scan.bearings[said], hit, scan.full_circle, width, notch)
+    return out
+
+
+def noise_shown(distance: np.ndarray, hit: np.ndarray) -> float:
+    """Standard deviation of the range noise as the bends between three hits show it, m; robust to steps and corners.
+
+    Args:
+        distance, hit: of the beams that say something, shape (n,), m and bool.
+    """
+    bend = np.abs(np.diff(distance, 2))[hit[:-2] & hit[1:-1] & hit[2:]]
+    return float(np.median(bend)) / (0.6745 * math.sqrt(6.0)) if len(bend) else 0.0
+
+
+@njit(cache=True)
+def _large(distance, bearing, hit, wrap, width, notch):
+    n = len(distance)
+    out = np.zeros(n, np.bool_)
+    joined = np.empty(n, np.bool_)  # whether beam k continues the surface of the one before
+    for k in range(n):
+        angle = bearing[k] - bearing[k - 1] if k else bearing[0] - bearing[n - 1] + 2.0 * math.pi
+        joined[k] = (k > 0 or wrap) and connected(distance, hit, k - 1 if k else n - 1, k, angle)
+    start = 0
+    while start < n and joined[start]:
+        start += 1
+    if start == n:  # one outline all around is cut open at its farthest corner
+        start = int(np.argmax(distance))
+    first = start
+    while first < start + n:
+        last = first
+        while last + 1 < start + n and joined[(last + 1) % n]:
+            last += 1
+        if hit[first % n]:
+            _part(distance, bearing, first, last, width, notch, out)
+        first = last + 1
+    return out
+
+
+@njit(cache=True)
+def _part(distance, bearing, first, last, width, notch, out):
+    """Mark which of the connected hits first to last, modulo their number, are on a wide convex surface."""
+    n = len(distance)
+    count = last - first + 1
+    x, y = np.empty(count), np.empty(count)
+    for k in range(count):
+        b = (first + k) % n
+        x[k], y[k] = distance[b] * math.cos(bearing[b]), distance[b] * math.sin(bearing[b])
+    corner = _outline(x, y, notch)
+    begin = 0  # index of the corner that the present surface begins at
+    for i in range(1, len(corner)):
+        receding = i == len(corner) - 1
+        if not receding:
+            a, b, c = corner[i - 1], corner[i], corner[i + 1]
+            receding = (x[b] - x[a]) * (y[c] - y[b]) - (y[b] - y[a]) * (x[c] - x[b]) > 0.0
+        if not receding:
+            continue
+        # a hit at a notch may be the neighbour's, across a step
+        low = corner[begin] + (1 if begin > 0 else 0)
+        high = corner[i] - (1 if i < len(corner) - 1 else 0)
+        if _extent(x, y, low, high) > width:
+            for k in range(corner[begin], corner[i] + 1):
+                out[(first + k) % n] = True
+        begin = i
+
+
+@njit(cache=True)
+def _extent(x, y, low, high):
+    """Largest distance between two of the points low to high."""
+    most = 0.0
+    for i in range(low, high + 1):
+        for j in range(i + 1, high + 1):
+            most = max(most, (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2)
+    return math.sqrt(most)
+
+
+@njit(cache=True)
+def _outline(x, y, notch):
+    """Indices of the corners of a polygon no farther than `notch` from any of the points; the ends are two of them."""
+    count = len(x)
+    chosen = np.zeros(count, np.bool_)
+    chosen[0] = chosen[count - 1] = True
+    pending = [(0, count - 1)]
+    while len(pending) > 0:
+        a, b = pending.pop()
+        dx, dy = x[b] - x[a], y[b] - y[a]
+        square = max(dx * dx + dy * dy, 1e-12)
+        most, farthest = notch, -1
+        for k in range(a + 1, b):
+            along = min(max(((x[k] - x[a]) * dx + (y[k] - y[a]) * dy) / square, 0.0), 1.0)
+            away = math.hypot(x[k] - x[a] - along * dx, y[k] - y[a] - along * dy)
+            if away > most:
+                most, farthest = away, k
+        if farthest >= 0:
+            chosen[farthest] = True
+            pending.append((a, farthest))
+            pending.append((farthest, b))
+    return np.flatnonzero(chosen)

@@ -1,0 +1,1 @@
+"""Files, snapshots, wall-clock times and shipped resources: nothing of the domain."""

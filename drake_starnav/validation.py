@@ -1,0 +1,115 @@
+"""What is refused before anything is wired: parameters with which promises would not be kept."""
+
+import dataclasses
+
+from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.regions.perception import check_view
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import seen_from
+from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment
+from drake_starnav.station.robot_model import TOLERANCE
+
+HARDEST_BRAKING = 6.0
+"""The wheels of the shipped robots grip so much, m/s^2: braking takes load off them."""
+
+
+def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
+    """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
+    for section in ("lidar", "localization", "drive"):
+        has, declared = getattr(station, section), getattr(scenario, section)
+        for field in dataclasses.fields(declared):
+            value, wanted = getattr(has, field.name), getattr(declared, field.name)
+            if value != wanted:
+                raise StarnavError(
+                    f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
+                    "margins and predictions follow from it"
+                )
+    step, radius = scenario.simulation.time_step, scenario.robot.radius
+    if station.time_step != step:
+        raise StarnavError(
+            f"the station has time_step {station.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
+            "allowed: the same"
+        )
+    if station.reach > radius + TOLERANCE:
+        raise StarnavError(
+            f"robot.radius is {radius:g} m, and the station's robot reaches {station.reach:.3f} m from its axis; "
+            "allowed: a radius that holds all of the robot"
+        )
+
+
+def check_promises(scenario: Scenario) -> None:
+    """Raise a `StarnavError` where the controller would not keep what its parameters promise."""
+    controller, lidar = scenario.controller, scenario.lidar
+    _check_path(scenario)
+    if controller.kind not in CERTIFIED:
+        return
+    reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
+    if lidar.range_max <= reach:
+        raise StarnavError(
+            f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
+            "that sees farther than the robot reaches"
+        )
+    if controller.certifies:
+        backwards = scenario.movers.max_speed > 0.0 or controller.certified_by == "points"
+        check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
+        _check_range(scenario, reach)
+        _check_beams(scenario)
+        _check_braking(scenario)
+    if controller.kind == "mpc":
+        for name, value, allowed in (
+            ("controller.certified_by", controller.certified_by, "star"),
+            ("robot.speed_per_clearance", scenario.robot.speed_per_clearance, 0.0),
+        ):
+            if value != allowed:
+                raise UnsupportedError(f"{name} is {value} with controller.kind mpc; allowed: {allowed}")
+
+
+def _check_path(scenario: Scenario) -> None:
+    controller = scenario.controller
+    planned = controller.kind in CERTIFIED or controller.target == "short_term_goal"
+    if scenario.planner.path != "fastest" or not planned:
+        return
+    if controller.kind != "star":
+        raise UnsupportedError(f"planner.path is fastest with controller.kind {controller.kind}; allowed: shortest")
+    if controller.look_ahead == 0.0:
+        raise StarnavError(
+            "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
+            "planner.path shortest, or to look ahead, as by 1.5 m"
+        )
+
+
+def _check_beams(scenario: Scenario) -> None:
+    """Where the robot decides to stop, it must not fit between two beams: walls would be open there."""
+    robot, lidar = scenario.robot, scenario.lidar
+    distance = seen_from(lidar, scenario.drive, robot, scenario.controller)
+    if distance * lidar.angle_increment > robot.radius:
+        raise StarnavError(
+            f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "
+            f"{robot.max_speed:g} m/s and robot.max_acceleration {robot.max_acceleration:g} m/s^2 must begin to stop, "
+            f"two beams are {distance * lidar.angle_increment:.3g} m apart; allowed: at most robot.radius, "
+            f"{robot.radius:g} m"
+        )
+
+
+def _check_braking(scenario: Scenario) -> None:
+    """Who slides when he brakes stops later than certified."""
+    hardest = scenario.robot.max_acceleration
+    if hardest > HARDEST_BRAKING:
+        raise StarnavError(
+            f"robot.max_acceleration is {hardest:g} m/s^2, with controller.certificate; allowed: at most "
+            f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
+        )
+
+
+def _check_range(scenario: Scenario, reach: float) -> None:
+    """The certificate in time must see what comes while the robot brakes; `reach` with its margin, m."""
+    robot, lidar, movers = scenario.robot, scenario.lidar, scenario.movers
+    stopping = robot.max_speed / robot.max_acceleration
+    needed = reach + 0.5 * robot.max_speed * stopping
+    needed += movers.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
+    if movers.max_speed > 0.0 and lidar.range_max < needed:
+        raise StarnavError(
+            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {movers.max_speed:g} m/s; "
+            f"allowed: at least {needed:.3g} m, as they come that far while the robot brakes"
+        )

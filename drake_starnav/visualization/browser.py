@@ -1,0 +1,97 @@
+"""Takes pictures of a recording's page with headless Chromium."""
+
+import io
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.visualization.camera import PAGE, check_view
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+"""Of the program, in the order in which they are looked for on PATH."""
+PLACES = ("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",)
+FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""Rendering without a graphics card, also as root in a container."""
+PATIENCE = 120.0
+"""A page that is not ready by then never will be, s."""
+
+
+def find_chromium() -> str | None:
+    """The program, or None where there is none."""
+    found = (shutil.which(name) for name in NAMES)
+    return next((path for path in (*found, *PLACES) if path and os.access(path, os.X_OK)), None)
+
+
+def browser_missing() -> str | None:
+    """What is missing for taking pictures with a browser, in words, or None."""
+    if find_chromium() is None:
+        return f"Chromium (none of {', '.join(NAMES)} is on PATH)"
+    try:
+        import playwright.sync_api  # noqa: F401
+    except ImportError:
+        return "playwright (pip install playwright)"
+    return None
+
+
+class BrowserCamera:
+    """Takes pictures of a recording as a browser shows it; a context manager.
+
+    Attributes:
+        page: the open page, a `playwright.sync_api.Page`.
+    """
+
+    page: Any
+
+    def __init__(self, html: Path, view: str = "top", width: int = int(PAGE[0])) -> None:
+        """
+        Args:
+            html: the recording.
+            view: camera preset, one of `camera.VIEWS`.
+            width: of the pictures, pixels.
+
+        Raises:
+            StarnavError: unknown view, or no browser.
+        """
+        check_view(view)
+        missing = browser_missing()
+        if missing is not None:
+            raise StarnavError(f"pictures by a browser need {missing}; allowed: install it, or draw them by matplotlib")
+        self._html, self._view, self._width = html, view, width
+
+    def __enter__(self) -> "BrowserCamera":
+        from playwright.sync_api import Error, sync_playwright  # an extra
+
+        self._playwright = sync_playwright().start()
+        try:
+            self._browser = self._playwright.chromium.launch(
+                executable_path=find_chromium(), headless=True, args=list(FLAGS)
+            )
+            self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
+            self.page.goto(self._html.resolve().as_uri())
+            self.page.wait_for_function("viewer.animator.duration > 0", timeout=1e3 * PATIENCE)
+        except Error as error:
+            self._playwright.stop()  # and with it the browser
+            raise StarnavError(
+                f"{find_chromium()} cannot show {self._html}: {error.message.splitlines()[0]}; "
+                "allowed: a Chromium that works, or pictures by matplotlib"
+            ) from None
+        self.page.evaluate(f"starnav.look('{self._view}')")
+        # Meshcat's own panel and the camera buttons are for a live page.
+        self.page.add_style_tag(content=".lil-gui, .dg, #starnav-views {display: none !important}")
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._browser.close()
+        self._playwright.stop()
+
+    def picture(self, time: float) -> Image.Image:
+        """The page at a time of the run, s."""
+        self.page.evaluate(f"starnav.show({time})")
+        image = Image.open(io.BytesIO(self.page.screenshot())).convert("RGB")
+        if image.width == self._width:
+            return image
+        return image.resize((self._width, round(self._width * PAGE[1] / PAGE[0])), Image.Resampling.LANCZOS)

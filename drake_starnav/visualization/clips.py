@@ -1,0 +1,113 @@
+"""Stills and clips: a sequence of pictures as PNG, GIF or MP4."""
+
+import contextlib
+import shutil
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageChops
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.utils.files import replacing
+
+GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
+"""Of the palette that all pictures of a GIF share, so that none shimmers: its size, the pictures it is made from, and
+Pillow's threshold for refining it."""
+FINAL_PAUSE = 1.5
+"""The last picture stays this long, s."""
+
+
+def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
+    """When a clip's pictures are taken, shape (n,), s of the run; the first at its start, the last at its end.
+
+    Args:
+        duration: of the run, s.
+        rate: pictures a second of the clip.
+        speed: seconds of the run in one of the clip.
+    """
+    times = np.arange(0.0, duration, speed / rate)
+    return np.append(times, duration)
+
+
+def trimmed(pictures: list[Image.Image]) -> list[Image.Image]:
+    """The pictures without the rows at their lower rim that are white in all of them, but for a margin."""
+    if not pictures:
+        return []
+    filled = [ImageChops.invert(picture).getbbox() for picture in pictures]
+    low = max((box[3] for box in filled if box), default=0)
+    height = min(low + round(0.015 * pictures[0].width), pictures[0].height)
+    return [picture.crop((0, 0, picture.width, height)) for picture in pictures]
+
+
+def write_png(path: Path, picture: Image.Image) -> None:
+    """Write a still."""
+    with replacing(path) as temporary:
+        picture.save(temporary, format="PNG", optimize=True)
+
+
+def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
+    """Write pictures of equal size, `rate` a second (a GIF counts hundredths of seconds), as a GIF that repeats."""
+    kept = list(pictures)
+    chosen = [kept[round(at)] for at in np.linspace(0, len(kept) - 1, PALETTE_PICTURES)]
+    sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
+    # The widest coverage keeps the colours of small things; k-means then makes those of large areas exact.
+    palette = sample.quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE, kmeans=KMEANS, dither=Image.Dither.NONE)
+    first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in kept]
+    durations = [round(100.0 / rate) * 10] * len(others) + [round(1000.0 * FINAL_PAUSE)]
+    with replacing(path) as temporary:
+        first.save(
+            temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True
+        )
+
+
+def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
+    """Write pictures of equal size, `rate` a second, as H.264 that every player knows.
+
+    Raises:
+        StarnavError: there is no ffmpeg, or it fails.
+    """
+    pictures = iter(pictures)
+    first = next(pictures)
+    size = f"{first.width}x{first.height}"
+    with replacing(path) as temporary:
+        command = [find_ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size]
+        command += ["-r", str(rate), "-i", "-", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264"]
+        command += ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4", str(temporary)]
+        encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        assert encoder.stdin is not None and encoder.stderr is not None
+        try:
+            with contextlib.suppress(BrokenPipeError):  # it says itself why it ended
+                picture = first
+                encoder.stdin.write(picture.tobytes())
+                for picture in pictures:
+                    encoder.stdin.write(picture.tobytes())
+                for _ in range(round(FINAL_PAUSE * rate) - 1):
+                    encoder.stdin.write(picture.tobytes())
+            complaint = encoder.communicate()[1].decode(errors="replace").strip()
+        finally:
+            if encoder.poll() is None:
+                encoder.kill()
+                encoder.wait()
+        if encoder.returncode != 0:
+            raise StarnavError(f"ffmpeg failed on {path}: {complaint.splitlines()[-1] if complaint else 'no reason'}")
+
+
+def find_ffmpeg() -> str:
+    """The program, from PATH or from the package imageio-ffmpeg.
+
+    Raises:
+        StarnavError: there is neither.
+    """
+    found = shutil.which("ffmpeg")
+    if found is None:
+        try:
+            import imageio_ffmpeg  # an extra
+
+            found = imageio_ffmpeg.get_ffmpeg_exe()
+        except (ImportError, RuntimeError):
+            raise StarnavError(
+                "an MP4 needs ffmpeg, which is not on PATH; allowed: install it or imageio-ffmpeg, or write a GIF"
+            ) from None
+    return str(found)

@@ -1,0 +1,54 @@
+"""Everything that is needed to draw pictures of a recorded run."""
+
+from dataclasses import dataclass
+
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.visualization.meshes import Color
+from drake_starnav.visualization.page import Caption
+from drake_starnav.visualization.timeline import Timeline
+from drake_starnav.worlds.world import World
+
+SHELL_COLOR: Color = (0.13, 0.32, 0.58)
+"""Of the shipped robot's hull; the others of what stands on it."""
+DECK_COLOR: Color = (0.90, 0.92, 0.95)
+HEADING_COLOR: Color = (0.98, 0.60, 0.10)
+LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
+
+
+@dataclass(frozen=True)
+class Actor:
+    """A robot that drives through the scene.
+
+    Attributes:
+        motion: its poses.
+        radius: of its hull, m.
+        color: of its hull, red, green, blue, 0 to 1.
+        deck: radius of the light disc on it, as a share of the hull's.
+    """
+
+    motion: Motion
+    radius: float
+    color: Color = SHELL_COLOR
+    deck: float = 0.86
+
+
+@dataclass(frozen=True)
+class Film:
+    """A recorded run.
+
+    Attributes:
+        caption: what is told beside the scene.
+        world: that the robots drive through.
+        timeline: what is drawn on the floor.
+        actors: the robots; the camera follows the first.
+    """
+
+    caption: Caption
+    world: World
+    timeline: Timeline
+    actors: tuple[Actor, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time of the last pose, s."""
+        return max(actor.motion.duration for actor in self.actors)

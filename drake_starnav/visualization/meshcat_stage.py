@@ -1,0 +1,160 @@
+"""Objects in Meshcat that come and go in recorded time."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.geometry import Meshcat, Rgba
+from pydrake.math import RigidTransform
+from pydrake.perception import PointCloud
+
+from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
+
+POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.0}
+"""Of the layers that are drawn as points, pixels at any distance."""
+SEEN_THROUGH = ("scan",)
+"""Layers of points that nothing hides: a hit lies right on the surface of an obstacle."""
+
+
+class MeshcatStage:
+    """Objects of layers in Meshcat that come and go in recorded time.
+
+    Meshcat records no creation of an object, only changes of transforms and properties. So every object is created
+    once, and its recorded property `visible` brings it on stage and takes it off again. Without a recording the times
+    are ignored and the changes take effect at once.
+    """
+
+    def __init__(
+        self, meshcat: Meshcat, root: str, frame: float, layers: Mapping[str, Layer] = LAYERS, keep: bool = True
+    ) -> None:
+        """
+        Args:
+            meshcat: to draw into.
+            root: path of the folder that holds the layers.
+            frame: time between two frames of the recording, s.
+            layers: name -> what may be drawn.
+            keep: whether what has left the stage may be wanted again, as by a recording; else it is deleted.
+        """
+        self._meshcat, self._root, self._frame = meshcat, root, frame
+        self._layers, self._keep = layers, keep
+        self._count = 0
+        self._shown: dict[str, str] = {}  # layer and key -> the object shown last
+        self._places: dict[str, np.ndarray | None] = {}  # layer -> where its only object is, None while hidden
+
+    def clear(self) -> None:
+        """Remove everything."""
+        self._meshcat.Delete(self._root)
+        self._count = 0
+        self._shown.clear()
+        self._places.clear()
+
+    def add(
+        self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
+    ) -> str | None:
+        """Show a new object from now on.
+
+        Args:
+            layer: that it belongs to.
+            mesh: W, m; nothing is added when it is empty.
+            time: now, s.
+            opacity: below 1 it hides nothing behind it, and may change later.
+            colors: shape (n, 3), one for each vertex, instead of the layer's.
+
+        Returns:
+            the object's path, or None.
+        """
+        if not len(mesh):
+            return None
+        path = self._new_path(layer)
+        self._set_mesh(path, layer, mesh, opacity, colors)
+        if opacity < 1.0:  # or translucent objects at one height would hide one another
+            self._meshcat.SetProperty(f"{path}/<object>", "material.depthWrite", False)
+            self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer) + 1e-6 * self._count)
+        self._appear(path, time)
+        return path
+
+    def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, key: str = "") -> None:
+        """Show a new object instead of the last one of the same layer and key; an empty mesh only hides that."""
+        self._replace(layer + key, self.add(layer, mesh, time, opacity), time)
+
+    def add_points(self, layer: str, points: np.ndarray, time: float) -> str | None:
+        """Show points of shape (n, 2), W, m, from now on; the path as from `add`."""
+        if not len(points):
+            return None
+        path = self._new_path(layer)
+        cloud = PointCloud(len(points))
+        cloud.mutable_xyzs()[:2] = points.T
+        cloud.mutable_xyzs()[2] = self._layers[layer].height
+        self._meshcat.SetObject(path, cloud, POINT_SIZES[layer], Rgba(*self._layers[layer].color))
+        self._meshcat.SetProperty(f"{path}/<object>", "material.sizeAttenuation", False)
+        if layer in SEEN_THROUGH:
+            self._meshcat.SetProperty(f"{path}/<object>", "material.depthTest", False)
+            self._meshcat.SetProperty(f"{path}/<object>", "renderOrder", self._order(layer))
+        self._appear(path, time)
+        return path
+
+    def swap_points(self, layer: str, points: np.ndarray, time: float, key: str = "") -> None:
+        """Show points of shape (n, 2), W, m, instead of the last ones of the same layer and key."""
+        self._replace(layer + key, self.add_points(layer, points, time), time)
+
+    def prepare(self, layer: str, mesh: Mesh) -> None:
+        """Create the only object of a layer, hidden, with a mesh about the origin."""
+        path = f"{self._root}/{layer}"
+        self._set_mesh(path, layer, mesh, 1.0, None)
+        self._show(path, False, 0.0)
+        self._places[layer] = None
+
+    def move(self, layer: str, position: np.ndarray | None, time: float) -> None:
+        """Put the prepared object of a layer at a position of shape (2,), W, m; None hides it."""
+        path, last = f"{self._root}/{layer}", self._places[layer]
+        if position is None:
+            if last is not None:
+                self._show(path, False, time)
+        elif last is None or not np.array_equal(position, last):
+            if last is None:
+                self._show(path, True, time)
+            elif time > self._frame:  # Meshcat glides between keyframes: hold the last place until the frame before
+                self._meshcat.SetTransform(path, RigidTransform([*last, 0.0]), time - self._frame)
+            self._meshcat.SetTransform(path, RigidTransform([*position, 0.0]), time)
+        self._places[layer] = None if position is None else np.array(position)
+
+    def remove(self, path: str, time: float) -> None:
+        """Take an object off the stage for good."""
+        if self._keep:
+            self._show(path, False, time)
+        else:
+            self._meshcat.Delete(path)
+
+    def set_opacity(self, path: str, opacity: float, time: float) -> None:
+        """Set a keyframe of the opacity of an object that was added with one below 1."""
+        self._meshcat.SetProperty(f"{path}/<object>", "material.opacity", opacity, time)
+
+    def _set_mesh(self, path: str, layer: str, mesh: Mesh, opacity: float, colors: np.ndarray | None) -> None:
+        vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)
+        if colors is None:
+            self._meshcat.SetTriangleMesh(path, vertices, faces, Rgba(*self._layers[layer].color, opacity))
+        else:
+            # Colours of vertices are taken as linear light, other colours as sRGB.
+            self._meshcat.SetTriangleColorMesh(path, vertices, faces, np.asfortranarray(colors.T**2.2))
+
+    def _new_path(self, layer: str) -> str:
+        self._count += 1
+        return f"{self._root}/{layer}/{self._count:04d}"
+
+    def _appear(self, path: str, time: float) -> None:
+        if time > self._frame:
+            self._show(path, False, 0.0)
+        self._show(path, True, time)
+
+    def _replace(self, key: str, path: str | None, time: float) -> None:
+        last = self._shown.pop(key, None)
+        if last is not None:
+            self.remove(last, time)
+        if path is not None:
+            self._shown[key] = path
+
+    def _show(self, path: str, visible: bool, time: float) -> None:
+        self._meshcat.SetProperty(path, "visible", visible, time)
+
+    def _order(self, layer: str) -> float:
+        """In which order translucent layers are drawn."""
+        return 1.0 + list(self._layers).index(layer)

@@ -1,0 +1,220 @@
+"""What a recording draws: its parameters, its layers with their colours, and flat triangle meshes for them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.planning.frontiers import Frontiers, uncovered
+from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.worlds.world import World
+
+MITRE_LIMIT = 2.0
+"""A ribbon is at most this many times wider at a corner than along its sides."""
+SAME_POINT = 1e-6
+"""Points of a polyline nearer than this count once, m."""
+
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One kind of thing in a recording, switched as one in Meshcat's panel.
+
+    Attributes:
+        label: its meaning, for the legend.
+        color: red, green, blue, 0 to 1.
+        symbol: how the legend shows it: area, line, disc, square, dot, ring, cross, star or gradient.
+        height: above the floor, m; what is higher hides what is lower.
+    """
+
+    label: str
+    color: Color
+    symbol: str
+    height: float
+
+
+# The colours stay apart for colour-blind eyes (Okabe and Ito, 2008); symbols differ as well.
+LAYERS = {
+    "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
+    "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
+    "roadmap/edges": Layer("roadmap edge", (0.60, 0.60, 0.60), "line", 0.04),
+    "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.05),
+    "trail": Layer("trail, slow to fast", (0.50, 0.01, 0.66), "gradient", 0.06),
+    "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
+    "frontiers/covered": Layer("frontier, covered since", (0.62, 0.62, 0.62), "dot", 0.08),
+    "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "square", 0.09),
+    "frontiers/stuck": Layer("frontier, led nowhere", (0.65, 0.20, 0.50), "cross", 0.10),
+    "frontiers/target": Layer("frontier it heads for", (0.75, 0.42, 0.00), "ring", 0.11),
+    "short_term_goal": Layer("short-term goal", (0.00, 0.32, 0.75), "ring", 0.12),
+    "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
+    "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14),
+}
+"""Name in Meshcat's panel -> what it is, lowest first."""
+
+MOVERS = Layer("obstacle that moves", (0.90, 0.75, 0.20), "disc", 0.5)
+"""They are part of the scene; see `with_movers`."""
+
+SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])
+"""Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
+
+
+def with_movers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
+    """The layers of a legend, and the obstacles that move if a world has some."""
+    return {**layers, "movers": MOVERS} if len(world.movers) else layers
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Flat triangles seen from above.
+
+    Attributes:
+        vertices: shape (n, 3), W, m.
+        faces: shape (k, 3), indices of vertices.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    """Several meshes as one."""
+    if not meshes:
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    first = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
+    return Mesh(
+        np.vstack([m.vertices for m in meshes]),
+        np.vstack([m.faces + k for m, k in zip(meshes, first, strict=True)]).astype(np.int32),
+    )
+
+
+def fan(center: np.ndarray, rim: np.ndarray, z: float, closed: bool = True) -> Mesh:
+    """Triangles from a centre to each edge of a rim, such as a star-shaped region.
+
+    Args:
+        center: shape (2,), W, m.
+        rim: shape (n, 2), counter-clockwise about the centre, W, m.
+        z: height, m.
+        closed: whether an edge joins the last point of the rim to the first.
+    """
+    count = len(rim)
+    i = np.arange(count if closed else count - 1)
+    faces = np.column_stack((np.zeros_like(i), i + 1, (i + 1) % count + 1))
+    return Mesh(_raised(np.vstack((center, rim)), z), faces.astype(np.int32))
+
+
+def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> Mesh:
+    """A band of constant width along a polyline, mitred at its corners; empty for fewer than two distinct points.
+
+    Args:
+        points: shape (n, 2), W, m.
+        width: m.
+        z: height, m.
+        closed: whether the last point joins the first.
+    """
+    points = np.asarray(points, dtype=float)[:, :2]
+    ahead = np.roll(points, -1, axis=0) - points
+    distinct = np.hypot(*ahead.T) > SAME_POINT
+    if not closed and len(points):
+        distinct[-1] = True
+    points = points[distinct]
+    count = len(points)
+    if count < 2:
+        return joined()
+    ahead = np.roll(points, -1, axis=0) - points
+    left = np.column_stack((-ahead[:, 1], ahead[:, 0])) / np.maximum(np.hypot(*ahead.T), SAME_POINT)[:, None]
+    if not closed:
+        left[-1] = left[-2]
+    before = np.roll(left, 1, axis=0)
+    if not closed:
+        before[0] = left[0]
+    middle = left + before
+    length = np.hypot(*middle.T)
+    middle = np.where(length[:, None] > 1e-9, middle / np.maximum(length, 1e-9)[:, None], left)
+    stretch = 1.0 / np.maximum(np.sum(middle * left, axis=1), 1.0 / MITRE_LIMIT)
+    offset = 0.5 * width * stretch[:, None] * middle
+    i = np.arange(count if closed else count - 1)
+    j = (i + 1) % count
+    faces = np.vstack((np.column_stack((i, i + count, j)), np.column_stack((j, i + count, j + count))))
+    return Mesh(_raised(np.vstack((points + offset, points - offset)), z), faces.astype(np.int32))
+
+
+def segments(ends: np.ndarray, width: float, z: float) -> Mesh:
+    """Separate straight ribbons; `ends` has shape (n, 2, 2), W, m."""
+    return joined(*(ribbon(pair, width, z) for pair in ends))
+
+
+def discs(centers: np.ndarray, radius: float, z: float, sides: int = 12) -> Mesh:
+    """Regular polygons of `sides` corners about centres of shape (n, 2), W, m."""
+    corners = np.asarray(centers, dtype=float).reshape(-1, 1, 2) + _circle(radius, sides)
+    i = np.arange(1, sides - 1)
+    faces = np.column_stack((np.zeros_like(i), i, i + 1)) + sides * np.arange(len(corners))[:, None, None]
+    return Mesh(_raised(corners.reshape(-1, 2), z), faces.reshape(-1, 3).astype(np.int32))
+
+
+def ring(center: np.ndarray, inner: float, outer: float, z: float, sides: int = 32) -> Mesh:
+    """The area between two circles of radii `inner` and `outer` (m) about a centre (2,), W."""
+    return ribbon(np.asarray(center) + _circle(0.5 * (inner + outer), sides), outer - inner, z, closed=True)
+
+
+def crosses(centers: np.ndarray, size: float, z: float) -> Mesh:
+    """Diagonal crosses of a half diagonal `size` (m) about centres of shape (n, 2), W, m."""
+    half = size * math.sqrt(0.5) * np.array([(1.0, 1.0), (1.0, -1.0)])
+    return joined(*(ribbon(np.array([c - arm, c + arm]), 0.45 * size, z) for c in centers for arm in half))
+
+
+def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
+    """A star with its first point along y, about a centre of shape (2,), W, m."""
+    spoke = radius * np.where(np.arange(10) % 2, 0.45, 1.0)
+    angle = 0.5 * math.pi + math.pi / 5.0 * np.arange(10)
+    rim = spoke[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    return fan(center, np.asarray(center) + rim, z)
+
+
+def swath(path: np.ndarray, radius: float, z: float, sides: int = 10) -> Mesh:
+    """What a disc of `radius` (m) sweeps ahead of it along a path of shape (n, 2) or (n, 3), W, m."""
+    path = np.asarray(path, dtype=float)[:, :2]
+    body = ribbon(path, 2.0 * radius, z)
+    if not len(body):
+        return body
+    heading = path[-1] - path[np.flatnonzero(np.hypot(*(path - path[-1]).T) > SAME_POINT)[-1]]
+    angle = math.atan2(heading[1], heading[0]) + np.linspace(-0.5 * math.pi, 0.5 * math.pi, sides)
+    cap = path[-1] + radius * np.column_stack((np.cos(angle), np.sin(angle)))
+    return joined(body, fan(path[-1], cap, z, closed=False))
+
+
+def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
+    """Colours of the trail at speeds of shape (n,), m/s; shape (n, 3), red, green, blue, 0 to 1."""
+    share = np.clip(np.abs(speeds) / max_speed, 0.0, 1.0)
+    at = np.linspace(0.0, 1.0, len(SPEED_COLORS))
+    return np.column_stack([np.interp(share, at, channel) for channel in SPEED_COLORS.T])
+
+
+def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarray, np.ndarray]:
+    """Where the frontiers stood that a newer roadmap of the same margin no longer has, each shape (n, 2), W, m.
+
+    Returns:
+        covered: those that regions have reached past since, or that turned out to face a wall.
+        stuck: those that were retired with the unknown behind them still unseen.
+    """
+    kept = set(map(tuple, np.hstack((after.frontiers.stand, after.frontiers.probe))))
+    gone = np.array([tuple(row) not in kept for row in np.hstack((before.stand, before.probe))], dtype=bool)
+    stand, probe = before.stand[gone], before.probe[gone]
+    retired = np.zeros(len(stand), dtype=bool)
+    for x, y, radius in after.retired:
+        retired |= np.hypot(stand[:, 0] - x, stand[:, 1] - y) <= radius
+    stuck = retired & uncovered(probe, after.stack.arrays)
+    return stand[~stuck], stand[stuck]
+
+
+def _circle(radius: float, sides: int) -> np.ndarray:
+    angle = 2.0 * math.pi / sides * np.arange(sides)
+    return radius * np.column_stack((np.cos(angle), np.sin(angle)))
+
+
+def _raised(points: np.ndarray, z: float) -> np.ndarray:
+    return np.column_stack((points, np.full(len(points), z)))

@@ -1,0 +1,201 @@
+"""Records a run of a navigation diagram: the look of the scene, the page, the file."""
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Role
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.utils.files import write_text
+from drake_starnav.visualization.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
+from drake_starnav.visualization.film import Actor, Film
+from drake_starnav.visualization.meshes import LAYERS, with_movers
+from drake_starnav.visualization.page import Cameras, Caption, with_panel
+from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.visualization.timeline import Tee, Timeline
+
+if TYPE_CHECKING:
+    from drake_starnav.navigation import Navigation
+    from drake_starnav.scenario import Scenario
+    from drake_starnav.station.navigation_station import NavigationStation
+
+AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
+"""Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
+WORLD_PREFIX = "/world"
+"""Folder of Meshcat's panel that holds robot and obstacles."""
+
+
+class Recorder:
+    """Records one run of a diagram: its scene, and what the robot sees and decides.
+
+    Attributes:
+        film: what is needed to draw pictures of the run, once it has ended.
+    """
+
+    def __init__(self, html: str | os.PathLike, view: str = "top") -> None:
+        """
+        Args:
+            html: the file to write.
+            view: camera preset that it opens with, one of `camera.VIEWS`.
+
+        Raises:
+            StarnavError: unknown view.
+        """
+        check_view(view)
+        self._html, self._view = html, view
+        self.film: Film | None = None
+
+    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: "Scenario") -> None:
+        """Start a Meshcat and add its visualizers.
+
+        Args:
+            builder: to which they are added.
+            navigation: what `add_navigation` put into the same builder.
+            scenario: whose parameters `recording` and `robot` are used.
+        """
+        self._meshcat = quiet_meshcat()
+        self._timeline = Timeline()
+        self._navigation, self._scenario = navigation, scenario
+        add_visualizers(builder, navigation, scenario, self._meshcat, self._timeline)
+
+    def start(self) -> None:
+        """Start to record; call it before the simulator is initialized."""
+        set_look(self._meshcat)
+        frame_camera(self._meshcat, self._navigation.world.extent)
+        start_recording(self._meshcat, self._scenario.recording)
+
+    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+        """End the recording and write it.
+
+        Args:
+            lines: of the caption, below the scenario's name.
+            motion: of the robot.
+
+        Raises:
+            StarnavError: the file cannot be written.
+        """
+        world, station = self._navigation.world, self._navigation.station
+        trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
+        caption = Caption(self._scenario.name, lines, with_movers({**LAYERS, "trail": trail}, world))
+        cameras = Cameras(camera_presets(world), self._view, robot_path(station), world.start[:2])
+        finish_recording(self._meshcat, self._html, caption, cameras)
+        robot = Actor(motion, self._scenario.robot.radius)
+        self.film = Film(caption, world, self._timeline, (robot,))
+
+
+def quiet_meshcat() -> Meshcat:
+    """A Meshcat server for this machine alone, that shows no statistics."""
+    return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+
+
+def add_visualizers(
+    builder: DiagramBuilder,
+    navigation: "Navigation",
+    scenario: "Scenario",
+    meshcat: Meshcat,
+    timeline: Timeline | None = None,
+    keep: bool = True,
+) -> None:
+    """Add what draws the scene and what the robot sees and decides; arguments as of `Recorder.add_to`.
+
+    Args:
+        builder, navigation, scenario: as there.
+        meshcat: to draw into.
+        timeline: where to remember what is drawn as well, if anywhere.
+        keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
+    """
+    station, controller = navigation.station, navigation.controller
+    period = 1.0 / scenario.recording.frames_per_second
+    MeshcatVisualizer.AddToBuilder(
+        builder,
+        station.GetOutputPort("cheat.geometry_query"),
+        meshcat,
+        MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
+    )
+    canvas = meshcat if timeline is None else Tee(meshcat, timeline)
+    visualizer = builder.AddNamedSystem(
+        "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
+    )
+    for port, name in (
+        (navigation.localization("pose"), "pose"),
+        (station.GetOutputPort("lidar.scan"), "scan"),
+        (navigation.localization("scan_pose"), "scan_pose"),
+        (navigation.goal.get_output_port(), "goal"),
+        (controller.GetOutputPort("twist_command"), "twist"),
+        (navigation.certificate, "certificate"),
+    ):
+        builder.Connect(port, visualizer.GetInputPort(name))
+    if navigation.planner is not None:
+        builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
+
+
+def robot_path(station: "NavigationStation") -> str:
+    """Where in Meshcat the robot's base is."""
+    base = station.plant.GetBodyByName("base_link", station.robot_model)
+    name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))
+    return f"{WORLD_PREFIX}/{name.replace('::', '/')}"
+
+
+def start_recording(meshcat: Meshcat, parameters: RecordingParameters, live: bool = False) -> None:
+    """Start to record; call it before the simulator is initialized.
+
+    Args:
+        meshcat: that the run's visualizers draw into.
+        parameters: of the recording.
+        live: whether an open page follows the run as well; it makes the run slower.
+    """
+    meshcat.StartRecording(parameters.frames_per_second, set_visualizations_while_recording=live)
+
+
+def finish_recording(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:
+    """End the recording and write it as one HTML file; arguments as for `write_html`."""
+    meshcat.StopRecording()
+    meshcat.PublishRecording()
+    write_html(meshcat, path, caption, cameras)
+
+
+def set_look(meshcat: Meshcat) -> None:
+    """White background, no grid, even light from everywhere."""
+    for light in ("SpotLight", "PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{light}", "visible", False)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_LIGHT)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", FILL_LIGHT)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", [-3.0, 10.0, 4.0])  # x, z, -y of W
+    meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
+    meshcat.SetProperty("/Background", "bottom_color", [1.0, 1.0, 1.0])
+    for helper in ("/Grid", "/Axes"):
+        meshcat.SetProperty(helper, "visible", False)
+
+
+def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top", panel: str = "left") -> None:
+    """Take a camera preset; arguments after the first as for `camera_pose`."""
+    position, target = camera_pose(extent, view, panel)
+    distance = float(np.linalg.norm(position - target))
+    # A near plane that is not too near keeps flat layers a centimetre apart from flickering.
+    camera = Meshcat.PerspectiveCamera(
+        fov=FIELD_OF_VIEW, aspect=PAGE[0] / PAGE[1], near=0.02 * distance, far=10.0 * distance
+    )
+    meshcat.SetCamera(camera)
+    meshcat.SetCameraPose(position, target)
+
+
+def write_html(meshcat: Meshcat, path: str | os.PathLike, caption: Caption, cameras: Cameras) -> None:
+    """Write the scene, with its published recording if any, as one HTML file that needs no network.
+
+    The file appears under its name only once it is complete.
+
+    Args:
+        meshcat: the scene.
+        path: of the file.
+        caption: shown beside the scene, above a legend of the layers.
+        cameras: its camera presets.
+
+    Raises:
+        StarnavError: the file cannot be written.
+    """
+    write_text(Path(path), with_panel(meshcat.StaticHtml(), caption, cameras))

@@ -1,0 +1,282 @@
+"""Draws what the robot sees and decides into Meshcat, live or as a recording."""
+
+import math
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.state import PlannerState
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.visualization import meshes as drawing
+from drake_starnav.visualization.meshcat_stage import MeshcatStage
+from drake_starnav.visualization.meshes import LAYERS, Mesh
+
+FRAME_SLACK = 1e-6
+"""Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
+OUTLINE_OPACITY = (0.9, 0.3)
+"""Of the newest region's outline and of older ones."""
+CERTIFICATE_OPACITY = 0.55
+CERTIFICATE_POINTS = 8
+"""A certificate's path is thinned out to about this many points."""
+
+
+class StarRoadmapVisualizer(LeafSystem):
+    """Draws scan, star-shaped regions, roadmap, frontiers, path, goals, trail and certificate into Meshcat.
+
+    ```
+                   ┌───────────────────────┐
+    pose ─────────>│                       │
+    scan ─────────>│                       │
+    scan_pose ────>│                       │
+    roadmap ──────>│ StarRoadmapVisualizer │
+    goal ─────────>│                       │
+    twist ────────>│                       │
+    certificate ──>│                       │
+                   └───────────────────────┘
+    ```
+
+    Ports, all of them in the world frame W; what is left unconnected is not drawn:
+        pose: vector of size 3, (x, y, yaw) of the robot now, m and rad.
+        scan: abstract, `LaserScan`, in the sensor frame S.
+        scan_pose: vector of size 3, (x, y, yaw) of S when the scan was taken.
+        roadmap: abstract, `PlannerState`.
+        goal: vector of size 2, m.
+        twist: vector of size 2, (v, omega) commanded, m/s and rad/s; colours the trail.
+        certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
+
+    Each layer of `meshes.LAYERS` is one folder below `name` in Meshcat's panel and can be switched there.
+
+    Meshcat records no creation of an object, only changes of transforms and properties. So every object is created
+    once, when it is first needed, and its recorded property `visible` brings it on stage and takes it off again.
+    As in Drake's `MeshcatVisualizer`, what has been drawn is remembered by this system and not by the Context;
+    initialization forgets it and clears the stage. A publish depends on the inputs and on that memory alone.
+    """
+
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        parameters: RecordingParameters,
+        robot: RobotParameters,
+        name: str = "starnav",
+        keep: bool = True,
+    ) -> None:
+        """
+        Args:
+            meshcat: to draw into.
+            parameters: of the drawing.
+            robot: whose radius and speed are drawn.
+            name: of the folder in Meshcat's panel.
+            keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
+        """
+        super().__init__()
+        self._parameters = parameters
+        self._robot = robot
+        self._stage = MeshcatStage(meshcat, f"/{name}", 1.0 / parameters.frames_per_second, keep=keep)
+        state = PlannerState.initial(PlannerParameters(), robot.radius)
+        self._nothing = state.roadmap
+        self._drawn = _Drawn(self._nothing)
+        self.DeclareVectorInputPort("pose", 3)
+        self.DeclareAbstractInputPort("scan", Value[object](LaserScan.nothing()))
+        self.DeclareVectorInputPort("scan_pose", 3)
+        self.DeclareAbstractInputPort("roadmap", Value[object](state))
+        self.DeclareVectorInputPort("goal", 2)
+        self.DeclareVectorInputPort("twist", 2)
+        self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
+        self.DeclareInitializationPublishEvent(self._clear)
+        self.DeclarePeriodicPublishEvent(1.0 / parameters.frames_per_second, 0.0, self._publish)
+
+    def _clear(self, context: Context) -> EventStatus:
+        self._stage.clear()
+        self._drawn = _Drawn(self._nothing)
+        node, here = self._parameters.node_radius, np.zeros(2)
+        meshes = {
+            "goal": drawing.five_pointed_star(here, 0.9 * self._robot.radius, LAYERS["goal"].height),
+            "short_term_goal": drawing.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
+            "frontiers/target": drawing.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
+        }
+        for layer, mesh in meshes.items():
+            self._stage.prepare(layer, mesh)
+        return EventStatus.Succeeded()
+
+    def _publish(self, context: Context) -> EventStatus:
+        time = context.get_time() + FRAME_SLACK
+        pose, goal, twist = self._input("pose", context), self._input("goal", context), self._input("twist", context)
+        state = self._input("roadmap", context)
+        self._stage.move("goal", goal, time)
+        if state is not None:
+            self._draw_roadmap(state.roadmap, time)
+            self._fade(time)
+            path = state.guidance.path
+            self._stage.move("short_term_goal", path[0] if len(path) else None, time)
+            self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
+        if pose is not None:
+            self._drawn.trail.append((pose[0], pose[1], 0.0 if twist is None else twist[0]))
+        if self._is_due(time, self._drawn.next_scan_time):
+            self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
+            self._draw_scan(self._input("scan", context), self._input("scan_pose", context), time)
+            self._draw_path(pose, state, time)
+            self._draw_certificate(self._input("certificate", context), time)
+            self._draw_trail(time)
+        return EventStatus.Succeeded()
+
+    def _input(self, name: str, context: Context) -> Any:
+        port: InputPort = self.GetInputPort(name)
+        return port.Eval(context) if port.HasValue(context) else None
+
+    def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
+        """Regions, nodes, edges and frontiers: what is new since the last snapshot, or everything if it was rebuilt."""
+        drawn, last = self._drawn, self._drawn.roadmap
+        if roadmap is last:
+            return
+        drawn.roadmap = roadmap
+        known, edges = len(last), len(last.edges)
+        if len(roadmap) < known or any(a is not b for a, b in zip(last.regions, roadmap.regions, strict=False)):
+            for path in drawn.growing:  # another margin: other regions from the same scans
+                self._stage.remove(path, time)
+            drawn.growing.clear()
+            drawn.bright.clear()
+            known = edges = 0
+        else:
+            self._draw_spent_frontiers(last.frontiers, roadmap, time)
+        for k in range(known, len(roadmap)):
+            self._add_region(k, roadmap, time)
+        nodes, radius, width = roadmap.stack.center, self._parameters.node_radius, 1.5 * self._parameters.line_width
+        dots = drawing.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
+        self._grow("roadmap/nodes", dots, time)
+        lines = drawing.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
+        self._grow("roadmap/edges", lines, time)
+        self._draw_open_frontiers(last.frontiers, roadmap.frontiers, time)
+
+    def _draw_open_frontiers(self, last: Frontiers, now: Frontiers, time: float) -> None:
+        """One object for each region's frontiers, so that only regions where they changed are drawn anew."""
+        for owner in np.union1d(last.owner, now.owner):
+            stands = now.stand[now.owner == owner]
+            if not np.array_equal(stands, last.stand[last.owner == owner]):
+                self._stage.swap_points("frontiers/extendable", stands, time, key=str(owner))
+
+    def _draw_spent_frontiers(self, last: Frontiers, now: StarRoadmap, time: float) -> None:
+        covered, stuck = drawing.vanished_frontiers(last, now)
+        path = self._stage.add_points("frontiers/covered", covered, time)
+        if path:
+            self._drawn.growing.append(path)
+        size = 1.5 * self._parameters.node_radius
+        self._grow("frontiers/stuck", drawing.crosses(stuck, size, LAYERS["frontiers/stuck"].height), time)
+
+    def _add_region(self, k: int, roadmap: StarRoadmap, time: float) -> None:
+        region, height = roadmap.regions[k], LAYERS["regions"].height
+        rim = region.outline(self._parameters.region_vertices)
+        newest = k == len(roadmap) - 1
+        new = (self._parameters.new_opacity, OUTLINE_OPACITY[0])
+        old = (self._parameters.old_opacity, OUTLINE_OPACITY[1])
+        meshes = (
+            drawing.fan(region.center, rim, height),
+            drawing.ribbon(rim, 0.5 * self._parameters.line_width, height, closed=True),
+        )
+        for mesh, bright, faint in zip(meshes, new, old, strict=True):
+            path = self._grow("regions", mesh, time, bright if newest else faint)
+            if newest and path:
+                self._drawn.bright.append(_Fading(path, k, bright, faint))
+
+    def _fade(self, time: float) -> None:
+        """Let the regions that are no longer the newest fade, by one keyframe at the start and one at the end.
+
+        Each keyframe is set in its own time: one ahead of it might make the recording longer than the run.
+        """
+        newest = len(self._drawn.roadmap) - 1
+        for item in list(self._drawn.bright):
+            if item.region < newest and item.since is None:
+                self._stage.set_opacity(item.path, item.bright, time)
+                item.since = time
+            elif item.since is not None and self._is_due(time, item.since + self._parameters.fade_time):
+                self._stage.set_opacity(item.path, item.faint, time)
+                self._drawn.bright.remove(item)
+
+    def _is_due(self, time: float, due: float) -> bool:
+        """With half a frame of tolerance: publishes are as far apart as frames, up to rounding."""
+        return time + 0.5 / self._parameters.frames_per_second >= due
+
+    def _grow(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0) -> str | None:
+        """Add to a layer what stays as long as the roadmap only grows."""
+        path = self._stage.add(layer, mesh, time, opacity)
+        if path:
+            self._drawn.growing.append(path)
+        return path
+
+    def _draw_path(self, pose: np.ndarray | None, state: PlannerState | None, time: float) -> None:
+        if pose is None or state is None:
+            return
+        path = state.guidance.path
+        points = np.vstack((pose[:2], path)) if len(path) else np.zeros((0, 2))
+        if np.array_equal(points, self._drawn.path):
+            return
+        self._drawn.path = points
+        self._stage.swap("path", drawing.ribbon(points, self._parameters.line_width, LAYERS["path"].height), time)
+
+    def _draw_scan(self, scan: LaserScan | None, pose: np.ndarray | None, time: float) -> None:
+        if scan is None or pose is None or scan is self._drawn.scan:
+            return
+        self._drawn.scan = scan
+        points = scan.points(pose)
+        every = math.ceil(max(len(points), 1) / self._parameters.scan_points)
+        self._stage.swap_points("scan", points[::every], time)
+
+    def _draw_certificate(self, certificate: Any, time: float) -> None:
+        if certificate is None or certificate is self._drawn.certificate:
+            return
+        self._drawn.certificate = certificate
+        path = np.asarray(certificate.path)
+        if len(path):
+            kept = np.unique(np.linspace(0, len(path) - 1, min(CERTIFICATE_POINTS, len(path))).round().astype(int))
+            path = path[kept]
+        mesh = drawing.swath(path, self._robot.radius, LAYERS["certificate"].height)
+        self._stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
+
+    def _draw_trail(self, time: float) -> None:
+        trail = np.array(self._drawn.trail)
+        if len(trail) < 2:
+            return
+        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * self._parameters.line_width:
+            self._drawn.trail = [self._drawn.trail[0]]  # as good as standing
+            return
+        # One quad per step, so that each shows its own speed.
+        ends = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
+        steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > drawing.SAME_POINT
+        mesh = drawing.segments(ends[steps], self._parameters.line_width, LAYERS["trail"].height)
+        colors = np.repeat(drawing.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
+        self._stage.add("trail", mesh, time, colors=colors)
+        self._drawn.trail = self._drawn.trail[-1:]
+
+
+@dataclass
+class _Fading:
+    """A part of a region that is or was the newest."""
+
+    path: str
+    region: int
+    bright: float
+    faint: float
+    since: float | None = None
+
+
+@dataclass
+class _Drawn:
+    """What is on the stage: the snapshots drawn last, and the objects that will have to change."""
+
+    roadmap: StarRoadmap
+    scan: LaserScan | None = None
+    certificate: Any = None
+    path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    trail: list[tuple[float, float, float]] = field(default_factory=list)
+    growing: list[str] = field(default_factory=list)
+    bright: list[_Fading] = field(default_factory=list)
+    next_scan_time: float = 0.0

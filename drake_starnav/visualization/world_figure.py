@@ -1,0 +1,143 @@
+"""Pictures of a world before anyone drives in it: obstacles, start, goal, and the shortest path between them."""
+
+import html
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.robot import RobotParameters
+from drake_starnav.utils.files import replacing, write_text
+from drake_starnav.visualization import meshes as drawing
+from drake_starnav.visualization.meshes import LAYERS, five_pointed_star, ribbon
+from drake_starnav.worlds.world import OPEN_BORDER, World
+
+OBSTACLES, WALLS = "0.62", "0.35"
+"""Greys of the obstacles and of the walls around a world."""
+START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
+"""Apart for colour-blind eyes (Okabe and Ito, 2008); the signs differ as well."""
+PATH_WIDTH = 0.06
+"""In a page, m; paths of what moves are half as wide."""
+
+
+def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
+    """Draw the obstacles into Matplotlib axes, and the walls around them.
+
+    Args:
+        axis: of equal scales.
+        world: whose discs, polygons and bounds are drawn, and what moves as it is at first, with its paths.
+        obstacles: their colour.
+    """
+    from matplotlib.collections import PatchCollection, PolyCollection
+    from matplotlib.patches import Circle, Rectangle
+
+    discs = [Circle((x, y), radius) for x, y, radius in world.discs]
+    axis.add_collection(PatchCollection(discs, facecolor=obstacles, linewidth=0.0, zorder=1))
+    # a hair of an edge, or the seams between the parts of a wall shine through
+    axis.add_collection(
+        PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2, zorder=1)
+    )
+    movers, color = world.movers, drawing.MOVERS.color
+    for radius, path in zip(movers.radii, movers.paths, strict=True):
+        axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
+        axis.add_patch(Circle(path[0, 1:], radius, facecolor=color, zorder=1))
+    if world.bounds is not None:
+        x0, y0, x1, y1 = world.bounds
+        axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
+
+
+def world_axes(world: World, title: str) -> tuple[Any, Any]:
+    """A Matplotlib figure of a world seen from above, for `save_figure`, and its axes to draw more into."""
+    from matplotlib.figure import Figure
+
+    x0, y0, x1, y1 = world.extent
+    spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
+    x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
+    width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
+    size = (width, min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)))
+    figure = Figure(figsize=size, layout="constrained")  # without pyplot, which wants a display and keeps figures
+    axis = figure.add_subplot()
+    draw_world(axis, world)
+    axis.set_xlim(x0 - 0.2, x1 + 0.2)
+    axis.set_ylim(y0 - 0.2, y1 + 0.2)
+    axis.set_aspect("equal")
+    axis.set_xlabel("x in m")
+    axis.set_ylabel("y in m")
+    axis.set_title(title, parse_math=False)
+    return figure, axis
+
+
+def draw_robot(axis: Any, pose: tuple[float, ...] | np.ndarray, radius: float, color: str, label: str = "") -> None:
+    """Draw a robot's rim and heading: pose (x, y, yaw) in W, radius in m."""
+    from matplotlib.patches import Circle
+
+    x, y, yaw = pose
+    axis.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
+    nose = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
+    axis.plot((x, nose[0]), (y, nose[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
+
+
+def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "goal") -> None:
+    """Draw a goal, (x, y) in W."""
+    axis.plot(*goal, "*", color=GOAL, markersize=13.0, label=label or None, linestyle="none", zorder=3)
+
+
+def save_figure(figure: Any, file: Path, *, dpi: int = 80) -> None:
+    """Write a figure as a PNG, with one legend below."""
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
+    with replacing(file) as temporary:
+        figure.savefig(temporary, dpi=dpi, format="png")
+
+
+def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
+    """Draw a world with its start, goal and shortest path; arguments as of `write_html`."""
+    figure, axis = world_axes(world, title)
+    if path is not None:
+        axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
+    draw_robot(axis, world.start, robot.radius, START, "start: the robot")
+    draw_goal(axis, world.goal)
+    if len(world.movers):
+        color, label = drawing.MOVERS.color, f"{drawing.MOVERS.label}, its path"
+        axis.plot([], [], "o-", color=color, markersize=10.0, linewidth=0.6, label=label)
+    save_figure(figure, file, dpi=150)
+
+
+def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
+    """Show a world in a page that opens offline, the robot at its start.
+
+    Args:
+        world: with its footprints, if it is of a model file.
+        robot: at the start.
+        path: the shortest, shape (k, 2), W, m; None without one.
+        title: of the page.
+        file: to write.
+    """
+    from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+    from pydrake.systems.framework import DiagramBuilder
+
+    from drake_starnav.lidar.sensor_model import LidarParameters
+    from drake_starnav.station.navigation_station import NavigationStation
+    from drake_starnav.visualization.recorder import frame_camera, set_look
+
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    builder = DiagramBuilder()
+    station = builder.AddSystem(NavigationStation(world, robot, LidarParameters()))
+    query = station.GetOutputPort("cheat.geometry_query")
+    MeshcatVisualizer.AddToBuilder(builder, query, meshcat, MeshcatVisualizerParams(role=Role.kIllustration))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    station.GetInputPort("drive.twist_command").FixValue(station.GetMyMutableContextFromRoot(context), [0.0, 0.0])
+    diagram.ForcedPublish(context)
+    meshes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
+    if path is not None:
+        meshes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
+    looks = {name: (mesh, LAYERS[name].color) for name, mesh in meshes.items()}
+    for k, way in enumerate(world.movers.paths):
+        looks[f"movers/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), drawing.MOVERS.color
+    for name, (mesh, color) in looks.items():
+        meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*color))
+    set_look(meshcat)
+    frame_camera(meshcat, world.extent)
+    text = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
+    write_text(file, text)

@@ -1,0 +1,1 @@
+"""Worlds that are read from files or written down."""

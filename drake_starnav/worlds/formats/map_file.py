@@ -1,0 +1,227 @@
+"""Reads occupancy maps in the format of ROS's map_server: a YAML file and the PGM or PNG image that it names.
+
+Source: wiki.ros.org/map_server, and `map_io.cpp` of navigation2/nav2_map_server.
+"""
+
+import math
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.parameters import is_finite
+from drake_starnav.utils.files import read_text, reason_of
+from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""What a cell may be, the values of ROS's `OccupancyGrid`."""
+MODES = ("trinary", "scale", "raw")
+FINEST, COARSEST = 1e-3, 100.0
+"""Sides that cells may have, m."""
+LARGEST_MAP = 25_000_000
+"""Cells."""
+
+
+@dataclass(frozen=True)
+class OccupancyMap:
+    """A grid of square cells, each free, occupied or unknown.
+
+    Attributes:
+        cells: shape (ny, nx), int8, of FREE, OCCUPIED and UNKNOWN; `cells[0, 0]` lies at the origin, x is along rows.
+        resolution: side of a cell, m.
+        origin: (x, y, yaw) in W of the outer corner of `cells[0, 0]`, m and rad.
+    """
+
+    cells: np.ndarray
+    resolution: float
+    origin: tuple[float, float, float]
+
+    def to_world(self, points: np.ndarray) -> np.ndarray:
+        """Points given in cells along x and y, shape (..., 2), in W, m."""
+        x, y, yaw = self.origin
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        return self.resolution * np.asarray(points) @ np.array([(cosine, sine), (-sine, cosine)]) + (x, y)
+
+    def cell_at(self, point: tuple[float, float]) -> tuple[int, int] | None:
+        """Indices of `cells` at a point (x, y) of W, m; None outside the map."""
+        x, y, yaw = self.origin
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        dx, dy = point[0] - x, point[1] - y
+        column = math.floor((cosine * dx + sine * dy) / self.resolution)
+        row = math.floor((cosine * dy - sine * dx) / self.resolution)
+        inside = 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
+        return (row, column) if inside else None
+
+
+def read_map(path: Path) -> OccupancyMap:
+    """The map of a map_server YAML file; its image is found relative to it.
+
+    Raises:
+        StarnavError: the file or its image is missing, broken or of another format, a key is missing or its value
+            not allowed, or the map is too large.
+    """
+    keys = _read_yaml(path)
+    resolution = _number(keys, "resolution", path)
+    if not FINEST <= resolution <= COARSEST:
+        raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
+    origin = keys["origin"]
+    if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
+        raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
+    free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
+    if not 0.0 <= free < occupied <= 1.0:
+        raise StarnavError(
+            f"map {path}: free_thresh is {free:g}, occupied_thresh is {occupied:g}; "
+            "allowed: 0 <= free_thresh < occupied_thresh <= 1"
+        )
+    negate = keys.get("negate", 0)
+    if negate not in (0, 1):
+        raise StarnavError(f"map {path}: negate is {shown(negate)}; allowed: 0 or 1")
+    mode = keys.get("mode", "trinary")
+    if mode not in MODES:
+        raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
+    if not isinstance(keys["image"], str):
+        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
+    shade, opacity = read_image(path.parent / keys["image"])
+    cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
+    x, y, yaw = (float(value) for value in origin)
+    return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
+
+
+def occupancy(
+    shade: np.ndarray, opacity: np.ndarray | None, *, mode: str, negate: bool, occupied: float, free: float
+) -> np.ndarray:
+    """What each pixel says, as FREE, OCCUPIED or UNKNOWN.
+
+    What lies between the thresholds is unknown in every mode: a wall cannot stand with a probability. So the modes
+    differ only in how a pixel is read: `trinary` averages its opacity in with its colours, `scale` takes what is not
+    opaque as unknown, and `raw` takes 8-bit values up to 100 as percentages and others as unknown.
+
+    Args:
+        shade: brightness, 0 to 1, any shape.
+        opacity: 0 to 1, or None for an image without it.
+        mode: one of MODES.
+        negate: whether bright pixels are occupied instead of dark ones; not used by `raw`.
+        occupied, free: thresholds of the occupancy, 0 to 1.
+
+    Returns:
+        int8, of the shape of `shade`.
+    """
+    unknown = np.zeros(shade.shape, bool)
+    if mode == "raw":
+        percent = np.round(shade * 255.0)
+        unknown, probability = percent > 100.0, percent / 100.0
+    else:
+        if opacity is not None and mode == "trinary":
+            shade = 0.75 * shade + 0.25 * opacity
+        elif opacity is not None:
+            unknown = opacity < 1.0
+        probability = shade if negate else 1.0 - shade
+    cells = np.full(shade.shape, UNKNOWN, np.int8)
+    cells[~unknown & (probability > occupied)] = OCCUPIED
+    cells[~unknown & (probability < free)] = FREE
+    return cells
+
+
+def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Brightness and, if it has any transparency, opacity of a PGM (P2, P5) or PNG image.
+
+    Returns:
+        Both of shape (ny, nx), 0 to 1, the upper row first.
+
+    Raises:
+        StarnavError: there is no such file, it is of another format, broken, of another size than it says, or too
+            large.
+    """
+    from PIL import Image  # late: only maps need it
+
+    allowed = "allowed: a complete PGM (P2 or P5) or PNG image"
+    if not os.path.isfile(path):
+        raise StarnavError(f"map image {path}: no such file; {allowed}")
+    try:
+        with Image.open(path, formats=("PPM", "PNG")) as image:
+            if image.format == "PPM" and image.get_format_mimetype() != "image/x-portable-graymap":
+                raise StarnavError(f"map image {path} is a colour or bit map; {allowed}")
+            if image.width * image.height > LARGEST_MAP:
+                raise StarnavError(
+                    f"map image {path} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}"
+                )
+            if image.format == "PPM":
+                _check_pgm_size(path, image)
+            image.load()
+            return _brightness(image)
+    except Image.UnidentifiedImageError:
+        raise StarnavError(f"map image {path} is of another format; {allowed}") from None
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise StarnavError(f"map image {path} cannot be read: {error}; {allowed}") from None
+
+
+def write_map(grid: OccupancyMap, path: Path) -> None:
+    """Write a map as a YAML file and, beside it, a PGM image, with the values that map_saver uses."""
+    rows, columns = grid.cells.shape
+    pixels = np.full((rows, columns), 205, np.uint8)
+    pixels[grid.cells == OCCUPIED], pixels[grid.cells == FREE] = 0, 254
+    image = path.with_suffix(".pgm")
+    image.write_bytes(f"P5\n{columns} {rows}\n255\n".encode() + pixels[::-1].tobytes())
+    origin = ", ".join(repr(float(value)) for value in grid.origin)
+    path.write_text(
+        f"image: {image.name}\nmode: trinary\nresolution: {grid.resolution!r}\norigin: [{origin}]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        encoding="utf-8",
+    )
+
+
+def _brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    if image.mode == "P" or "transparency" in image.info:
+        image = image.convert("RGBA")
+    elif image.mode == "1":
+        image = image.convert("L")
+    pixels = np.asarray(image)
+    pixels = pixels / (65535.0 if image.mode.startswith("I") else 255.0)
+    if image.mode in ("LA", "RGBA"):
+        opacity = pixels[..., -1]
+        return pixels[..., :-1].mean(axis=-1), None if (opacity == 1.0).all() else opacity
+    return (pixels if pixels.ndim == 2 else pixels.mean(axis=-1)), None
+
+
+def _check_pgm_size(path: Path, image: Any) -> None:
+    """Raise `StarnavError` if a PGM file has more pixels than its header says; Pillow only finds too few."""
+    offset, data = image.tile[0].offset, path.read_bytes()
+    if data.startswith(b"P2"):
+        found = len(re.sub(rb"#[^\r\n]*", b"", data[offset:]).split())
+    else:
+        found = (len(data.rstrip(b"\r\n")) - offset) // (2 if image.mode == "I" else 1)
+    if found > image.width * image.height:
+        raise StarnavError(
+            f"map image {path} says {image.width} x {image.height} pixels and has {found}; "
+            f"allowed: {image.width * image.height} pixels"
+        )
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        text = read_text(path, LARGEST_TEXT)
+    except OSError as error:
+        raise StarnavError(f"map {path} cannot be read: {reason_of(error)}; allowed: a map_server YAML file") from None
+    keys = load_yaml(text, f"map {path}")
+    required = ("image", "resolution", "origin", "occupied_thresh", "free_thresh")
+    if not isinstance(keys, dict):
+        raise StarnavError(f"map {path} holds no keys; allowed: a mapping with {', '.join(required)}")
+    for key in required:
+        if key not in keys:
+            raise StarnavError(f"map {path} has no key {key}; allowed: a mapping with {', '.join(required)}")
+    return keys
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value)
+
+
+def _number(keys: dict[str, Any], key: str, path: Path) -> float:
+    value = keys[key]
+    if not _is_number(value):
+        raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")
+    return float(value)

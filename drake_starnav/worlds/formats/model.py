@@ -1,0 +1,58 @@
+"""A world from a file of Drake's model formats."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.utils.resources import resolve_path
+from drake_starnav.worlds.formats.listings import check_numbers, listing
+from drake_starnav.worlds.solvable import check_robot_radius
+from drake_starnav.worlds.world import ModelFile, World
+
+FORMATS = (".dmd.yaml", ".sdf", ".urdf")
+
+
+@dataclass(frozen=True)
+class Model:
+    """Whatever a Drake model directives file, an SDF or a URDF puts on the floor z = 0; start and goal as given."""
+
+    directives: str = parameter("", "model directives (.dmd.yaml), an SDF or a URDF file", path=True)
+    start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
+    goal: list[float] = listing([], "[x, y], m; it must be given")
+    weld: bool = parameter(True, "weld bodies that no joint holds where they stand; false lets them move")
+    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """The world without its obstacles' footprints: only Drake can read them from the file.
+
+        See `drake_starnav.station.model_world.make_world_with_footprints`.
+
+        Args:
+            rng: not used.
+            robot_radius: m.
+
+        Raises:
+            StarnavError: there is no such file, it has another ending, or start or goal are not given.
+        """
+        check_parameters(self, "Model")
+        check_robot_radius(robot_radius)
+        check_numbers(self.start, "Model.start", ("x", "y", "yaw"))
+        check_numbers(self.goal, "Model.goal", ("x", "y"))
+        path = resolve_path(self.directives)
+        allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
+        if not path.name.endswith(FORMATS):
+            raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
+        if not os.path.isfile(path):
+            raise StarnavError(f"model {path}: no such file; {allowed}")
+        x, y, yaw = self.start
+        goal_x, goal_y = self.goal
+        return World(
+            name=path.name.partition(".")[0],
+            start=(x, y, yaw),
+            goal=(goal_x, goal_y),
+            timeout=self.timeout,
+            model=ModelFile(str(path), self.weld),
+        )

@@ -1,0 +1,70 @@
+"""A world written down obstacle by obstacle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.worlds.convex_parts import convex_parts, evened
+from drake_starnav.worlds.endpoints import check_free_ends
+from drake_starnav.worlds.formats.listings import check_list, check_numbers, listing
+from drake_starnav.worlds.solvable import check_robot_radius
+from drake_starnav.worlds.world import MOST_SHAPES, World
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Obstacles, start and goal as given. The goal may be out of reach, but start and goal must be free."""
+
+    cylinders: list[list[float]] = listing([], "one [x, y, radius] each, m")
+    polygons: list[list[list[float]]] = listing([], "one list of corners [x, y] each, m; simple, of any orientation")
+    bounds: list[float] = listing([], "[x_min, y_min, x_max, y_max] of the walls around, m; empty for an open plane")
+    start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
+    goal: list[float] = listing([5.0, 0.0], "[x, y], m")
+    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """The world as given; nothing in it is random.
+
+        Args:
+            rng: not used.
+            robot_radius: m.
+
+        Raises:
+            StarnavError: a list has the wrong length or a value that is not a finite number, a polygon is not
+                simple, or the robot touches an obstacle at the start or the goal.
+        """
+        for k, cylinder in enumerate(check_list(self.cylinders, "Obstacles.cylinders")):
+            check_numbers(cylinder, f"Obstacles.cylinders[{k}]", ("x", "y", "radius"))
+        parts = len(self.cylinders)
+        for k, polygon in enumerate(check_list(self.polygons, "Obstacles.polygons")):
+            for n, corner in enumerate(check_list(polygon, f"Obstacles.polygons[{k}]")):
+                check_numbers(corner, f"Obstacles.polygons[{k}][{n}]", ("x", "y"))
+            try:
+                parts += len(convex_parts(np.array(polygon, dtype=float).reshape(-1, 2)))
+            except StarnavError as error:
+                raise StarnavError(f"Obstacles.polygons[{k}]: {error}") from None
+        if parts > MOST_SHAPES:
+            raise StarnavError(
+                f"Obstacles has {parts} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
+            )
+        if len(check_list(self.bounds, "Obstacles.bounds")):
+            check_numbers(self.bounds, "Obstacles.bounds", ("x_min", "y_min", "x_max", "y_max"))
+        check_numbers(self.start, "Obstacles.start", ("x", "y", "yaw"))
+        check_numbers(self.goal, "Obstacles.goal", ("x", "y"))
+        check_parameters(self, "Obstacles")
+        check_robot_radius(robot_radius)
+        x, y, yaw = self.start
+        goal_x, goal_y = self.goal
+        world = World(
+            name="obstacles",
+            start=(x, y, yaw),
+            goal=(goal_x, goal_y),
+            cylinders=np.array(self.cylinders),
+            polygons=tuple(evened(np.array(polygon, dtype=float)) for polygon in self.polygons),
+            bounds=(self.bounds[0], self.bounds[1], self.bounds[2], self.bounds[3]) if len(self.bounds) else None,
+            timeout=self.timeout,
+        )
+        check_free_ends(world, robot_radius, "Obstacles")
+        return world

@@ -1,0 +1,204 @@
+"""A world from an occupancy map, as ROS's map_server reads it."""
+
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy import ndimage
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.utils.resources import resolve_path
+from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
+from drake_starnav.worlds.formats.listings import check_numbers, listing
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
+from drake_starnav.worlds.rectangles import solid_rectangles
+from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
+from drake_starnav.worlds.world import MOST_SHAPES, World
+
+_TRIES = 200  # random starts, before the map counts as too small
+
+
+@dataclass(frozen=True)
+class RosMap:
+    """A map_server map: walls where its cells are occupied, start and goal given or random where they are free."""
+
+    file: str = parameter(
+        "package://drake_starnav/maps/studio.yaml", "the map's YAML file, which names its image", path=True
+    )
+    unknown: str = parameter(
+        "occupied",
+        "what unknown cells, and all that lies beyond the map, are: occupied or free",
+        choices=("occupied", "free"),
+    )
+    start: list[float] = listing([], "[x, y, yaw] of the robot in the map's frame, m and rad; empty for a random one")
+    goal: list[float] = listing([], "[x, y] in the map's frame, m; empty for a random one")
+    margin: float = parameter(
+        0.1, "random places, and the way between them, are this much wider than the robot", unit="m", low=0.0, high=5.0
+    )
+    min_distance: float = parameter(2.0, "least distance of random start and goal", unit="m", low=0.0, high=1000.0)
+    timeout: float = parameter(600.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """The map's walls, with a start and a goal between which there is a way for the robot.
+
+        Args:
+            rng: of a random start and goal.
+            robot_radius: m.
+
+        Raises:
+            StarnavError: see `read_map`; or the map has no free or no occupied cells, the start or the goal is not
+                free, there is no way between them, or the map has no two places of `min_distance`.
+        """
+        check_parameters(self, "RosMap")
+        check_robot_radius(robot_radius)
+        check_numbers(self.start, "RosMap.start", ("x", "y", "yaw"), or_empty=True)
+        check_numbers(self.goal, "RosMap.goal", ("x", "y"), or_empty=True)
+        path = resolve_path(self.file)
+        grid = read_map(path)
+        for value, name in ((OCCUPIED, "occupied"), (FREE, "free")):
+            if not (grid.cells == value).any():
+                raise StarnavError(f"map {path} has no {name} cell; allowed: a map with free and occupied cells")
+        self._check_cell("start", self.start, grid, path)
+        self._check_cell("goal", self.goal, grid, path)
+        closed = self.unknown == "occupied"
+        solid = grid.cells != FREE if closed else grid.cells == OCCUPIED
+        start, goal = list(self.start), list(self.goal)
+        if not (start and goal):
+            places = _Places(grid, solid, closed, robot_radius + self.margin)
+            ends = self._draw(places, start, goal, rng) if len(places.centers) else None
+            if ends is None:
+                raise StarnavError(
+                    f"map {path}: no start and goal {self.min_distance:g} m apart with a way for robot_radius "
+                    f"{robot_radius:g} m and {self.margin:g} m to spare; allowed: more free space, or a smaller robot, "
+                    "world.min_distance or world.margin"
+                )
+            start, goal = ends
+        world = World(
+            name=path.stem,
+            start=(start[0], start[1], start[2]),
+            goal=(goal[0], goal[1]),
+            polygons=_polygons(grid, solid, closed, (start[:2], goal), robot_radius, path),
+            timeout=self.timeout,
+        )
+        if self.start or self.goal:
+            check_free_ends(world, robot_radius, "RosMap")
+            check_reachable(world, robot_radius, "RosMap")
+        return world
+
+    def _check_cell(self, name: str, place: list[float], grid: OccupancyMap, path: Path) -> None:
+        """Raise `StarnavError` unless a place (x, y, ...) is empty or free in the map."""
+        if not place:
+            return
+        cell = grid.cell_at((place[0], place[1]))
+        where = f"RosMap.{name} is [{place[0]:g}, {place[1]:g}]"
+        if cell is None:
+            raise StarnavError(f"{where}, outside of map {path}; allowed: a place on a free cell")
+        if grid.cells[cell] == OCCUPIED:
+            raise StarnavError(f"{where}, on an occupied cell of map {path}; allowed: a place on a free cell")
+        if grid.cells[cell] != FREE and self.unknown == "occupied":
+            raise StarnavError(
+                f"{where}, on an unknown cell of map {path}, and world.unknown is occupied; "
+                "allowed: a place on a free cell"
+            )
+
+    def _draw(
+        self, places: "_Places", start: list[float], goal: list[float], rng: np.random.Generator
+    ) -> tuple[list[float], list[float]] | None:
+        """The start (x, y, yaw) and the goal (x, y), what is empty at random; None if there are no two such places."""
+        given = start[:2] or goal
+        for _ in range(1 if given else _TRIES):
+            here = places.near(given) if given else places.random(rng)
+            point = given or places.centers[here].tolist()
+            others = places.in_reach(here, point, self.min_distance)
+            if len(others):
+                other = places.centers[rng.choice(others)].tolist()
+                begin, end = (other, point) if goal else (point, other)
+                return start or [*begin, random_yaw(rng)], end
+        return None
+
+
+def _polygons(
+    grid: OccupancyMap,
+    solid: np.ndarray,
+    closed: bool,
+    ends: Iterable[list[float]],
+    robot_radius: float,
+    path: Path,
+) -> tuple[np.ndarray, ...]:
+    """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them.
+
+    Where a noisy map needs too many rectangles, notches that are narrower than the robot's radius are filled, no wider
+    ones than necessary.
+    """
+    widest = int(robot_radius / grid.resolution)
+    padding = widest + 1
+    padded = np.pad(solid, padding, constant_values=closed)
+    places = np.array([grid.cell_at((x, y)) for x, y in ends]) + padding
+    needed = len(rectangles := solid_rectangles(padded, places))
+    notch = 1
+    while len(rectangles) > MOST_SHAPES:
+        notch += 1
+        if notch > widest:
+            raise StarnavError(
+                f"map {path} needs {needed} boxes for its walls, and {len(rectangles)} with all notches narrower than "
+                f"the robot's radius filled; allowed: at most {MOST_SHAPES} (a map with larger cells or less noise)"
+            )
+        rectangles = solid_rectangles(_without_notches(padded, notch), places)
+    if notch > 1:
+        warnings.warn(
+            f"map {path}: notches of up to {notch} cells are filled, so that {len(rectangles)} boxes make its walls "
+            f"instead of {needed}",
+            stacklevel=2,
+        )
+    i0, j0, i1, j1 = rectangles.T - float(padding)
+    corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
+    return tuple(grid.to_world(corners))
+
+
+def _without_notches(solid: np.ndarray, width: int) -> np.ndarray:
+    """The solid cells and those free ones that lie in no free square of `width` + 1 cells."""
+    return ~ndimage.binary_opening(~solid, np.ones((width + 1, width + 1)))
+
+
+class _Places:
+    """The free cells at which a disc of some radius touches nothing, by which can be reached from one another.
+
+    Attributes:
+        centers: shape (n, 2), of these cells, W, m.
+    """
+
+    def __init__(self, grid: OccupancyMap, solid: np.ndarray, closed: bool, radius: float) -> None:
+        """
+        Args:
+            grid: the map.
+            solid: shape (ny, nx), which of its cells bar the way.
+            closed: whether all beyond the map does.
+            radius: m.
+        """
+        passable = np.pad(~solid, 1, constant_values=not closed)
+        if not closed:
+            passable = np.pad(passable, int(radius / grid.resolution) + 2, constant_values=True)
+        border = (len(passable) - len(solid)) // 2
+        # A solid cell reaches half its diagonal beyond its centre, at most.
+        room = ndimage.distance_transform_edt(passable) - np.sqrt(0.5)
+        labels, _ = ndimage.label(room * grid.resolution >= radius, np.ones((3, 3)))
+        labels = labels[border : border + solid.shape[0], border : border + solid.shape[1]]
+        rows, columns = np.nonzero((labels > 0) & (grid.cells == FREE))
+        self._labels = labels[rows, columns]
+        self.centers = grid.to_world(np.column_stack((columns, rows)) + 0.5)
+
+    def random(self, rng: np.random.Generator) -> int:
+        """The number of any place."""
+        return int(rng.integers(len(self.centers)))
+
+    def near(self, point: list[float]) -> int:
+        """The number of the place nearest to a point (x, y) of W, m."""
+        return int(np.argmin(np.hypot(*(self.centers - point).T)))
+
+    def in_reach(self, place: int, point: list[float], distance: float) -> np.ndarray:
+        """Numbers of the places in reach of one that are at least a distance (m) from a point (x, y) of W."""
+        reach = self._labels == self._labels[place]
+        return np.flatnonzero(reach & (np.hypot(*(self.centers - point).T) >= distance))

@@ -1,0 +1,98 @@
+"""Files of numbered worlds, as benchmarks have them: {"worlds": [{"id": 0, ...}, ...]} in JSON."""
+
+import json
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.utils.files import read_bytes, reason_of
+from drake_starnav.utils.resources import model_path
+
+
+def shipped_file(name: str) -> Path | None:
+    """The shipped file of worlds of that name, if there is one."""
+    path = model_path("worlds", f"{name}.json")
+    return path if Path(name).name == name and os.path.isfile(path) else None
+
+
+@dataclass(frozen=True)
+class WorldFile:
+    """What a file holds, and how messages call it.
+
+    Attributes:
+        kind: of the worlds: the name of their class.
+        path: of the file.
+        content: all of it.
+        worlds: its worlds by number.
+    """
+
+    kind: str
+    path: Path
+    content: dict[str, Any]
+    worlds: dict[int, dict[str, Any]]
+
+    @classmethod
+    def read(cls, kind: str, file: str) -> "WorldFile":
+        """The file that `file` names: shipped (`models/worlds/<kind>_....json`) or a path.
+
+        Raises:
+            StarnavError: the file is missing or not one of worlds.
+        """
+        path = shipped_file(file) or Path(file)
+        try:
+            content = json.loads(read_bytes(path))
+        except OSError as error:
+            names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
+            raise StarnavError(
+                f"{kind}.file is {shown(file)}, which cannot be read ({reason_of(error)}); "
+                f"allowed: {names}, or the path of a JSON file of worlds"
+            ) from None
+        except (ValueError, RecursionError) as error:  # not text, not JSON, or nested too deeply
+            raise StarnavError(f"{path} is not JSON: {said_by(error)}; allowed: a JSON file of worlds") from None
+        entries = content.get("worlds") if isinstance(content, dict) else None
+        if not isinstance(entries, list) or not entries:
+            raise StarnavError(f"{path} has no list of worlds; allowed: {{'worlds': [...]}} with at least one")
+        worlds: dict[int, dict[str, Any]] = {}
+        for k, entry in enumerate(entries):
+            number = entry.get("id") if isinstance(entry, dict) else None
+            if isinstance(number, bool) or not isinstance(number, int) or number < 0 or number in worlds:
+                raise StarnavError(
+                    f"{path}: worlds[{k}] has the id {shown(number)}; allowed: a whole number >= 0, each once"
+                )
+            worlds[number] = entry
+        return cls(kind, path, content, worlds)
+
+    def check_numbers(self, numbers: Iterable[int]) -> None:
+        """Raise `StarnavError` unless the file has a world of each number."""
+        for number in numbers:
+            if number not in self.worlds:
+                known = _ranges(sorted(self.worlds))
+                raise StarnavError(f"{self.kind}.id is {number}; allowed: a world of {self.path}: {known}")
+
+    def world(self, number: int, keys: Sequence[str]) -> tuple[str, dict[str, Any]]:
+        """A name for messages and the entry of a world that has all of some keys, or a `StarnavError`."""
+        self.check_numbers([number])
+        place, entry = f"{self.path}: world {number}", self.worlds[number]
+        check_keys(entry, place, keys)
+        return place, entry
+
+
+def check_keys(entry: Any, place: str, keys: Sequence[str]) -> None:
+    """Raise `StarnavError` unless an entry of a file is a mapping with all of some keys."""
+    missing = [key for key in keys if not isinstance(entry, dict) or key not in entry]
+    if missing:
+        raise StarnavError(f"{place} has no {', '.join(missing)}; allowed: a mapping with {', '.join(keys)}")
+
+
+def _ranges(numbers: list[int]) -> str:
+    """Ascending numbers as text: [0, 1, 2, 5] is "0-2, 5"."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    return ", ".join("-".join(str(x) for x in run) for run in runs)

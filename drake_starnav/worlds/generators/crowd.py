@@ -1,0 +1,93 @@
+"""A room or a hall in which discs wander about and make way for nobody."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import parameter
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.generators.wandering import wander
+from drake_starnav.worlds.moving_obstacles import Movers, mover_clearance
+from drake_starnav.worlds.outlines import place, rectangle
+from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
+from drake_starnav.worlds.world import World
+
+_RADII = (0.2, 0.3)  # m, of the movers
+_COLUMNS, _COLUMN_RADII = (3, 6), (0.15, 0.4)  # that stand: at least and at most this many, m
+_WALLS, _WALL_LENGTHS, _WALL_THICKNESS = (1, 3), (1.5, 3.0), 0.12  # m
+_ROOM = 0.05  # m, between a mover and what stands at first
+_HEAD_START = 1.8  # m, no mover is nearer to the robot at the start
+_LONGEST_WAIT = 10.0  # s, that a mover may keep the goal occupied
+_SAMPLING = 0.1  # s, at which that is looked for
+_TRIES = 1000  # ways drawn for one mover
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """A room with columns and walls, crossed from left to right among discs that move and never yield."""
+
+    width: float = parameter(12.0, "extent along x, from start to goal", unit="m", low=8.0, high=100.0)
+    height: float = parameter(12.0, "extent along y", unit="m", low=6.0, high=100.0)
+    min_movers: int = parameter(10, "fewest discs that move", low=0, high=1000)
+    max_movers: int = parameter(20, "most discs that move", low=0, high=1000)
+    min_speed: float = parameter(0.3, "of the slowest; each disc keeps its speed", unit="m/s", above=0.0, high=5.0)
+    max_speed: float = parameter(0.8, "of the fastest", unit="m/s", above=0.0, high=5.0)
+    timeout: float = parameter(90.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """A room that the robot could cross if nothing moved (see `first_solvable`), and what moves in it.
+
+        Half of the movers go straight until something stands in their way, the others wander. None touches what
+        stands, is near the robot at the start, or stays on the goal for long; they pass through each other.
+        """
+        check_order(self, "min_movers", "max_movers")
+        check_order(self, "min_speed", "max_speed")
+        world = first_solvable(self, self._draw, rng, robot_radius)
+        count = int(rng.integers(self.min_movers, self.max_movers + 1))
+        radii = rng.uniform(*_RADII, count)
+        paths = tuple(self._draw_path(world, radius, robot_radius, rng) for radius in radii)
+        return dataclasses.replace(world, movers=Movers(radii, paths))
+
+    def _draw(self, rng: np.random.Generator) -> World:
+        count = rng.integers(*_COLUMNS, endpoint=True)
+        places = rng.uniform((2.0, 1.0), (self.width - 2.0, self.height - 1.0), (count, 2))
+        walls = []
+        for _ in range(rng.integers(*_WALLS, endpoint=True)):
+            middle = rng.uniform((3.0, 2.0), (self.width - 3.0, self.height - 2.0))
+            half, thick = 0.5 * rng.uniform(*_WALL_LENGTHS), 0.5 * _WALL_THICKNESS
+            walls.append(place(rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
+        start_y, goal_y = rng.uniform(0.8, self.height - 0.8, 2)
+        return World(
+            name="crowd",
+            start=(rng.uniform(0.6, 1.4), start_y, random_yaw(rng)),
+            goal=(self.width - rng.uniform(0.6, 1.4), goal_y),
+            cylinders=np.column_stack((places, rng.uniform(*_COLUMN_RADII, len(places)))),
+            polygons=tuple(walls),
+            bounds=(0.0, 0.0, self.width, self.height),
+            timeout=self.timeout,
+        )
+
+    def _draw_path(self, world: World, radius: float, robot_radius: float, rng: np.random.Generator) -> np.ndarray:
+        speed, winding = rng.uniform(self.min_speed, self.max_speed), rng.random() < 0.5
+        for _ in range(_TRIES):
+            position = rng.uniform(radius, (self.width - radius, self.height - radius))
+            room = clearance(world, position[None])[0] - radius
+            if room < _ROOM or math.dist(position, world.start[:2]) < _HEAD_START:
+                continue
+            path = wander(world, position, radius, speed, winding, rng)
+            if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
+                return path
+        raise StarnavError(
+            f"Crowd: none of {_TRIES} ways for a mover of radius {radius:.2f} m was free; allowed: a larger room"
+        )
+
+
+def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
+    """How long at a stretch a mover is nearer to a place than a distance (m), s."""
+    times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # twice round, as it may stay where its path closes
+    near = mover_clearance(Movers(np.array([distance]), (path,)), np.tile(place, (len(times), 1)), times) < 0.0
+    changes = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
+    return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING

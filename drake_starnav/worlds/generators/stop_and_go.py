@@ -1,0 +1,86 @@
+"""A room in which discs stand for a while, then walk, over and over, and make way for nobody."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.worlds.moving_obstacles import Movers
+from drake_starnav.worlds.solvable import check_order, check_robot_radius
+from drake_starnav.worlds.world import World
+
+_RADII = (0.15, 0.3)  # m, of the movers
+_INSET = 0.8  # m, of start and goal from the walls at both ends
+_GAP = 0.1  # m, between a mover and the walls
+_HEAD_START = 1.8  # m, no mover is nearer to the robot at the start
+_WALKS = (0.5, 2.0)  # s, how long a mover walks before it stands again
+_DURATION = 60.0  # s, until it goes back the way it came
+_TRIES = 1000  # places drawn for one mover, and headings for one walk
+
+
+@dataclass(frozen=True)
+class StopAndGo:
+    """A room crossed from left to right among discs that stand, then walk at once at full speed, and never yield."""
+
+    width: float = parameter(10.0, "extent along x, from start to goal", unit="m", low=6.0, high=100.0)
+    height: float = parameter(6.0, "extent along y", unit="m", low=4.0, high=100.0)
+    movers: int = parameter(8, "discs that move", low=0, high=1000)
+    min_speed: float = parameter(0.5, "of the slowest; each disc walks at its speed", unit="m/s", above=0.0, high=5.0)
+    max_speed: float = parameter(1.5, "of the fastest", unit="m/s", above=0.0, high=5.0)
+    min_wait: float = parameter(0.5, "shortest time that a disc stands between two walks", unit="s", above=0.0)
+    max_wait: float = parameter(6.0, "longest", unit="s", above=0.0)
+    timeout: float = parameter(90.0, "time a trial may take", unit="s", above=0.0)
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """A bare room and its movers, which keep clear of its walls, stand at first, and pass through each other."""
+        check_parameters(self, "StopAndGo")
+        check_robot_radius(robot_radius)
+        check_order(self, "min_speed", "max_speed")
+        check_order(self, "min_wait", "max_wait")
+        if robot_radius >= _INSET:
+            raise StarnavError(f"StopAndGo: robot_radius is {robot_radius:g} m; allowed: below {_INSET:g} m")
+        start = np.array((_INSET, 0.5 * self.height))
+        radii = rng.uniform(*_RADII, self.movers)
+        return World(
+            name="stop_and_go",
+            start=(*start, 0.0),
+            goal=(self.width - _INSET, 0.5 * self.height),
+            bounds=(0.0, 0.0, self.width, self.height),
+            timeout=self.timeout,
+            movers=Movers(radii, tuple(self._draw_path(start, radius, rng) for radius in radii)),
+        )
+
+    def _draw_path(self, start: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+        low, high = np.full(2, radius + _GAP), np.array((self.width, self.height)) - radius - _GAP
+        for _ in range(_TRIES):
+            place = rng.uniform(low, high)
+            if math.dist(place, start) >= _HEAD_START:
+                break
+        speed, time = rng.uniform(self.min_speed, self.max_speed), 0.0
+        points = [(time, *place)]
+        while time < _DURATION:
+            time += rng.uniform(self.min_wait, self.max_wait)
+            points.append((time, *place))
+            place, duration = _walk(place, speed, low, high, rng)
+            time += duration
+            points.append((time, *place))
+        there = np.array(points)
+        back = there[-2::-1].copy()
+        back[:, 0] = 2.0 * time - back[:, 0]
+        return np.vstack((there, back))
+
+
+def _walk(
+    place: np.ndarray, speed: float, low: np.ndarray, high: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, float]:
+    """Where a straight walk from a place ends inside the limits, and how long it takes, s."""
+    for _ in range(_TRIES):
+        heading, duration = rng.uniform(-math.pi, math.pi), rng.uniform(*_WALKS)
+        end = place + speed * duration * np.array((math.cos(heading), math.sin(heading)))
+        if ((low <= end) & (end <= high)).all():
+            return end, duration
+    raise StarnavError(
+        f"StopAndGo: none of {_TRIES} walks at {speed:g} m/s stays in the room; allowed: a larger room or slower discs"
+    )

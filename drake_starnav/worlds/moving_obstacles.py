@@ -1,0 +1,117 @@
+"""Obstacles that move: discs on given paths, and where they are at any time."""
+
+from dataclasses import field
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.utils.snapshot import snapshot
+
+
+def _frozen(value: object, columns: int) -> np.ndarray:
+    array = np.array(value, dtype=float).reshape((-1, columns) if columns > 1 else -1)
+    array.flags.writeable = False
+    return array
+
+
+@snapshot
+class Movers:
+    """Discs that follow their paths whatever they meet, each its own path over and over; frame W.
+
+    Attributes:
+        radii: shape (n,), m.
+        paths: for each disc its way points, shape (k, 3): time, x, y in s and m. The first is at time 0 and the times
+            increase. Between two way points the disc moves evenly; at the last one it is back at the first, in no
+            time if that is elsewhere.
+    """
+
+    radii: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    paths: tuple[np.ndarray, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radii", _frozen(self.radii, 1))
+        object.__setattr__(self, "paths", tuple(_frozen(path, 3) for path in self.paths))
+        if len(self.radii) != len(self.paths):
+            raise StarnavError(f"movers: {len(self.radii)} radii for {len(self.paths)} paths; allowed: one for each")
+        for k, (radius, path) in enumerate(zip(self.radii, self.paths, strict=True)):
+            if not (np.isfinite(radius) and radius > 0.0):
+                raise StarnavError(f"movers: radii[{k}] is {radius:g}; allowed: 0 < x m")
+            if len(path) < 2 or not np.isfinite(path).all():
+                raise StarnavError(
+                    f"movers: paths[{k}] is {shown(path.tolist())}; allowed: two or more finite [time, x, y]"
+                )
+            if path[0, 0] != 0.0 or (np.diff(path[:, 0]) <= 0.0).any():
+                raise StarnavError(
+                    f"movers: the times of paths[{k}] are {shown(path[:, 0].tolist())}; allowed: 0, then more"
+                )
+
+    def __len__(self) -> int:
+        return len(self.radii)
+
+    @cached_property
+    def way_points(self) -> np.ndarray:
+        """The way points of all paths one after another, shape (k, 3)."""
+        return np.vstack((np.zeros((0, 3)), *self.paths))
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Where in `way_points` each path begins, and the end; shape (n + 1,)."""
+        return np.cumsum([0] + [len(path) for path in self.paths])
+
+    @cached_property
+    def max_speed(self) -> float:
+        """The highest speed on any path, m/s; 0 without one."""
+        legs = [np.diff(path, axis=0) for path in self.paths]
+        return max((float((np.hypot(leg[:, 1], leg[:, 2]) / leg[:, 0]).max()) for leg in legs), default=0.0)
+
+
+def mover_states(movers: Movers, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the movers are at some times, and how they move then.
+
+    Args:
+        movers: n of them.
+        times: shape (m,), s, none negative.
+
+    Returns:
+        Positions and velocities, each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg
+        that begins there; the way from the last way point back to the first takes no time and has none.
+    """
+    return _states(np.ascontiguousarray(times, dtype=float), movers.way_points, movers.first)
+
+
+def mover_clearance(movers: Movers, points: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Signed distance from each point to the nearest mover's rim at the same time.
+
+    Args:
+        movers: their radii and paths.
+        points: shape (m, 2), W, m.
+        times: shape (m,), s.
+
+    Returns:
+        Shape (m,), m; +inf without movers.
+    """
+    positions, _ = mover_states(movers, times)
+    offsets = positions - np.asarray(points, dtype=float)[:, None]
+    return (np.hypot(offsets[..., 0], offsets[..., 1]) - movers.radii).min(axis=1, initial=np.inf)
+
+
+@njit(cache=True)
+def _states(times: np.ndarray, way_points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    count = len(first) - 1
+    positions = np.empty((len(times), count, 2))
+    velocities = np.empty((len(times), count, 2))
+    for n in range(count):
+        path = way_points[first[n] : first[n + 1]]
+        period = path[-1, 0]
+        for m in range(len(times)):
+            time = times[m] % period
+            k = min(np.searchsorted(path[:, 0], time, side="right"), len(path) - 1)
+            before, after = path[k - 1], path[k]
+            duration = after[0] - before[0]
+            for axis in range(2):
+                velocity = (after[1 + axis] - before[1 + axis]) / duration
+                velocities[m, n, axis] = velocity
+                positions[m, n, axis] = before[1 + axis] + velocity * (time - before[0])
+    return positions, velocities

@@ -1,0 +1,224 @@
+"""Where the cubics of a star should begin (the paper's Fig. 5).
+
+Run: python scripts/experiments/ablate_segments.py --out FOLDER
+
+Fits the free range of scans of every kind of world with adaptive segments, with the paper's slope rule and with fixed
+numbers of segments, each two-sided (least squares) and one-sided (lowered until it lies inside the free range).
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from drake_starnav.cli.options import exit_code
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.regions import StarParameters
+from drake_starnav.regions.erosion import free_range, smoothed_distances
+from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
+from drake_starnav.robot import RobotParameters
+from drake_starnav.utils.files import check_writable, write_text
+from drake_starnav.worlds import Forest, Maze, PaperForest, Room, make_world
+from drake_starnav.worlds.view import View, random_views
+
+KINDS = (Forest(), Maze(), Room(), PaperForest())
+FIXED = (4, 8, 16, 32, 64)
+REPEATS = 7
+"""Each fit is timed this often, methods in turn; the fastest counts, as the rest is other load."""
+STYLES = {"two-sided": ("#0072B2", "o", -0.15), "one-sided": ("#D55E00", "D", 0.15)}
+"""Colour (apart for colour-blind eyes: Okabe and Ito, 2008), marker, and shift within the line of the plot."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to place segments, in one kind of fit."""
+
+    label: str
+    parameters: StarParameters
+
+    @property
+    def side(self) -> str:
+        """`one-sided` or `two-sided`."""
+        return "one-sided" if self.parameters.one_sided_fit else "two-sided"
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """How a fit deviates from the free range; of many fits, each attribute has shape (scans,).
+
+    Attributes:
+        mean, largest: of the absolute difference over all bearings, m.
+        lost: area of the free range outside the star, as a share of the free range's area.
+        claimed: area of the star outside the free range, as a share of the same.
+        segments: number of cubics.
+        seconds: time of the fit, s.
+    """
+
+    mean: np.ndarray
+    largest: np.ndarray
+    lost: np.ndarray
+    claimed: np.ndarray
+    segments: np.ndarray
+    seconds: np.ndarray
+
+
+def methods() -> list[Method]:
+    """All rows of the table."""
+    rows = []
+    for one_sided in (False, True):
+        base = StarParameters(one_sided_fit=one_sided)
+        rows += [Method("adaptive", base), Method("slope (paper)", replace(base, segmentation="slope"))]
+        rows += [Method(f"{n} fixed", replace(base, segmentation="fixed", segments=n)) for n in FIXED]
+    return rows
+
+
+def sample_views(scans: int, seed: int, lidar: LidarParameters, robot_radius: float) -> list[View]:
+    """Scans from random free poses, each of a world of its own, the kinds of world in turn."""
+    worlds = (make_world(KINDS[k % len(KINDS)], seed + k // len(KINDS), robot_radius) for k in range(scans))
+    return list(random_views(worlds, lidar, robot_radius, seed))
+
+
+def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, float, float]:
+    """Mean and largest absolute deviation, m, and the shares of area lost and wrongly claimed.
+
+    Args:
+        values: shape (M,), the fitted boundary, m.
+        samples: shape (M,), the free range, m.
+    """
+    error = np.abs(values - samples)
+    area = max(float((samples**2).sum()), 1e-12)
+    beyond = values**2 - samples**2
+    return (
+        float(error.mean()),
+        float(error.max()),
+        float(np.maximum(-beyond, 0.0).sum()) / area,
+        float(np.maximum(beyond, 0.0).sum()) / area,
+    )
+
+
+def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> list[Deviation]:
+    """Every method on the same free ranges, one `Deviation` a row."""
+    results: list[list[tuple]] = [[] for _ in rows]
+    for view in views:
+        plain = StarParameters()
+        samples = free_range(view.scan, smoothed_distances(view.scan, plain), robot_radius, plain).values
+        fits = [fit_piecewise_cubic(samples, row.parameters) for row in rows]
+        seconds = fastest([partial(fit_piecewise_cubic, samples, row.parameters) for row in rows])
+        for result, fit, spent in zip(results, fits, seconds, strict=True):
+            result.append((*deviation(fit.values, samples), len(fit.starts), spent))
+    return [Deviation(*np.array(result).T) for result in results]
+
+
+def fastest(calls: list[Callable[[], object]]) -> np.ndarray:
+    """The shortest time of each call over interleaved repetitions, shape (n,), s."""
+    seconds = np.full(len(calls), np.inf)
+    for _ in range(REPEATS):
+        for k, call in enumerate(calls):
+            begin = time.perf_counter()
+            call()
+            seconds[k] = min(seconds[k], time.perf_counter() - begin)
+    return seconds
+
+
+def table(rows: list[Method], results: list[Deviation]) -> str:
+    """Markdown: means over the scans; of the times the median."""
+    lines = [
+        "| fit | segments | cubics | mean error, mm | largest error, mm | area lost, % | area overclaimed, % "
+        "| time, us |",
+        "|---|---|--:|--:|--:|--:|--:|--:|",
+    ]
+    for row, result in zip(rows, results, strict=True):
+        lines.append(
+            f"| {row.side} | {row.label} | {result.segments.mean():.0f} | {1e3 * result.mean.mean():.1f} "
+            f"| {1e3 * result.largest.mean():.0f} | {1e2 * result.lost.mean():.2f} | {1e2 * result.claimed.mean():.2f} "
+            f"| {1e6 * np.median(result.seconds):.1f} |"
+        )
+    return "\n".join(lines)
+
+
+def plot(rows: list[Method], results: list[Deviation], path: Path) -> None:
+    """Medians with quartiles over the scans: one line for each way to place segments, one column for each measure."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    columns = [
+        ("mean error (mm)", "log", lambda result: 1e3 * result.mean),
+        ("largest error (mm)", "log", lambda result: 1e3 * result.largest),
+        ("free area lost (%)", "log", lambda result: 1e2 * result.lost),
+        ("time of one fit (µs)", "linear", lambda result: 1e6 * result.seconds),
+    ]
+    labels = list(dict.fromkeys(row.label for row in rows))
+    figure, axes = pyplot.subplots(1, len(columns), figsize=(12.0, 3.9), sharey=True, layout="constrained")
+    for axis, (title, scale, value) in zip(axes, columns, strict=True):
+        for row, result in zip(rows, results, strict=True):
+            color, marker, shift = STYLES[row.side]
+            low, middle, high = np.percentile(value(result), (25, 50, 75))
+            y = labels.index(row.label) + shift
+            axis.plot((low, high), (y, y), color=color, linewidth=2.0, alpha=0.5, solid_capstyle="butt")
+            axis.plot(middle, y, color=color, marker=marker, markersize=7.5, linestyle="", label=row.side)
+        axis.set_xscale(scale)
+        if scale == "linear":
+            axis.set_xlim(left=0.0)
+        axis.axhspan(-0.5, 0.5, color="0.5", alpha=0.12, linewidth=0.0)
+        axis.set_title(title, fontsize=11)
+        axis.grid(axis="x", alpha=0.3, linewidth=0.6)
+        axis.tick_params(axis="y", length=0)
+        axis.spines[["top", "right", "left"]].set_visible(False)
+    axes[0].set_yticks(range(len(labels)), labels)
+    axes[0].set_ylim(len(labels) - 0.5, -0.5)
+    handles = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
+    figure.legend(
+        handles.values(),
+        [f"{side} fit" for side in handles],
+        title="median and quartiles over the scans",
+        loc="outside lower center",
+        ncols=2,
+        frameon=False,
+    )
+    figure.savefig(path, dpi=150)
+    pyplot.close(figure)
+
+
+def main() -> int:
+    """Print the table and write it with its plot; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="ablate_segments.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for table and plot (default: out)")
+    options = parser.parse_args()
+    return exit_code(parser.prog, lambda: measure_segments(options))
+
+
+def measure_segments(options: argparse.Namespace) -> int:
+    """Measure, print the table and write it with its plot."""
+    lidar, radius = LidarParameters(), RobotParameters().radius
+    if options.scans < 1:
+        raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
+    check_writable(options.out / "ablate_segments.md")
+    views = sample_views(options.scans, options.seed, lidar, radius)
+    rows = methods()
+    results = measured(rows, views, radius)
+    text = (
+        f"{options.scans} scans of {', '.join(type(kind).__name__ for kind in KINDS)} from random free poses, "
+        f"seed {options.seed}; {lidar.beams} beams, noise {lidar.noise:g} m; the free range has "
+        f"{StarParameters().bearings} bearings. Means over the scans; of the times the median.\n\n"
+        f"{table(rows, results)}"
+    )
+    print(text)
+    write_text(options.out / "ablate_segments.md", text + "\n")
+    plot(rows, results, options.out / "ablate_segments.png")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""What caution costs among obstacles that move.
+
+Run: python scripts/experiments/mover_curve.py --trials 20 --out out/movers
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_starnav.cli.experiment import Results, count, experiment, experiment_parser, of_scenario, run_variants
+from drake_starnav.cli.options import add_overrides
+from drake_starnav.evaluation.report.figures import new_figure, svg
+from drake_starnav.evaluation.summary import markdown_table, number, rate_text
+from drake_starnav.utils.files import write_text
+
+CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
+BLIND = "movers.max_speed=0"
+"""The method for worlds that stand still, to compare with."""
+OUTCOMES = ("collision", "struck", "timeout", "unreachable")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the curve; see `--help`. Returns the exit code."""
+    parser = experiment_parser(
+        "mover_curve.py", "Measure what caution costs.", ["crowd_room", "crowd_hall"], Path("out/movers")
+    )
+    parser.add_argument(
+        "--cautions", nargs="+", type=float, default=CAUTIONS, metavar="C", help="from 0 to 1 (default: five of them)"
+    )
+    add_overrides(parser)
+    return experiment(parser, measure_curve, arguments)
+
+
+def measure_curve(options: argparse.Namespace) -> Results:
+    """Run the trials, one file for each caution, then write the table and draw the curve."""
+    table, figure = options.out / "movers.md", options.out / "movers.svg"
+    keys = (BLIND, *(f"movers.caution={caution:g}" for caution in options.cautions))
+    variants = {key: ("star", (*options.overrides, key)) for key in keys}
+    results, scenarios = run_variants(variants, options, [table, figure])
+    text = curve_table(results, scenarios)
+    write_text(table, text + "\n")
+    write_text(figure, curve_figure(results, scenarios))
+    if not options.quiet:
+        print(text)
+        print(f"wrote {table}, {figure} and a file of trials for each row")
+    return results
+
+
+def curve_table(results: Results, scenarios: Sequence[str]) -> str:
+    """A Markdown table with a row for each caution and scenario."""
+    rows = []
+    for scenario in scenarios:
+        for key in results:
+            trials = of_scenario(results[key], scenario)
+            times = [record["time_s"] for record in trials if record["outcome"] == "reached"]
+            counts = [str(count(trials, outcome)) for outcome in OUTCOMES]
+            mean = number(sum(times) / len(times), 1) if times else "-"
+            rows.append((scenario, key, rate_text(count(trials, "reached"), len(trials)), *counts, mean))
+    return markdown_table(("scenario", "setting", "reached (95 %)", *OUTCOMES, "mean time s"), rows)
+
+
+def curve_figure(results: Results, scenarios: Sequence[str]) -> str:
+    """Shares of trials that reached the goal and that collided over the caution, as SVG."""
+    figure = new_figure(3.0)
+    axes = figure.subplots()
+    cautions = {float(key.partition("=")[2]): key for key in results if key != BLIND}
+    for scenario in scenarios:
+        shares = {}
+        for outcome in ("reached", "collision"):
+            trials = [of_scenario(results[key], scenario) for key in cautions.values()]
+            shares[outcome] = [100.0 * count(records, outcome) / len(records) for records in trials]
+        (line,) = axes.plot(list(cautions), shares["reached"], "o-", label=f"{scenario}: reached")
+        axes.plot(list(cautions), shares["collision"], "x--", color=line.get_color(), label=f"{scenario}: collision")
+    axes.set(xlabel="movers.caution", ylabel="% of trials", ylim=(-2.0, 102.0))
+    axes.legend(fontsize="small", loc="center")
+    return svg(figure)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""Try a wheel with every supported Python there is: python scripts/maintenance/check_wheel.py dist
+
+For each, in a new environment and a folder of its own: install the wheel with what pip chooses for it, list what there
+is, import every public name, drive the demo. Interpreters are looked for on PATH and in pyenv's folder.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from drake_starnav.errors import StarnavError
+
+VERSIONS = ("3.11", "3.12", "3.13")
+PROBE = """
+import sys, drake_starnav, pathlib
+from importlib.metadata import version
+assert pathlib.Path(drake_starnav.__file__).is_relative_to(sys.prefix), drake_starnav.__file__
+for name in drake_starnav.__all__:
+    getattr(drake_starnav, name)
+print(version("drake"))
+"""
+"""Prints the version of Drake if the package is installed and whole."""
+
+
+def interpreters(path: str, pyenv: Path) -> dict[str, Path]:
+    """A Python that runs for each version of `VERSIONS` that has one.
+
+    Args:
+        path: folders in which to look, as the variable PATH names them.
+        pyenv: folder of pyenv's versions.
+    """
+    found = {}
+    for version in VERSIONS:
+        candidates = [Path(folder, f"python{version}") for folder in path.split(os.pathsep)]
+        candidates += sorted(pyenv.glob(f"{version}.*/bin/python"))
+        for python in candidates:  # one on PATH may be a launcher without its Python
+            if python.is_file() and _output([str(python), "-c", "import venv, ensurepip"]) is not None:
+                found[version] = python
+                break
+    return found
+
+
+def check(wheel: Path, python: Path) -> str:
+    """Install a wheel for one Python and use it; returns what happened, in a few words.
+
+    Raises:
+        StarnavError: a step failed.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder, own = Path(name), Path(name, "venv", "bin", "python")
+        start = time.perf_counter()
+        _run([str(python), "-m", "venv", "venv"], folder)
+        _run([str(own), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel)], folder)
+        installed = time.perf_counter() - start
+        drake = _run([str(own), "-c", PROBE], folder).strip()
+        _run([str(own), "-m", "drake_starnav"], folder)
+        _run([str(own), "-m", "drake_starnav", "simulate", "forest", "--quiet", "--json", "trial.json"], folder)
+        outcome = json.loads((folder / "trial.json").read_text(encoding="utf-8"))["outcome"]
+    return f"Drake {drake}, installed in {installed:.0f} s, demo {outcome}"
+
+
+def _run(command: list[str], folder: Path) -> str:
+    environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        raise StarnavError(f"{' '.join(command[1:4])} ended with {done.returncode}: {said[-1] if said else 'no word'}")
+    return done.stdout
+
+
+def _output(command: list[str]) -> str | None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return done.stdout if done.returncode == 0 else None
+
+
+def main() -> int:
+    """Try all, one line each; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("wheel", type=Path, help="a wheel, or a folder with one")
+    options = parser.parse_args()
+    wheels = sorted(options.wheel.glob("*.whl")) if options.wheel.is_dir() else [options.wheel]
+    if len(wheels) != 1 or not wheels[0].is_file() or wheels[0].suffix != ".whl":
+        print(f"check_wheel.py: {options.wheel} holds {len(wheels)} wheels; allowed: one wheel", file=sys.stderr)
+        return 2
+    found = interpreters(
+        os.environ.get("PATH", ""), Path(os.environ.get("PYENV_ROOT", "~/.pyenv")).expanduser() / "versions"
+    )
+    failures = 0
+    for version in VERSIONS:
+        if version not in found:
+            print(f"Python {version}: not here, skipped")
+            continue
+        try:
+            print(f"Python {version}: {check(wheels[0].resolve(), found[version])}", flush=True)
+        except StarnavError as error:
+            failures += 1
+            print(f"Python {version}: FAILED: {error}", flush=True)
+    if not found:
+        print(f"check_wheel.py: no Python of {', '.join(VERSIONS)} was found", file=sys.stderr)
+    return 1 if failures or not found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

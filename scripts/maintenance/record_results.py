@@ -1,0 +1,180 @@
+"""Keep a run as the project's results, and write what the pages say of them.
+
+Run: python scripts/maintenance/record_results.py FILE...
+
+Without a file only the texts are written again, from what benchmarks/results holds.
+"""
+
+import argparse
+import json
+import lzma
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_starnav.cli.options import exit_code
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.report.results import Results, read_results
+from drake_starnav.evaluation.report.tables import tables_markdown
+from drake_starnav.evaluation.summary import Summary, compare, markdown_table, number, rate_text, summarise
+from drake_starnav.utils.files import replacing
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "benchmarks" / "results"
+SECTION = "results", "python scripts/maintenance/record_results.py"
+"""Name of the sections of README and docs/benchmark.md, and the command that writes them."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Store files and write the texts, or only compare them; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="record_results.py", description=(__doc__ or "").partition(":")[0])
+    parser.add_argument("file", nargs="*", type=Path, help="files that benchmark.py --json wrote; they replace the old")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a text is out of date")
+    options = parser.parse_args(arguments)
+    return exit_code(parser.prog, lambda: record(options))
+
+
+def record(options: argparse.Namespace) -> int:
+    """Store the files, and write the texts or name those out of date; returns the exit code."""
+    if options.file and not options.check:
+        store(options.file)
+    outdated = {path: text for path, text in texts().items() if stale(path, text)}
+    for path, text in outdated.items():
+        if options.check:
+            print(f"{path.relative_to(ROOT)} is out of date; run {SECTION[1]}", file=sys.stderr)
+        else:
+            path.write_text(text, encoding="utf-8")
+            print(f"wrote {path.relative_to(ROOT)}")
+    return 1 if outdated and options.check else 0
+
+
+def store(files: Sequence[Path]) -> None:
+    """Compress files of trials into the folder of results, in place of those that are there.
+
+    Raises:
+        StarnavError: they do not belong together, see `read_results`, or share a name.
+    """
+    read_results(files)
+    packed = {}
+    for path in files:
+        name = path.name.removesuffix(".xz") + ".xz"
+        if name in packed:
+            raise StarnavError(f"two files are called {name}; allowed: different names")
+        data = lzma.decompress(path.read_bytes()) if path.suffix == ".xz" else path.read_bytes()
+        packed[name] = lzma.compress(data[: data.rfind(b"\n") + 1], preset=9)
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for name, data in packed.items():
+        with replacing(FOLDER / name) as temporary:
+            temporary.write_bytes(data)
+    for path in stored():
+        if path.name not in packed:
+            path.unlink()
+
+
+def stored() -> list[Path]:
+    """The files of trials in the folder of results."""
+    return sorted(FOLDER.glob("*.jsonl.xz"))
+
+
+def texts() -> dict[Path, str]:
+    """What each file that depends on the results should hold."""
+    results = read_results(stored())
+    pages = {ROOT / "README.md": readme_section, ROOT / "docs" / "benchmark.md": benchmark_section}
+    return {
+        FOLDER / "environment.json": environment(results),
+        FOLDER / "summary.md": summary(results),
+        **{
+            path: with_section(path.read_text(encoding="utf-8"), *SECTION, section(results))
+            for path, section in pages.items()
+        },
+    }
+
+
+def environment(results: Results) -> str:
+    """What ran the trials, as JSON."""
+    kept = ("versions", "machine", "seed", "overrides")
+    entries = [
+        {"command": command, **{name: header[name] for name in kept}}
+        for command, header in zip(results.commands(), results.headers, strict=True)
+    ]
+    return json.dumps(entries, indent=2) + "\n"
+
+
+def summary(results: Results) -> str:
+    """The report's tables as a Markdown page."""
+    commands = "\n".join(f"    {command}" for command in results.commands())
+    return f"# Results of the last full run\n\n{commands}\n\n{tables_markdown(results)}\n"
+
+
+def readme_section(results: Results) -> str:
+    """What README says: how the first method fares in each scenario."""
+    first = results.methods[0]
+    summaries = [s for s in summarise(results.records) if s.method == first]
+    counts = sorted({s.trials for s in summaries})
+    trials = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    head = ("scenario", "reached (95 % interval)", "collisions", "path / shortest (mean, median)", "mean speed",
+            "least clearance")  # fmt: skip
+    table = markdown_table(head, [_scenario_row(s) for s in summaries])
+    return f"{table}\n\n{trials} trials of each, with Drake {results.headers[0]['versions']['drake']}."
+
+
+def benchmark_section(results: Results) -> str:
+    """What docs/benchmark.md says: how the run is repeated, and how all methods fare."""
+    summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
+    commands = "\n".join(results.commands())
+    return "\n\n".join(
+        (
+            f"On {results.headers[0]['machine']['processor']} by",
+            f"```sh\n{commands}\n```",
+            f"Time and path length are compared with `{results.methods[0]}` where both reached the goal:",
+            _methods_table(results, summaries),
+        )
+    )
+
+
+def _scenario_row(s: Summary) -> tuple[str, ...]:
+    return (
+        s.scenario,
+        f"{s.reached} of {s.trials}, {rate_text(s.reached, s.trials)}",
+        str(s.failures.get("collision", 0)),
+        f"{number(s.path_mean, 3)}, {number(s.path_median, 3)}",
+        f"{number(s.speed_mps, 2)} m/s",
+        f"{number(s.clearance_m, 0, 1e3)} mm",
+    )
+
+
+def _methods_table(results: Results, summaries: dict[tuple[str, str], Summary]) -> str:
+    first = [r for r in results.records if r["method"] == results.methods[0]]
+    rows = []
+    for method in results.methods:
+        rates = []
+        for scenario in results.scenarios:
+            s = summaries.get((scenario, method))
+            rates.append(f"{100.0 * s.reached / s.trials:.1f} %" if s and s.trials else "-")
+        pair = compare([r for r in results.records if r["method"] == method], first)
+        rows.append((method, *rates, number(pair.time_ratio, 1, 100.0), number(pair.path_ratio, 1, 100.0)))
+    head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "time, %", "path length, %")
+    return markdown_table(head, rows)
+
+
+def with_section(text: str, name: str, command: str, content: str) -> str:
+    """A Markdown text with the content of one of its sections, which comments enclose, replaced.
+
+    Raises:
+        StarnavError: the text has no such section.
+    """
+    begin, end = f"<!-- {name}: written by `{command}` -->", f"<!-- end of {name} -->"
+    before, found, rest = text.partition(begin)
+    _, ended, after = rest.partition(end)
+    if not (found and ended):
+        raise StarnavError(f"there is no section between {begin} and {end}; allowed: a text that has one")
+    return f"{before}{begin}\n\n{content}\n\n{end}{after}"
+
+
+def stale(path: Path, text: str) -> bool:
+    """Whether a file holds another text."""
+    return not path.is_file() or path.read_text(encoding="utf-8") != text
+
+
+if __name__ == "__main__":
+    sys.exit(main())

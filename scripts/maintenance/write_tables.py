@@ -1,0 +1,287 @@
+"""Write docs/ports.md, docs/parameters.md and the tables of docs/worlds.md.
+
+Run: python scripts/maintenance/write_tables.py [--check]
+"""
+
+import argparse
+import dataclasses
+import importlib
+import inspect
+import pkgutil
+import sys
+import typing
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import yaml
+from pydrake.geometry import SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import PortDataType, System
+
+import drake_starnav.systems
+from drake_starnav.localization.scan_matching import OdometryError
+from drake_starnav.parameters import allowed_text
+from drake_starnav.scenario import METHODS, Scenario
+from drake_starnav.scenario.schema import SECTIONS
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.lidar_sensor import LidarSensor
+from drake_starnav.station.moving_bodies import MoverDrive
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.planar_localization import PlanarLocalization
+from drake_starnav.station.wheel_slip import WheelSlip
+from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.jump_guard import JumpGuard
+from drake_starnav.systems.mpc_controller import MpcController
+from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.visualization.slider_goal import SliderGoal
+from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.worlds import WORLD_KINDS, World
+from drake_starnav.worlds.moving_obstacles import Movers
+
+DOCS = Path(__file__).parents[2] / "docs"
+WRITTEN = "Written by `python scripts/maintenance/write_tables.py`; change the code, not this file."
+DIAGRAMS = DOCS / "images" / "diagrams"
+WORLDS_PAGE = DOCS / "worlds.md"
+BEGIN = "<!-- tables: written by `python scripts/maintenance/write_tables.py`; change the code, not these -->"
+END = "<!-- end of the tables -->"
+
+Row = tuple[str, ...]
+
+PARAMETER_HEAD: Row = ("parameter", "unit", "default", "allowed", "meaning", "when to change it")
+
+
+def all_systems() -> list[System]:
+    """One of each system of the package, with default parameters, in the order in which a scan passes them."""
+    defaults = Scenario(name="defaults", world=None)
+    robot, lidar, planner, controller = defaults.robot, defaults.lidar, defaults.planner, defaults.controller
+    station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar)
+    return [
+        station,
+        station.GetSubsystemByName("robot"),  # its `RobotEquipment`
+        LidarSensor(lidar, parent_frame_id=SceneGraph.world_frame_id(), X_PS=RigidTransform()),
+        PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
+        MoverTracker(defaults.movers, rate=lidar.rate, offset=0.005),
+        StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
+        ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
+        StarRoadmapPlanner(robot, planner, offset=0.01),
+        DsmController(robot, controller, offset=0.01, movers=defaults.movers),
+        BaselineController(robot, controller, defaults.foa, offset=0.01),
+        MpcController(robot, controller, offset=0.01, movers=defaults.movers),
+        WheelSpeedCommand(wheel_radius=0.05, track=0.32),
+        StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
+        JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
+        WheelSlip(slip=0.05, seed=0),
+        CollisionMonitor(robot=(), ground=(), period=0.02),
+        MoverDrive(Movers(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005),
+        ArrivalMonitor(tolerance=0.3, period=0.02),
+        SliderGoal((1.0, 0.0), lambda: None),
+        StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here
+    ]
+
+
+def system_classes() -> set[type[System]]:
+    """Every public system that a module of `drake_starnav.systems` defines, but for the controllers' base."""
+    found = set()
+    for info in pkgutil.iter_modules(drake_starnav.systems.__path__, f"{drake_starnav.systems.__name__}."):
+        module = importlib.import_module(info.name)
+        for name, member in vars(module).items():
+            defined_here = inspect.isclass(member) and member.__module__ == module.__name__
+            if member is CertifiedController:
+                continue
+            if defined_here and issubclass(member, System) and not name.startswith("_"):
+                found.add(member)
+    return found
+
+
+def documented_ports(cls: type) -> dict[str, str]:
+    """What the section "Ports" of a system's docstring says, by port name; a name may hold wildcards."""
+    lines = inspect.cleandoc(cls.__doc__ or "").splitlines()
+    start = next((k for k, line in enumerate(lines) if line.startswith("Ports")), len(lines))
+    texts: dict[str, str] = {}
+    names: list[str] = []
+    for line in lines[start + 1 :]:
+        if not line.strip():
+            break
+        if line.startswith(" " * 8):
+            for name in names:
+                texts[name] += f" {line.strip()}"
+        else:
+            head, _, text = line.strip().partition(": ")
+            names = head.split(", ")
+            texts.update(dict.fromkeys(names, text))
+    return texts
+
+
+def port_rows(system: System) -> list[Row]:
+    """One row (direction, port, carries, meaning) for each port of a system, inputs first."""
+    texts = documented_ports(type(system))
+    ports = [("in", system.get_input_port(k)) for k in range(system.num_input_ports())]
+    ports += [("out", system.get_output_port(k)) for k in range(system.num_output_ports())]
+    rows: list[Row] = []
+    for direction, port in ports:
+        name = port.get_name()
+        meaning = next((text for pattern, text in texts.items() if fnmatchcase(name, pattern)), "")
+        rows.append((direction, f"`{name}`", _carries(system, direction, port), meaning))
+    return rows
+
+
+def _carries(system: System, direction: str, port: Any) -> str:
+    if port.get_data_type() == PortDataType.kVectorValued:
+        return f"vector of {port.size()}"
+    value = system.AllocateInputAbstract(port) if direction == "in" else port.Allocate()
+    kind = type(value.get_value())
+    if kind is SimpleNamespace:  # a port that takes any object with the attributes it names
+        return "`object`"
+    return f"`{kind.__name__.partition('_')[0]}`"  # some Drake versions name the scalar type too: QueryObject_[float]
+
+
+def parameter_rows(cls: type, place: str) -> list[Row]:
+    """One row, with the columns of `PARAMETER_HEAD`, for each parameter of a dataclass.
+
+    Args:
+        cls: the dataclass, whose fields were made by `parameter`.
+        place: section of the scenario, e.g. "lidar", for the dotted names.
+    """
+    kinds, defaults = typing.get_type_hints(cls), cls()
+    rows: list[Row] = []
+    for field in dataclasses.fields(cls):
+        meta = field.metadata
+        allowed = "a list" if typing.get_origin(kinds[field.name]) is list else allowed_text(field)
+        default = getattr(defaults, field.name)
+        name = f"`{place}.{field.name}`"
+        unit, meaning, when = (meta.get(key, "") for key in ("unit", "help", "when"))
+        rows.append((name, unit, f"`{yaml_text(default)}`", allowed, meaning, when))
+    return rows
+
+
+def yaml_text(value: Any) -> str:
+    """A parameter's value as one would write it into a scenario."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return yaml.safe_dump(value, default_flow_style=True).removesuffix("...\n").strip()
+
+
+def method_rows() -> list[Row]:
+    """One row (parameter, default, value by method...) for each parameter that some method sets; else it is empty."""
+    keys = [(section, key) for sections in METHODS.values() for section, values in sections.items() for key in values]
+    rows: list[Row] = []
+    for section, key in dict.fromkeys(keys):
+        default = getattr(SECTIONS[section](), key)
+        own = [f"`{yaml_text(s[section][key])}`" if key in s.get(section, {}) else "" for s in METHODS.values()]
+        rows.append((f"`{section}.{key}`", f"`{yaml_text(default)}`", *own))
+    return rows
+
+
+def table(head: Row, rows: Sequence[Row]) -> str:
+    """A Markdown table, without a last column that is empty."""
+    if rows and not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def _summary(cls: type) -> str:
+    return inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+
+
+def ports_page() -> str:
+    """The text of docs/ports.md."""
+    systems = all_systems()
+    what = [(f"[`{type(s).__name__}`](#{type(s).__name__.lower()})", _summary(type(s))) for s in systems]
+    parts = [
+        f"""# Systems and their ports
+
+{WRITTEN}
+The diagrams are Drake's own (`GetGraphvizString`), drawn by `python scripts/maintenance/draw_diagrams.py`.
+
+Frames: W is the world, S the lidar, B the robot's base. Lengths are in metres, angles in radians, times in seconds.
+All systems are defined for T = double only.
+
+{table(("system", "what it does"), what)}
+
+The loop that `add_navigation` wires:
+
+{_picture("navigation")}
+
+The inside of its station:
+
+{_picture("station")}
+"""
+    ]
+    for system in systems:
+        name, module = type(system).__name__, type(system).__module__
+        rows = table(("", "port", "carries", "meaning"), port_rows(system))
+        parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{_picture(name)}\n\n{rows}\n")
+    return "\n".join(parts)
+
+
+def _picture(name: str) -> str:
+    return f"![Ports and connections of {name}](images/diagrams/{name}.svg)"
+
+
+def parameters_page() -> str:
+    """The text of docs/parameters.md."""
+    parts = [
+        f"""# Parameters
+
+{WRITTEN}
+
+Every parameter is a key of a scenario's YAML file and can be set on the command line, e.g. `--set robot.radius=0.3`.
+An unknown key or a value that is not allowed ends the run with one sentence that says what is. What to set together for
+a noisy lidar, narrow doors, a fast or a big robot is told in [tuning.md](tuning.md).
+"""
+    ]
+    for section, cls in SECTIONS.items():
+        parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
+    parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
+    methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
+    said = "A method is a set of values for the parameters above, those given here; a scenario's own come after."
+    parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
+    return "\n".join(parts)
+
+
+def worlds_page() -> str:
+    """The text of docs/worlds.md: what is written there by hand, with its tables up to date."""
+    what = [(f"`!{name}`", _summary(cls)) for name, cls in WORLD_KINDS.items()]
+    rows = [(f"`!{name}`", *row) for name, cls in WORLD_KINDS.items() for row in parameter_rows(cls, "world")]
+    before, rest = WORLDS_PAGE.read_text(encoding="utf-8").split(BEGIN)
+    tables = f"\n\n{table(('world', 'what it is'), what)}\n\n{table(('world', *PARAMETER_HEAD), rows)}\n\n"
+    return before + BEGIN + tables + END + rest.split(END)[1]
+
+
+PAGES = {"ports.md": ports_page, "parameters.md": parameters_page, "worlds.md": worlds_page}
+
+
+def main() -> int:
+    """Write the pages, or only compare them; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is out of date")
+    options = parser.parse_args()
+    outdated = 0
+    for name, page in PAGES.items():
+        path, text = DOCS / name, page()
+        current = path.is_file() and path.read_text(encoding="utf-8") == text
+        if options.check and not current:
+            outdated = 1
+            print(f"docs/{name} is out of date; run python scripts/maintenance/write_tables.py", file=sys.stderr)
+        elif not options.check:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            print(f"docs/{name}: {'unchanged' if current else 'written'}")
+    return outdated
+
+
+if __name__ == "__main__":
+    sys.exit(main())

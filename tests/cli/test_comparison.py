@@ -1,0 +1,60 @@
+"""Several robots in one scene: each is where it was in its own run."""
+
+import numpy as np
+import pytest
+
+from drake_starnav.cli.comparison import record_comparison
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.visualization.browser import BrowserCamera, browser_missing
+from drake_starnav.visualization.camera import floor_to_page
+from drake_starnav.visualization.plot import PlotCamera
+
+TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
+METHODS = ("star", "star_paper")
+TIME = 4.0
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    html = tmp_path_factory.mktemp("comparison") / "two.html"
+    scenarios = {method: parse_scenario(TEXT, name="post", method=method) for method in METHODS}
+    return record_comparison(scenarios, 0, html), html
+
+
+def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
+    film, _ = recorded
+    first, second = (actor.motion.at(TIME)[:2] for actor in film.actors)
+    assert np.hypot(*(first - second)) > 0.3
+    matrix, offset = floor_to_page(film.world.extent)
+    layers = film.timeline.visible(TIME)
+    assert len(layers) > 2 * TIME  # trails
+    image = np.asarray(PlotCamera(film).picture(TIME), dtype=float) / 255.0
+    for actor in film.actors:
+        column, row = np.round(matrix @ actor.motion.at(TIME)[:2] + offset).astype(int)
+        ring = round(0.8 * actor.radius * np.sqrt(abs(np.linalg.det(matrix))))
+        assert image[row - ring, column] == pytest.approx(actor.color, abs=0.02)
+        assert image[row + ring, column] == pytest.approx(actor.color, abs=0.02)
+
+
+def test_a_browser_shows_them_there_too(recorded) -> None:
+    film, html = recorded
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
+    with BrowserCamera(html) as camera:
+        image = np.asarray(camera.picture(TIME), dtype=float) / 255.0
+        text = camera.page.inner_text("#starnav-panel")
+    matrix, offset = floor_to_page(film.world.extent)
+    for actor in film.actors:
+        column, row = np.round(matrix @ actor.motion.at(TIME)[:2] + offset).astype(int)
+        ring = round(0.8 * actor.radius * np.sqrt(abs(np.linalg.det(matrix))))
+        for place in (row - ring, row + ring):
+            assert image[place, column] == pytest.approx(actor.color, abs=0.13)
+    assert all(layer.label in text for layer in film.caption.legend)
+    assert text.index("star: reached in") < text.index("star_paper: ")
+
+
+def test_one_method_alone_is_where_it_is_among_others(recorded, tmp_path) -> None:
+    film, _ = recorded
+    scenario = parse_scenario(TEXT, name="post", method=METHODS[1])
+    alone = record_comparison({METHODS[1]: scenario}, 0, tmp_path / "one.html")
+    assert np.array_equal(alone.actors[0].motion.poses, film.actors[1].motion.poses)

@@ -1,0 +1,128 @@
+"""A live run as its page drives it: through clicked buttons and moved sliders."""
+
+import numpy as np
+import pytest
+
+from drake_starnav.cli.live import LiveRun
+from drake_starnav.cli.main import simulate
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation import run_trial
+
+TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
+SCENARIO = parse_scenario(TEXT, name="post")
+
+
+def click(run: LiveRun, button: str) -> None:
+    name = button.encode()
+    message = b"\x82\xa4type\xa6button\xa4name" + bytes([0xA0 + len(name)]) + name  # MessagePack of a small mapping
+    run.meshcat._InjectWebsocketMessage(message=message)
+
+
+def advance(run: LiveRun, seconds: float) -> None:
+    end = run.time + seconds
+    while run.time < end - 1e-6:
+        assert run.step()
+
+
+@pytest.fixture
+def run() -> LiveRun:
+    return LiveRun(SCENARIO, seed=3, real_time_rate=0.0, say=lambda text: None)
+
+
+def test_it_waits_for_start_and_pause_holds_it(run) -> None:
+    assert run.step() and run.time == 0.0
+    click(run, "start")
+    advance(run, 0.5)
+    click(run, "pause")
+    now = run.time
+    assert run.step() and run.step() and run.time == now
+    click(run, "start")
+    assert run.step() and run.time > now
+
+
+def test_stop_ends_it_and_the_buttons_go(run) -> None:
+    click(run, "start")
+    advance(run, 0.2)
+    click(run, "stop")
+    assert not run.step()
+    assert run.outcome.startswith("stopped after")
+    run.finish("star", 3)
+    assert run.meshcat.GetButtonNames() == [] and run.meshcat.GetSliderNames() == []
+
+
+def test_the_goal_moves_while_it_runs_and_after_arrival() -> None:
+    told: list[str] = []
+    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, say=told.append)
+    click(run, "start")
+    while not any("reached" in text for text in told):
+        assert run.step() and run.time < 15.0
+    run.meshcat.SetSliderValue("goal x", 0.5)
+    run.meshcat.SetSliderValue("goal y", -1.0)
+    advance(run, 0.3)
+    assert run.goal == pytest.approx([0.5, -1.0], abs=0.05)
+    while sum("reached" in text for text in told) < 2:
+        assert run.step() and run.time < 40.0
+    assert np.hypot(*(run.pose[:2] - [0.5, -1.0])) < 0.35
+
+
+def test_until_a_slider_moves_the_robot_drives_as_without_a_page(run) -> None:
+    class Keep:
+        def add_to(self, builder, navigation, scenario) -> None: ...
+        def start(self) -> None: ...
+        def finish(self, lines, motion) -> None:
+            self.motion = motion
+
+    alone = Keep()
+    run_trial(SCENARIO, seed=3, observer=alone)
+    click(run, "start")
+    advance(run, 2.0)
+    assert (alone.motion.poses == run.pose).all(axis=1).any()
+    assert run.pose[:2] == pytest.approx(alone.motion.at(run.time)[:2], abs=0.01)
+
+
+def test_what_has_left_the_stage_leaves_the_page(run) -> None:
+    click(run, "start")
+    advance(run, 2.0)
+    scans = [k for k in range(1, 400) if run.meshcat.HasPath(f"/starnav/scan/{k:04d}")]
+    assert len(scans) == 1
+
+
+def test_the_camera_takes_views_and_follows(run) -> None:
+    def camera() -> bytes:
+        return run.meshcat._GetPackedProperty("/Cameras/default/rotated/<object>", "position")
+
+    seen = [camera()]
+    for view in ("oblique", "top", "follow"):
+        click(run, view)
+        run.step()
+        seen.append(camera())
+    assert seen[2] == seen[0] and len(set(seen)) == 3
+    click(run, "start")
+    advance(run, 1.0)
+    assert camera() != seen[3]
+
+
+def test_a_recording_of_it_may_be_kept(tmp_path) -> None:
+    html = tmp_path / "live.html"
+    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, html=html, say=lambda text: None)
+    click(run, "start")
+    advance(run, 0.5)
+    click(run, "stop")
+    run.run()
+    run.finish("star", 3)
+    assert "stopped after 0.5 s" in html.read_text(encoding="utf-8")
+    assert list(tmp_path.iterdir()) == [html]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--meshcat", "--json", "x.json"], "--json with --meshcat"),
+        (["--meshcat", "--real-time-rate", "-1"], "--real-time-rate is -1; allowed: 0 <= x <= 100"),
+        (["--real-time-rate", "2"], "with --meshcat"),
+    ],
+)
+def test_options_that_do_not_go_together(arguments, words, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert simulate(["forest", *arguments]) == 2
+    assert words in capsys.readouterr().err

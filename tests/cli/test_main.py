@@ -1,0 +1,191 @@
+"""The command line as a person meets it: exit codes, messages, files."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.cli.main import COMMANDS, benchmark, main, record, report, show_world, simulate
+from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
+from drake_starnav.worlds import WORLD_KINDS
+
+FIELDS = {
+    "scenario", "method", "seed", "outcome", "time_s", "path_length_m", "shortest_path_m", "straight_line_m",
+    "tightest_gap_m", "score", "min_clearance_m", "mean_speed_mps", "mean_clearance_m", "jerk_mps3",
+    "yaw_rate_change_radps2", "twist_energy_m2ps", "stops", "stuck_s", "nodes", "wall_s", "state_hash", "command",
+    "scan", "fit", "plan", "path", "text",
+}  # fmt: skip
+
+
+@pytest.fixture
+def scenario_file(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.yaml"
+    path.write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\n")
+    return path
+
+
+def test_a_run_writes_its_record_and_exits_with_0(scenario_file: Path, tmp_path: Path, capsys) -> None:
+    record = tmp_path / "new" / "trial.json"
+    assert simulate([str(scenario_file), "--seed", "2", "--json", str(record)]) == 0
+    fields = json.loads(record.read_text())
+    assert set(fields) == FIELDS
+    assert (fields["scenario"], fields["method"], fields["seed"], fields["outcome"]) == ("mine", "star", 2, "reached")
+    assert parse_scenario(fields["text"], name="mine") == load_scenario(str(scenario_file))
+    assert set(fields["plan"]) == {"count", "mean_s", "p50_s", "p99_s"}
+    assert list(record.parent.iterdir()) == [record]  # no temporary file is left
+    assert "reached" in capsys.readouterr().out
+
+
+def test_not_reached_exits_with_1(scenario_file: Path, capsys) -> None:
+    assert simulate([str(scenario_file), "--set", "simulation.timeout=0.5", "--quiet"]) == 1
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["forrest"], ["forrest", "did you mean forest"]),
+        (["forest", "--method", "stra"], ["stra", "star"]),
+        (["forest", "--set", "robot.radis=1"], ["robot.radis", "did you mean radius"]),
+        (["forest", "--seed", "-1"], ["--seed", "-1"]),
+        (["{start_in_obstacle}"], ["start", "cylinder"]),
+        (["{nan}"], ["nan", "cylinders[0]"]),
+        (["forest", "--json", "{folder}"], ["cannot write", "folder"]),
+        (["forest", "--html", "/proc/forbidden/x.html"], ["cannot write", "/proc/forbidden/x.html"]),
+    ],
+)
+def test_bad_input_exits_with_2_and_one_sentence(arguments, words, tmp_path: Path, capsys) -> None:
+    (tmp_path / "start.yaml").write_text("world: !Obstacles {cylinders: [[0.2, 0, 0.3]]}\n")
+    (tmp_path / "nan.yaml").write_text("world: !Obstacles {cylinders: [[2, .nan, 0.3]]}\n")
+    places = {
+        "start_in_obstacle": tmp_path / "start.yaml", "nan": tmp_path / "nan.yaml", "folder": tmp_path,
+    }  # fmt: skip
+    assert simulate([argument.format(**places) for argument in arguments]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert "Traceback" not in printed.err
+    for word in words:
+        assert word in printed.err
+
+
+@pytest.mark.parametrize(
+    ("scenario", "words"),
+    [
+        ("world: !RosMap {file: missing.yaml}", ["missing.yaml", "No such file"]),
+        ("world: !RosMap {file: broken.yaml}", ["broken.yaml", "line 3", "valid YAML"]),
+        ("world: !RosMap {file: no_image.yaml}", ["no.pgm", "no such file"]),
+        ("world: !RosMap {file: thresholds.yaml}", ["free_thresh is 0.9", "occupied_thresh"]),
+        ("world: !RosMap {file: empty.yaml}", ["empty.yaml has no occupied cell"]),
+        ("world: !RosMap {start: [-1.05, 0, 0]}", ["start is [-1.05, 0]", "occupied cell"]),
+        ("world: !RosMap {goal: [50, 0]}", ["goal is [50, 0]", "outside"]),
+        ("world: !Model {directives: missing.dmd.yaml, goal: [1, 0]}", ["missing.dmd.yaml", "no such file"]),
+        ("world: !Model {directives: mesh.urdf, goal: [1, 0]}", ["missing.obj"]),
+        ("world: !Model {goal: [1, 0]}", ["Model.directives is ''"]),
+    ],
+)
+def test_bad_maps_and_models_exit_with_2_and_one_sentence(scenario: str, words, tmp_path: Path, capsys) -> None:
+    keys = "image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    (tmp_path / "broken.yaml").write_text("image: a.pgm\nresolution: [0.05\n")
+    (tmp_path / "no_image.yaml").write_text(keys)
+    (tmp_path / "thresholds.yaml").write_text(keys.replace("0.2", "0.9"))
+    (tmp_path / "empty.yaml").write_text(keys.replace("no.pgm", "empty.pgm"))
+    (tmp_path / "empty.pgm").write_bytes(b"P5 4 4 255\n" + b"\xfe" * 16)
+    mesh = '<collision><geometry><mesh filename="missing.obj"/></geometry></collision>'
+    (tmp_path / "mesh.urdf").write_text(f'<robot name="m"><link name="l">{mesh}</link></robot>')
+    file = tmp_path / "mine.yaml"
+    file.write_text(scenario)
+    for command, extra in ((simulate, []), (show_world, ["--out", str(tmp_path / "x.png")])):
+        assert command([str(file), *extra]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.count("\n") == 1
+        for word in words:
+            assert word in printed.err
+    assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize(("scenario", "ending"), [("map", "png"), ("kitchen", "png"), ("room", "png"), ("map", "html")])
+def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) -> None:
+    file = tmp_path / "new" / f"world.{ending}"
+    assert show_world([scenario, "--seed", "4", "--out", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"shortest path \d+\.\d\d m", printed)
+    assert f"wrote {file}" in printed
+    content = file.read_bytes()
+    assert content.startswith(b"\x89PNG") if ending == "png" else b"<title>map" in content
+    assert len(content) > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["map", "--out", "x.pdf"], ["--out is x.pdf", ".png or .html"]),
+        (["map", "--seed", "-1"], ["--seed is -1"]),
+        (["mapp"], ["did you mean map"]),
+        (["map", "--out", "/proc/forbidden/x.png"], ["cannot write"]),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(arguments, words, capsys) -> None:
+    assert show_world(arguments) == 2
+    printed = capsys.readouterr().err
+    assert all(word in printed for word in words)
+
+
+def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path, tmp_path: Path, capsys) -> None:
+    text, twice = scenario_file.read_text(), str(tmp_path / "a.html")
+    trials = tmp_path / "trials.jsonl"
+    assert benchmark([str(scenario_file), "--trials", "1", "--jobs", "1", "--json", str(trials), "--quiet"]) == 0
+    kept = trials.read_bytes()
+    for command, arguments, word in (
+        (simulate, [str(scenario_file), "--json", str(scenario_file)], "read and written"),
+        (simulate, [str(scenario_file), "--json", twice, "--html", twice], "written twice"),
+        (benchmark, [str(scenario_file), "--json", twice, "--csv", twice], "written twice"),
+        (benchmark, [str(scenario_file), "--csv", str(scenario_file)], "read and written"),
+        (report, [str(trials), "--csv", str(trials)], "read and written"),
+        (record, [str(trials), "--line", "2", "--html", str(trials)], "read and written"),
+        (show_world, [str(scenario_file), "--out", str(scenario_file)], "allowed: a file whose name ends in"),
+    ):
+        assert command([*arguments, *(["--quiet"] if command is not show_world else [])]) == 2
+        assert word in capsys.readouterr().err
+    assert scenario_file.read_text() == text and trials.read_bytes() == kept
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_write_protected_file_is_told_before_the_run(scenario_file: Path, tmp_path: Path, capsys) -> None:
+    target = tmp_path / "kept.json"
+    target.write_text("kept")
+    target.chmod(0o444)
+    assert simulate([str(scenario_file), "--json", str(target)]) == 2
+    assert target.read_text() == "kept"
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"]], ids=["bare", "help"])
+def test_listing_names_every_command_scenario_method_and_world(arguments, capsys) -> None:
+    assert main(arguments) == 0
+    printed = capsys.readouterr().out
+    for name in (*COMMANDS, *scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
+        assert re.search(rf"(^|\W){re.escape(name)}(\W|$)", printed), name
+
+
+def test_a_command_is_called_what_it_was_called_by() -> None:
+    root = Path(__file__).parents[2]
+    for call in (["-m", "drake_starnav", "simulate"], [str(root / "scripts" / "simulate.py")]):
+        done = subprocess.run([sys.executable, *call, "nowhere"], cwd=root, capture_output=True, text=True, check=False)
+        name = "python -m drake_starnav simulate" if call[0] == "-m" else "simulate.py"
+        assert done.returncode == 2 and done.stderr.startswith(f"{name}: ")
+
+
+def test_an_unknown_command_is_told_with_the_nearest(capsys) -> None:
+    assert main(["simulte"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert "unknown command: did you mean simulate? allowed: simulate, " in printed.err
+
+
+def test_scripts_and_module_offer_the_same_commands() -> None:
+    assert all((Path(__file__).parents[2] / "scripts" / f"{name}.py").is_file() for name in COMMANDS)

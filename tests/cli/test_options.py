@@ -1,0 +1,43 @@
+"""How a command ends."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.cli.options import BAD_INPUT, INTERRUPTED, exit_code
+from drake_starnav.errors import StarnavError
+
+
+def raising(error: BaseException) -> int:
+    raise error
+
+
+def test_a_command_ends_with_what_its_work_returns(capsys: pytest.CaptureFixture[str]) -> None:
+    assert [exit_code("name", lambda k=k: k) for k in (0, 1)] == [0, 1]
+    assert capsys.readouterr() == ("", "")
+
+
+def test_bad_input_and_interruption_are_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
+    assert exit_code("name", lambda: raising(KeyboardInterrupt()), "interrupted; half is kept") == INTERRUPTED
+    assert capsys.readouterr().err == "name: x is 1; allowed: 2\nname: interrupted; half is kept\n"
+
+
+def test_other_errors_are_not_hidden() -> None:
+    with pytest.raises(ValueError, match="ours"):
+        exit_code("name", lambda: raising(ValueError("ours")))
+
+
+def test_a_reader_that_has_gone_is_no_error() -> None:
+    code = "import sys\nfrom drake_starnav.cli.options import exit_code\n"
+    code += "def work():\n    for _ in range(100_000): print('a line')\n    return 0\nsys.exit(exit_code('x', work))"
+    done = subprocess.run(
+        ["bash", "-c", '"$0" -c "$1" | head -1; echo ${PIPESTATUS[0]}', sys.executable, code],
+        capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    )  # fmt: skip
+    assert done.stdout.split() == ["a", "line", "141"]
+    assert done.stderr == ""

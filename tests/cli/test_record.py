@@ -1,0 +1,192 @@
+"""The command `record` as a person meets it: what it repeats, what it writes, what it says."""
+
+import argparse
+import json
+import lzma
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from drake_starnav.cli import record as record_command
+from drake_starnav.cli.main import benchmark, simulate
+from drake_starnav.cli.record import chosen_run, read_trial, record
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation import make_cases, make_header
+from drake_starnav.visualization.browser import browser_missing
+from tests.helpers.trials import record as trial_record
+
+WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 1.5}\n"
+
+
+@pytest.fixture
+def scenario(tmp_path: Path, monkeypatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(WORLD)
+    return "mine.yaml"
+
+
+def names(folder: str) -> set[str]:
+    return {path.name for path in Path(folder).iterdir()}
+
+
+def test_a_scenario_leaves_a_recording_stills_and_a_clip(scenario, capsys) -> None:
+    arguments = [scenario, "--seed", "2", "--png", "0", "1.25", "--gif", "--width", "440", "--renderer", "matplotlib"]
+    assert record([*arguments, "--rate", "4"]) == 0
+    assert names("out") == {"mine-star-2" + end for end in (".html", "-0s.png", "-1.25s.png", ".gif")}
+    with Image.open("out/mine-star-2.gif") as clip:
+        assert clip.size == (440, 320)
+        assert clip.n_frames == 1 + 3
+    with Image.open("out/mine-star-2-0s.png") as first, Image.open("out/mine-star-2-1.25s.png") as second:
+        assert np.abs(np.asarray(first, float) - np.asarray(second, float)).max() > 50.0
+    assert "mine-star-2.gif" in capsys.readouterr().out
+
+
+def test_a_trial_is_repeated_with_its_own_settings(scenario, capsys) -> None:
+    settings = ["--method", "star_paper", "--seed", "5", "--set", "robot.max_speed=0.4", "--quiet"]
+    simulate([scenario, *settings, "--json", "trial.json"])
+    assert record(["trial.json", "--html", "again.html", "--quiet"]) == 0
+    text = Path("again.html").read_text(encoding="utf-8")
+    assert "method star_paper, seed 5" in text and "trail, 0 to 0.4 m/s" in text
+    assert capsys.readouterr().err == ""
+
+
+def test_a_trial_in_a_numbered_world_is_repeated_in_that_world(tmp_path: Path) -> None:
+    path = tmp_path / "trials.jsonl"
+    few = ["--set", "simulation.timeout=0.1", "--jobs", "1", "--quiet"]
+    assert benchmark(["barn", "--worlds", "2,5", *few, "--json", str(path)]) == 0
+    with lzma.open(packed := tmp_path / "trials.jsonl.xz", "wb") as file:
+        file.write(path.read_bytes())
+    for kept in (path, packed):
+        for line, world in ((2, 2), (3, 5)):
+            arguments = argparse.Namespace(run=str(kept), line=line, method=None, seed=None, overrides=[], compare=None)
+            assert chosen_run(arguments).scenarios["star"].world.id == world
+
+
+def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:
+    assert benchmark([scenario, "--trials", "2", "--jobs", "1", "--json", "trials.jsonl", "--quiet"]) == 0
+    lines = Path("trials.jsonl").read_text().splitlines()
+    assert record(["trials.jsonl", "--line", "3", "--html", "third.html", "--quiet"]) == 0
+    assert f"seed {json.loads(lines[2])['seed']}" in Path("third.html").read_text(encoding="utf-8")
+    for line in ([], ["--line", "4"], ["--line", "1"]):
+        assert record(["trials.jsonl", *line]) == 2
+        assert "allowed: --line 2 to --line 3" in capsys.readouterr().err
+
+
+def test_a_run_that_differs_from_its_trial_is_told(scenario, capsys) -> None:
+    simulate([scenario, "--json", "trial.json", "--quiet"])
+    fields = json.loads(Path("trial.json").read_text())
+    Path("trial.json").write_text(json.dumps({**fields, "state_hash": "of another version"}))
+    assert record(["trial.json", "--quiet"]) == 1
+    assert "differs from the trial it repeats" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"scenario": 3, "method": "star", "seed": 1}', "scenario is 3; allowed: as simulate.py --json writes it"),
+        ('{"scenario": "mine", "method": "star", "seed": "x"}', "seed is 'x'"),
+        ('{"scenario": "mine", "method": "star", "seed": 1, "text": 4}', "text is 4"),
+        ("[" * 100_000, "is not the header of a file of trials"),
+    ],
+)
+def test_a_file_of_something_else_is_told(tmp_path, text, words, capsys) -> None:
+    path = tmp_path / "trial.json"
+    path.write_text(text + "\n")
+    assert record([str(path), "--html", str(tmp_path / "a.html")]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_no_file_is_written_twice(scenario, capsys) -> None:
+    assert record([scenario, "--html", "a.html", "--mp4", "a.html"]) == 2
+    assert "a.html is to be written twice" in capsys.readouterr().err
+
+
+def test_a_record_of_a_batch_brings_its_scenario(scenario) -> None:
+    cases = make_cases([scenario], ["star", "star_paper"])
+    records = [trial_record("mine", case.method) for case in cases]
+    Path("two.jsonl").write_text("".join(json.dumps(entry) + "\n" for entry in (make_header(cases, 0), *records)))
+    assert read_trial(Path("two.jsonl"), 3)["text"] == cases[1].text
+    with pytest.raises(StarnavError, match="which trial is not said; allowed: --line 2 to --line 3"):
+        read_trial(Path("two.jsonl"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["forrest"], "did you mean forest"),
+        (["missing.json"], "cannot read missing.json"),
+        (["mine.yaml", "--line", "2"], "with a file of trials"),
+        (["mine.yaml", "--view", "side"], "camera view is 'side'; allowed: one of top, follow, oblique"),
+        (["mine.yaml", "--png", "-1"], "--png is -1"),
+        (["mine.yaml", "--png", "99", "--renderer", "matplotlib"], "after the run; allowed: times up to 1.5 s"),
+        (["mine.yaml", "--width", "5"], "--width is 5; allowed: 100 <= x <= 4400"),
+        (["mine.yaml", "--gif", "--renderer", "matplotlib", "--view", "oblique"], "--view oblique with --renderer"),
+        (["mine.yaml", "--compare", "star", "star"], "allowed: each method once"),
+        (["mine.yaml", "--compare", "star", "--method", "star"], "--compare and --method"),
+        (["mine.yaml", "--html", "/proc/forbidden/x.html"], "cannot write"),
+        (["trial.json", "--seed", "3"], "--seed with a trial, which has its own"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, words, scenario, capsys) -> None:
+    Path("trial.json").write_text(json.dumps({"scenario": "forest", "method": "star", "seed": 0}))
+    assert record([*arguments, "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+
+
+def test_without_a_browser_matplotlib_draws_or_an_error_says_why(scenario, monkeypatch, capsys) -> None:
+    from drake_starnav.visualization import browser
+
+    monkeypatch.setattr(browser, "find_chromium", lambda: None)
+    assert "Chromium" in (browser_missing() or "")
+    assert record([scenario, "--png", "0.5", "--html", "x.html", "--quiet"]) == 0
+    assert names(".") >= {"x.html", "x-0.5s.png"}
+    assert record([scenario, "--png", "0.5", "--view", "oblique"]) == 2
+    assert "--view oblique needs Chromium" in capsys.readouterr().err
+
+
+def test_a_browser_that_does_not_start_is_told(scenario, monkeypatch, tmp_path, capsys) -> None:
+    pytest.importorskip("playwright.sync_api")
+    from drake_starnav.visualization import browser
+
+    broken = tmp_path / "chromium"
+    broken.write_text("#!/bin/sh\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr(browser, "find_chromium", lambda: str(broken))
+    assert record([scenario, "--png", "0.5", "--html", "x.html", "--quiet"]) == 2
+    error = capsys.readouterr().err
+    assert "chromium cannot show x.html" in error and "Traceback" not in error
+    assert names(".") == {"mine.yaml", "chromium", "x.html"}
+
+
+def test_both_renderers_show_the_same_picture(scenario) -> None:
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
+    kept = []
+    for renderer in ("browser", "matplotlib"):
+        arguments = [scenario, "--png", "1.25", "--html", f"{renderer}.html", "--renderer", renderer, "--quiet"]
+        assert record(arguments) == 0
+        with Image.open(f"{renderer}-1.25s.png") as still:
+            assert still.size == (1100, 800)
+            scene = still.crop((230, 0, 1100, 800)).reduce(10)  # beside the legend; walls lean a few pixels outwards
+            kept.append(np.asarray(scene, dtype=float) / 255.0)
+    browser, plot = kept
+    filled = (browser.min(axis=2) < 0.97) | (plot.min(axis=2) < 0.97)
+    assert filled.mean() > 0.2
+    assert np.abs(browser - plot)[filled].mean() < 0.05
+    flat = [image[filled].ravel() for image in kept]
+    assert np.corrcoef(*flat)[0, 1] > 0.9
+
+
+def test_the_names_of_files_tell_what_they_show() -> None:
+    run = record_command.Run({"star": _named("forest"), "foa": _named("forest")}, 4)
+    assert run.name == "forest-star-foa-4"
+
+
+def _named(name: str):
+    from drake_starnav.scenario import load_scenario
+
+    return load_scenario(name)

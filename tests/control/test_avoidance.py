@@ -1,0 +1,135 @@
+"""What is foreseen, and that the robot is told a way on that both certificates accept."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.control.avoidance import STANDING_SPACING, Encounter, around, encounter, manoeuvres, thinned
+from drake_starnav.control.braking_certificate import limits_array
+from drake_starnav.control.moving_certificate import stays_clear, threats
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.prediction import courses
+from tests.helpers.scans import cast
+from tests.helpers.scenes import hall
+
+ROBOT, CONTROLLER, STARS = RobotParameters(), ControllerParameters(), StarParameters()
+MOVERS = MoverParameters(max_speed=0.8, caution=1.0)
+PATH = np.array([(3.0, 0.0)])
+RADIUS = 0.3
+
+
+def mover(position: tuple[float, float], velocity: tuple[float, float]) -> Tracks:
+    """A settled track whose whole rim is seen."""
+    place, moving = np.array([position]), np.array([velocity])
+    angle = np.linspace(0.0, 2.0 * math.pi, 40, endpoint=False)
+    return Tracks(
+        time=0.0,
+        position=place,
+        velocity=moving,
+        radius=np.array([RADIUS]),
+        scans=np.array([30]),
+        seen=np.zeros(1),
+        motion=np.ones(1),
+        pace=np.hypot(*moving.T),
+        hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
+        owner=np.zeros(40, np.int64),
+        course=courses(place, moving, np.array([RADIUS]), np.zeros((0, 2)), MOVERS.horizon + 0.3),
+    )
+
+
+def known() -> tuple[RegionStack, SafetyStar]:
+    """What the robot knows of an empty hall."""
+    scan, pose = cast(hall()), np.zeros(3)
+    memory = ScanMemory().remembered(scan, pose, 2.0, 1)
+    star = safety_star(memory, scan, smoothed_distances(scan, STARS), pose, ROBOT.radius + 0.01, 1.2, STARS)
+    return RegionStack.of((scan_region(scan, pose, ROBOT.radius, STARS),)), star
+
+
+def met(
+    tracks: Tracks,
+    twist: tuple[float, float] = (0.5, 0.0),
+    path: np.ndarray = PATH,
+    star: SafetyStar | None = None,
+) -> Encounter:
+    regions, seen = known()
+    now = (np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen, tracks, threats(tracks, MOVERS))
+    return encounter(*now, 0.0, CONTROLLER, ROBOT, MOVERS)
+
+
+def test_what_comes_near_nobody_is_no_encounter() -> None:
+    for tracks in (Tracks(), mover((1.5, 1.5), (0.0, 0.5)), mover((-2.0, -2.0), (-0.3, 0.0))):
+        found = met(tracks)
+        assert found.nearest == math.inf and found.twist is None
+
+
+def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
+    tracks = mover((2.2, 0.0), (-0.6, 0.0))
+    found = met(tracks)
+    assert found.nearest < 0.1
+    assert found.twist is not None and found.least > 0.1
+    rows = threats(tracks, MOVERS)
+    distance, period = ROBOT.radius + MOVERS.margin, 1.0 / CONTROLLER.rate
+    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, limits_array(ROBOT), rows, distance, 0.0)
+
+
+def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
+    found = met(mover((0.0, 1.8), (0.0, -0.5)), twist=(0.0, 0.0), path=np.zeros((0, 2)))
+    assert found.twist is not None and found.least > 0.1
+
+
+def test_without_a_certified_way_on_there_is_none() -> None:
+    assert met(mover((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=SafetyStar.none()).twist is None
+
+
+def test_the_same_situation_has_the_same_way_on() -> None:
+    tracks = mover((2.0, 0.1), (-0.6, 0.1))
+    first, second = met(tracks), met(tracks)
+    np.testing.assert_array_equal(first.twist, second.twist)
+
+
+def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
+    """Round one who comes from ahead on the left, it leads to the right."""
+    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), limits_array(ROBOT), np.zeros(2)
+    aside = around(np.zeros(3), PATH, tracks, 0.0, ROBOT, MOVERS)
+    assert aside is not None
+    assert aside[1] < 0.0
+    row = manoeuvres(still, limits, aside)[-1]
+    assert row[1] == math.atan2(aside[1], aside[0])
+    assert 0.0 < row[2] <= ROBOT.max_speed
+    without = dataclasses.replace(MOVERS, sidestep=False)
+    assert around(np.zeros(3), PATH, tracks, 0.0, ROBOT, without) is None
+    assert around(np.zeros(3), np.zeros((0, 2)), tracks, 0.0, ROBOT, MOVERS) is None
+    assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1
+
+
+def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
+    """A column that might start."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
+    return Tracks(time=0.0, standing=np.array((x, y)) + radius * np.column_stack((np.cos(angle), np.sin(angle))))
+
+
+def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found() -> None:
+    assert met(standing(1.5, 1.6)).twist is None, "far from the path"
+    found = met(standing(1.2, 0.55))  # 10 cm from where the robot would pass
+    assert found.twist is not None
+    assert math.isinf(found.nearest), "nothing moves"
+    assert found.twist[1] < 0.0, "away from it"
+
+
+def test_what_stands_is_foreseen_as_few_places() -> None:
+    places = standing(1.0, 0.0).standing
+    kept = thinned(places, np.zeros(2), 1.1)
+    assert 3 < len(kept) < 20
+    apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))
+    assert apart.min() >= STANDING_SPACING
+    near = places[np.hypot(*places.T) < 1.1]
+    assert np.hypot(*(near[:, None] - kept).transpose(2, 0, 1)).min(axis=1).max() < STANDING_SPACING

@@ -1,0 +1,262 @@
+"""The theorem of the braking certificate: an accepted command never leads to contact with what was scanned."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control.braking_certificate import (
+    SAMPLE_SPACING,
+    SPEED_SHARES,
+    TURN_SHARES,
+    braking_path,
+    certified_twist,
+    limits_array,
+)
+from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.star_region import covers
+from drake_starnav.robot import RobotParameters
+from drake_starnav.worlds.world import World
+from tests.helpers.motions import certified, motion
+from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
+
+ROBOT = RobotParameters()
+LIMITS = limits_array(ROBOT)
+STARS = StarParameters()
+SAFE, REACH = RADIUS + 0.01, 1.2
+PERIOD = 0.02
+OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
+
+
+def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
+    scan = cast(world, pose)
+    memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
+    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, SAFE, REACH, STARS), memory
+
+
+def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
+    """Poses every `step` (s) of a robot that ramps continuously to the target twist, and its last twist."""
+    poses = []
+    change = step * LIMITS[2:]
+    for _ in range(round(time / step)):
+        after = twist + np.clip(target - twist, -change, change)
+        v, omega = 0.5 * (twist + after)
+        middle = pose[2] + 0.5 * omega * step
+        pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
+        twist = after
+        poses.append(pose)
+    return np.array(poses), twist
+
+
+def random_situation(seed: int) -> tuple[World, SafetyStar, ScanMemory, np.ndarray, np.ndarray, np.ndarray]:
+    """A random world, what is known of it, a pose near the scan's, a twist and a desired twist."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8)
+    scan_pose = np.array((*free_point(rng, world, SAFE), rng.uniform(-4.0, 4.0)))
+    star, memory = sensed(world, scan_pose, ScanMemory())
+    pose = scan_pose + (*rng.uniform(-0.03, 0.03, 2), rng.uniform(-0.1, 0.1))
+    limit = LIMITS[:2]
+    return world, star, memory, pose, rng.uniform((0.0, -limit[1]), limit), rng.uniform((-0.2, -limit[1]), limit)
+
+
+@settings(max_examples=150)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
+def test_an_accepted_command_and_full_braking_touch_nothing(seed, hold):
+    _, star, memory, pose, twist, desired = random_situation(seed)
+    hits = np.vstack(memory.points)
+    if not certified(pose, twist, desired, hold, LIMITS, star):
+        *tried, accepted = certified_twist(pose, twist, desired, hold, LIMITS, star)
+        if not accepted:
+            return
+        desired = np.array(tried)
+    held, at_end = moved(pose, twist, desired, hold)
+    braked, standing = moved(held[-1], at_end, np.zeros(2), 1.0)
+    np.testing.assert_allclose(standing, 0.0, atol=1e-9)
+    path = np.vstack((held, braked))
+    away = np.hypot(*np.moveaxis(path[::3, None, :2] - hits, -1, 0))
+    assert away.min() >= RADIUS
+
+
+def test_most_random_commands_are_decided_both_ways():
+    accepted = []
+    for seed in range(100):
+        _, star, _, pose, twist, desired = random_situation(seed)
+        accepted.append(certified(pose, twist, desired, PERIOD, LIMITS, star))
+    assert 20 < sum(accepted) < 95
+
+
+def adversary(rng: np.random.Generator) -> np.ndarray:
+    """A twist that likes full speed."""
+    v, omega = rng.uniform(-0.2, 2.0), rng.uniform(-0.7, 0.7)
+    return np.clip((v, omega), (-1.0, -1.0), (1.0, 1.0)) * LIMITS[:2]
+
+
+def recklessly_driven(seed: int, delay: float = 0.0) -> tuple[float, float, int]:
+    """10 s of random commands through the certificate: scans at 20 Hz, commands at 50 Hz that take effect late.
+
+    Returns the least distance to an obstacle, the way driven (both in m) and how often a command was held back.
+    """
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=14, walls=8)
+    pose, memory = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory()
+    commanded = actual = np.zeros(2)
+    waiting = [commanded] * round(delay / PERIOD)
+    least, driven, wanted, refused = np.inf, 0.0, adversary(rng), 0
+    for k in range(500):
+        if (k * PERIOD * 20.0) % 1.0 < 0.4 - 1e-9:  # the first command after each scan
+            star, memory = sensed(world, pose, memory)
+        if rng.random() < 0.03:
+            wanted = adversary(rng)
+        v, omega, accepted = certified_twist(pose, commanded, wanted, PERIOD, LIMITS, star, delay)
+        refused += not (accepted and v == wanted[0])
+        commanded = limited_twist(commanded, np.array((v, omega)), ROBOT, PERIOD)
+        waiting.append(commanded)
+        poses, actual = moved(pose, actual, waiting.pop(0), PERIOD, step=2e-3)
+        driven += float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+        pose = poses[-1]
+        least = min(least, distance(world, poses[:, :2]).min())
+    return least, driven, refused
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_reckless_driver_never_touches_anything(seed):
+    least, driven, refused = recklessly_driven(seed)
+    assert least >= RADIUS
+    assert driven > 0.3 and refused > 0  # it did drive, and it was held back
+
+
+def test_a_reckless_driver_touches_nothing_when_commands_take_effect_after_the_declared_delay():
+    assert min(recklessly_driven(seed, delay=PERIOD)[0] for seed in range(8)) >= RADIUS
+
+
+def test_the_certified_motion_keeps_the_last_twist_for_the_declared_delay():
+    twist, desired = np.array((0.5, 1.0)), np.array((0.8, -2.0))
+    path = motion(np.zeros(3), twist, desired, PERIOD, LIMITS, delay=0.1)
+    kept = braking_path(np.zeros(3), twist, twist, 0.1, LIMITS)
+    later = braking_path(kept[kept[:, 2] <= 0.1 + 1e-9][-1], twist, desired, PERIOD, LIMITS)
+    np.testing.assert_allclose(path[-1], later[-1], atol=1e-9)
+    farthest = np.hypot(*path[:, :2].T).max()
+    assert certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest + 1e-9), delay=0.1)
+    assert not certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest - 1e-9), delay=0.1)
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
+def test_the_braking_path_is_what_is_certified(seed, hold):
+    _, star, _, pose, twist, desired = random_situation(seed)
+    path = braking_path(pose, twist, desired, hold, LIMITS)
+    np.testing.assert_array_equal(path[0], pose)
+    inside = all(covers(star.center, star.bearing_0, star.values, x, y) for x, y, _ in path[1:])
+    assert certified(pose, twist, desired, hold, LIMITS, star) == inside
+    assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    held, at_end = moved(pose, twist, desired, hold)
+    braked, _ = moved(held[-1], at_end, np.zeros(2), 1.0)
+    exact = np.vstack((held, braked))
+    off = np.hypot(*np.moveaxis(path[:, None, :2] - exact[None, :, :2], -1, 0))
+    assert off.min(axis=0).max() < 0.01  # near every place of the real motion there is a sample
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_the_first_certified_share_is_taken(seed):
+    _, star, _, pose, twist, desired = random_situation(seed)
+    tried = [(share * desired[0], desired[1]) for share in SPEED_SHARES]
+    tried += [(share * desired[0], turn * desired[1]) for turn in TURN_SHARES for share in (0.5, 0.0)]
+    good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
+    v, omega, accepted = certified_twist(pose, twist, desired, PERIOD, LIMITS, star)
+    assert accepted == bool(good)
+    if good:
+        assert (v, omega) == pytest.approx(good[0])
+    else:
+        assert v == 0.0
+    assert (np.diff(SPEED_SHARES) < 0.0).all() and SPEED_SHARES[0] == 1.0 and SPEED_SHARES[-1] == 0.0
+
+
+def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
+    blind, pose = SafetyStar.none(), np.array((1.0, 1.0, 0.0))
+    assert certified_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
+    standing = certified_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
+    assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
+
+
+@pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
+def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
+    twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
+    assert certified_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, SafetyStar.none()) == (0.0, turn, False)
+
+
+def test_in_the_open_everything_is_certified():
+    desired = np.array((0.8, -1.0))
+    assert certified_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
+
+
+def ring(reach: float) -> SafetyStar:
+    return SafetyStar(np.zeros(2), 0.0, np.full(720, reach), np.zeros((0, 2)))
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.2, 0.5, 0.8])
+def test_the_braking_distance_is_never_underestimated(speed):
+    twist = np.array((speed, 0.0))
+    needed = speed * PERIOD + speed**2 / (2.0 * ROBOT.max_acceleration)
+    assert not certified(np.zeros(3), twist, twist, PERIOD, LIMITS, ring(needed - 1e-4))
+    assert certified(np.zeros(3), twist, twist, PERIOD, LIMITS, ring(needed + 0.012))
+
+
+@given(st.floats(-0.8, 0.8), st.floats(-1.5, 1.5), st.sampled_from([PERIOD, 0.04, 0.3]))
+@example(0.1, 0.12, 0.04)  # at the wanted speed in the middle of a step
+def test_a_straight_way_is_never_underestimated(speed, wanted, hold):
+    target, a = min(max(wanted, -0.8), 0.8), ROBOT.max_acceleration
+    if speed * target < 0.0:
+        return
+    ramp = min(abs(target - speed) / a, hold)
+    end = speed + math.copysign(a * ramp, target - speed)
+    way = 0.5 * abs(speed + end) * ramp + abs(target) * (hold - ramp) + end**2 / (2.0 * a)
+    path = braking_path(np.zeros(3), np.array((speed, 0.0)), np.array((wanted, 0.0)), hold, LIMITS)
+    assert way - 1e-9 <= np.abs(np.diff(path[:, 0])).sum() <= way + 0.012
+
+
+@pytest.mark.parametrize("omega", [2.0, -0.5])
+def test_a_steady_turn_is_followed_along_its_circle(omega):
+    twist = np.array((0.8, omega))
+    path = braking_path(np.zeros(3), twist, twist, 0.6, LIMITS)
+    held = path[np.abs(path[:, 2]) <= 0.6 * abs(omega) + 1e-9]
+    assert len(held) > 50
+    np.testing.assert_allclose(np.hypot(held[:, 0], held[:, 1] - 0.8 / omega), 0.8 / abs(omega), atol=1e-4)
+
+
+def test_driving_backwards_is_sampled_as_finely_and_mirrors_driving_forwards():
+    back, forth = (braking_path(np.zeros(3), np.zeros(2), np.array((v, 1.0)), 0.8, LIMITS) for v in (-0.8, 0.8))
+    assert np.hypot(*np.diff(back[:, :2], axis=0).T).max() <= SAMPLE_SPACING + 1e-9
+    np.testing.assert_allclose(back * (-1.0, -1.0, 1.0), forth, atol=1e-12)
+
+
+def test_what_the_robot_drives_through_during_the_delay_is_checked_too():
+    """A gap in the star that is behind the robot when its command takes effect."""
+    bearing = 2.0 * math.pi / 720 * np.arange(720)
+    cut = SafetyStar(np.zeros(2), 0.0, np.where(np.abs(bearing - 0.5 * math.pi) < 0.1, 0.2, 5.0), np.zeros((0, 2)))
+    pose, ahead = np.array((-0.3, 0.3, 0.0)), np.array((0.8, 0.0))
+    assert certified(pose, ahead, ahead, PERIOD, LIMITS, OPEN, delay=0.5)
+    assert certified(pose + (0.4, 0.0, 0.0), ahead, ahead, PERIOD, LIMITS, cut)
+    assert not certified(pose, ahead, ahead, PERIOD, LIMITS, cut, delay=0.5)
+
+
+def test_a_longer_hold_never_makes_a_straight_approach_safer():
+    twist, holds, tried = np.array((0.8, 0.0)), np.array((0.02, 0.1, 0.3, 0.6)), np.arange(0.3, 1.5, 0.01)
+    reaches = [next(r for r in tried if certified(np.zeros(3), twist, twist, h, LIMITS, ring(r))) for h in holds]
+    np.testing.assert_allclose(np.diff(reaches), 0.8 * np.diff(holds), atol=0.011)
+
+
+def test_the_certified_motion_keeps_the_speed_limits():
+    beyond = np.array((2.0, 6.0))
+    path = braking_path(np.zeros(3), LIMITS[:2], beyond, 0.3, LIMITS)
+    np.testing.assert_allclose(path, braking_path(np.zeros(3), LIMITS[:2], LIMITS[:2], 0.3, LIMITS))
+    for reach in np.arange(0.1, 0.8, 0.05):
+        decided = {
+            certified(np.zeros(3), LIMITS[:2], wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, LIMITS[:2])
+        }
+        assert len(decided) == 1

@@ -1,0 +1,110 @@
+"""Both certificates: what one of them refuses is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.control.braking_certificate import limits_array
+from drake_starnav.control.certificates import accepted, standards
+from drake_starnav.control.moving_certificate import stays_clear
+from drake_starnav.control.point_certificate import (
+    ESCAPE_CLEARANCE,
+    KnownHits,
+    clearance_at,
+    keeps_clear,
+    needed_distances,
+)
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.parameters import MoverParameters
+from tests.helpers.motions import certified
+from tests.helpers.scans import cast, seeds
+from tests.helpers.scenes import hall
+
+ROBOT = RobotParameters()
+LIMITS = limits_array(ROBOT)
+MOVERS = MoverParameters(max_speed=0.8)
+NOTHING, AHEAD = np.zeros((0, 6)), np.array([(0.7, 0.0, 0.0, 0.0, 0.8, 0.0)])
+
+
+def accepts(star: SafetyStar, want: tuple[float, float], rows: np.ndarray = NOTHING, v: float = 0.0, **changes) -> bool:
+    standard = standards(star, ControllerParameters(**changes), ROBOT, MOVERS)
+    return accepted(0.0, 0.0, 0.0, v, 0.0, *want, LIMITS, standard, rows, 0.0)
+
+
+def seen(wall: float) -> SafetyStar:
+    """What is certified in a hall whose column's face is `wall` (m) ahead."""
+    scan, pose, stars = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3), StarParameters()
+    memory = ScanMemory().remembered(scan, pose, 2.0, 1)
+    return safety_star(memory, scan, smoothed_distances(scan, stars), pose, ROBOT.radius + 0.01, 1.2, stars)
+
+
+@pytest.mark.parametrize("by", ["star", "points"])
+def test_either_certificate_may_refuse(by: str) -> None:
+    assert accepts(seen(2.0), (0.8, 0.0), v=0.7, certified_by=by)
+    assert not accepts(seen(0.5), (0.8, 0.0), v=0.7, certified_by=by)  # what stays
+    assert not accepts(seen(2.0), (0.8, 0.0), AHEAD, v=0.7, certified_by=by)  # what moves
+    assert accepts(seen(2.0), (-0.3, 0.0), AHEAD, certified_by=by)
+
+
+def test_without_a_scan_nothing_is_accepted_and_without_a_certificate_everything_that_stays() -> None:
+    assert not accepts(SafetyStar.none(), (0.5, 0.0))
+    assert accepts(SafetyStar.none(), (0.5, 0.0), certificate=False)
+    assert not accepts(SafetyStar.none(), (0.8, 0.0), AHEAD, v=0.7, certificate=False)
+
+
+@settings(max_examples=200, deadline=None)
+@given(seeds, st.sampled_from(["star", "points"]), st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
+def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, by: str, margin: float, delay: float) -> None:
+    rng = np.random.default_rng(seed)
+    controller = ControllerParameters(
+        certified_by=by, safety_margin=margin, margin_per_speed=0.05, delay=delay, rate=10.0
+    )
+    hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
+    hits = hits[np.hypot(*hits.T) > 0.3]
+    star = SafetyStar(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, reach=0.8)
+    rows = np.array([(*rng.uniform(-2.0, 2.0, 2), 0.0, 0.0, 0.5, 0.1)])
+    pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
+    desired, age = rng.uniform((-0.3, -2.0), (0.8, 2.0)), rng.uniform(0.0, 0.3)
+    known = KnownHits(hits, needed_distances(star.half_gaps, ROBOT.radius), np.zeros(2), 0.8 - ROBOT.radius)
+    enough = margin + 0.05 * abs(desired[0])
+    if by == "star":
+        enough = min(enough, clearance_at(*pose[:2], hits, known.needed))
+    stands = keeps_clear(*pose, *twist, *desired, 0.1, delay, LIMITS, known, max(enough, ESCAPE_CLEARANCE))
+    stands = stands or (by == "star" and certified(pose, twist, desired, 0.1, LIMITS, star, delay))
+    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, rows, ROBOT.radius + MOVERS.margin, age, delay)
+    standard = standards(star, controller, ROBOT, MOVERS)
+    assert accepted(*pose, *twist, *desired, LIMITS, standard, rows, age) == (stands and moves)
+
+
+def beside(clearance: float) -> SafetyStar:
+    """A hit to the left of the robot, whose neighbour on the surface is 0.1 m away; known up to 2 m."""
+    hits = np.array([(0.0, ROBOT.radius + clearance)])
+    return SafetyStar(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.array([0.05]), seen=True, reach=2.0)
+
+
+def test_the_standard_has_every_margin() -> None:
+    standard = standards(beside(0.1), ControllerParameters(), ROBOT, MOVERS)
+    assert standard.distance == pytest.approx(ROBOT.radius + MOVERS.margin)
+    assert standard.hits.room == pytest.approx(2.0 - ROBOT.radius)
+    assert standard.hits.needed == pytest.approx([math.hypot(ROBOT.radius, 0.05)])
+
+
+@pytest.mark.parametrize("by", ["star", "points"])
+@pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
+def test_without_a_margin_two_millimetres_are_kept(by: str, clearance: float, passes: bool) -> None:
+    star = beside(math.hypot(ROBOT.radius, 0.05) - ROBOT.radius + clearance)
+    without = {"certified_by": by, "safety_margin": 0.0, "margin_per_speed": 0.0}
+    assert accepts(star, (0.3, 0.0), **without) == passes
+
+
+def test_outside_of_the_star_only_the_way_away_from_the_wall_is_accepted() -> None:
+    close = seen(ROBOT.radius + 0.005)
+    assert not accepts(close, (0.3, 0.0))
+    assert accepts(close, (-0.3, 0.0))

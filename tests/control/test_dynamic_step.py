@@ -1,0 +1,100 @@
+"""Among obstacles that move: never into one, out of their way, and as ever where there are none."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.control import Command, control_step
+from drake_starnav.control.braking_certificate import limits_array
+from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.control.moving_certificate import stays_clear, threats
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import MoverParameters
+from tests.helpers.loop import CONTROLLER, ROBOT, drive, pacing
+from tests.helpers.scans import seeds
+from tests.helpers.scenes import Scene, hall, straight
+
+STRICT = MoverParameters(max_speed=0.8, caution=1.0)
+START, GOAL = np.array((-2.5, 0.0, 0.0)), np.array((2.5, 0.0))
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=seeds)
+def test_a_robot_in_a_crowd_never_runs_into_anything(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(-3.0, 3.0, (5, 2))
+    places = places[np.hypot(*(places - START[:2]).T) > 1.5]
+    heading, speed = rng.uniform(-math.pi, math.pi, len(places)), rng.uniform(0.3, 0.8, len(places))
+    scene = pacing(places, speed[:, None] * np.column_stack((np.cos(heading), np.sin(heading))), 3.5)
+    assert drive(scene, START, GOAL, STRICT, seed=seed, duration=15.0).outcome != "collision"
+
+
+@pytest.mark.parametrize("caution", [1.0, 0.5, 0.0])
+@pytest.mark.parametrize("offset", [-0.2, 0.0, 0.1])
+def test_it_makes_way_for_one_that_comes_head_on(caution: float, offset: float) -> None:
+    oncoming = Scene(hall(), (0.3,), straight((3.0, offset), (-0.6, 0.0)))
+    run = drive(oncoming, START, GOAL, MoverParameters(max_speed=0.8, caution=caution), duration=12.0)
+    assert run.outcome == "reached"
+    assert np.abs(run.poses[:, 1]).max() > 0.3  # not by luck
+
+
+def test_it_goes_out_of_the_way_of_one_that_comes_from_behind() -> None:
+    standing = np.array((0.0, 0.0, 0.0))
+    behind = Scene(hall(), (0.3,), straight((-3.0, 0.05), (0.5, 0.0)))
+    run = drive(behind, standing, np.array((0.35, 0.0)), MoverParameters(max_speed=0.8), duration=12.0)
+    assert run.outcome == "reached"
+
+
+def test_the_same_crowd_is_driven_through_in_the_same_way() -> None:
+    scene = pacing(np.array([(1.0, 1.0), (0.0, -2.0)]), np.array([(-0.4, 0.2), (0.3, 0.4)]), 3.5)
+    first, second = (drive(scene, START, GOAL, STRICT, duration=6.0).poses for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
+    scene = pacing(np.array([(1.0, 1.0), (0.0, -2.0)]), np.array([(-0.4, 0.2), (0.3, 0.4)]), 3.5)
+    run = drive(scene, START, GOAL, STRICT, duration=6.0)
+    inside = np.array([(x, y) for x in np.arange(-2.5, 2.6, 0.1) for y in np.arange(-2.5, 2.6, 0.1)])
+    assert run.plan.roadmap.hits.distance(inside).min() > 0.4
+
+
+def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
+    told = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
+    now = (np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
+    assert wary_step(lambda *_: told, *now, CONTROLLER, ROBOT, tracks=Tracks(), age=0.0, movers=STRICT) is told
+
+
+@pytest.mark.parametrize("delay", [0.0, 1.0 / CONTROLLER.rate])
+def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -> None:
+    """A hit ahead, that may come at full speed, from ever farther away."""
+    movers, controller = MoverParameters(max_speed=0.8, margin=0.1), dataclasses.replace(CONTROLLER, delay=delay)
+    pose, twist = np.zeros(3), np.array((0.4, 0.0))
+    told = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
+    now, period = (pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none()), 1.0 / controller.rate
+    held = []
+    for x in np.arange(0.4, 1.4, 0.01):
+        tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
+        holds = stays_clear(
+            *(pose, twist, told.twist, period, limits_array(ROBOT)),
+            *(threats(tracks, movers), ROBOT.radius + movers.margin, 0.05, delay),
+        )
+        command = wary_step(lambda *_: told, *now, controller, ROBOT, tracks=tracks, age=0.05, movers=movers)
+        assert (command is told) == holds
+        held.append(holds)
+    assert 20 < sum(held) < 80
+
+
+def test_it_brakes_where_nothing_can_be_certified() -> None:
+    angle = np.linspace(0.0, 2.0 * math.pi, 90)
+    ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
+    tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
+    twist = np.array((0.4, 0.1))
+    now = (np.zeros(3), twist, np.zeros(2), Guidance.none(), SafetyStar.none())
+    command = wary_step(control_step, *now, CONTROLLER, ROBOT, tracks=tracks, age=0.0, movers=STRICT)
+    assert not command.certified
+    assert math.isclose(command.twist[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

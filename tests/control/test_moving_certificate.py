@@ -1,0 +1,193 @@
+"""The theorem of the certificate in time: whatever moves no faster than declared never touches a robot that moves."""
+
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control.braking_certificate import limits_array, simulated_step
+from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.control.moving_certificate import STANDING_SPEED, near, stays_clear, threats
+from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
+from drake_starnav.tracking.occlusions import HIDDEN_SPACING
+from drake_starnav.tracking.parameters import MoverParameters
+from tests.helpers.scans import RADIUS, seeds
+from tests.helpers.scenes import moved
+
+ROBOT = RobotParameters()
+LIMITS = limits_array(ROBOT)
+MOVERS = MoverParameters(max_speed=0.8, margin=0.01, caution=1.0)
+PERIOD, SCANS, STEP = 0.02, 3, 0.005
+"""Of the commands, s; commands from one scan to the next; of the simulation, s."""
+
+
+def rim(centers: np.ndarray, radius: float) -> np.ndarray:
+    """Hits all around discs."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
+    return (centers[:, None] + radius * np.column_stack((np.cos(angle), np.sin(angle)))).reshape(-1, 2)
+
+
+def seen(centers: np.ndarray, radius: float, time: float = 0.0) -> Tracks:
+    """Hits of which nothing else is known."""
+    hits = rim(centers, radius)
+    return Tracks(time=time, hits=hits, owner=np.full(len(hits), -1))
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, hunters=st.booleans())
+def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: int, hunters: bool) -> None:
+    rng = np.random.default_rng(seed)
+    pose, twist = np.zeros(3), np.zeros(2)
+    centers = rng.uniform(-3.0, 3.0, (4, 2))
+    centers = centers[np.hypot(*centers.T) > RADIUS + 0.5]
+    headings, desired = rng.uniform(-math.pi, math.pi, len(centers)), np.zeros(2)
+    for k in range(300):
+        if k % SCANS == 0:
+            rows, scan_time = threats(seen(centers, 0.2), MOVERS), k * PERIOD
+        if k % 15 == 0:  # a reckless driver
+            desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
+            headings = rng.uniform(-math.pi, math.pi, len(centers))
+        age = k * PERIOD - scan_time
+        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, rows, RADIUS + MOVERS.margin, age)
+        target = desired if certified else np.zeros(2)
+        before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
+        for i in range(round(PERIOD / STEP)):
+            share = (i + 0.5) * STEP / PERIOD
+            pose = moved(pose, before + share * (twist - before), STEP)
+            aim = np.arctan2(*(pose[:2] - centers).T[::-1]) if hunters else headings
+            centers = centers + STEP * MOVERS.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
+            gap = np.hypot(*(centers - pose[:2]).T).min() - 0.2 - RADIUS if len(centers) else math.inf
+            if gap < 0.0:
+                assert abs(before[0] + share * (twist[0] - before[0])) <= STANDING_SPEED
+                return  # it was struck while it stood
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, desired=st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)))
+def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, desired: tuple[float, float]) -> None:
+    rng = np.random.default_rng(seed)
+    tracks = seen(rng.uniform(-2.0, 2.0, (3, 2)), 0.2)
+    twist = np.array((rng.uniform(0.0, 0.8), 0.0))
+
+    def certified(speed: float, age: float) -> bool:
+        rows = threats(tracks, MoverParameters(max_speed=speed))
+        return stays_clear(np.zeros(3), twist, np.array(desired), PERIOD, LIMITS, rows, RADIUS, age)
+
+    if not certified(0.4, 0.0):
+        assert not certified(0.8, 0.0)
+        assert not certified(0.4, 0.1)
+
+
+def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray, age: float) -> float:
+    """Least distance (m) of a robot that follows `desired` and brakes to where a threat may be, at every sample."""
+    state, time, least = (*pose, *twist), age, math.inf
+    while delay > 0.0 or hold > 0.0 or abs(state[3]) >= STANDING_SPEED:
+        before, left = abs(state[3]), delay if delay > 0.0 else hold
+        if delay > 0.0:
+            *state, delay = simulated_step(*state, *twist, delay, LIMITS)
+            time += left - delay
+        else:
+            *state, hold = simulated_step(*state, *desired, hold, LIMITS)
+            time += left - hold if left > 0.0 else (before - abs(state[3])) / ROBOT.max_acceleration
+        if max(abs(state[3]), before) >= STANDING_SPEED:
+            places, grown = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
+            least = min(least, float((np.hypot(*(places - state[:2]).T) - grown).min()))
+    return least
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]), st.sampled_from([0.0, 0.05, 0.2]))
+def test_threats_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: float, delay: float) -> None:
+    rng = np.random.default_rng(seed)
+    rows = np.hstack((rng.uniform(-3.0, 3.0, (6, 2)), rng.uniform(-1.0, 1.0, (6, 2)), rng.uniform(0.0, 0.5, (6, 2))))
+    twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
+    pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
+    room = least_room(pose, twist, desired, hold, delay, rows, age)
+    assert stays_clear(pose, twist, desired, hold, LIMITS, rows, room - 1e-9, age, delay)
+    assert not stays_clear(pose, twist, desired, hold, LIMITS, rows, room + 1e-9, age, delay)
+
+
+def test_standing_and_turning_is_always_certified() -> None:
+    rows = threats(seen(np.array([(0.4, 0.0)]), 0.2), MOVERS)
+    turning = np.array((0.0, 1.0))
+    assert stays_clear(np.zeros(3), np.zeros(2), turning, PERIOD, LIMITS, rows, RADIUS, 0.0)
+    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), 0.1, LIMITS, rows, RADIUS, 0.0)
+
+
+def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
+    tracks = Tracks(
+        time=0.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.0, 0.5)]),
+        radius=np.array([0.2]),
+        scans=np.array([20]),
+        seen=np.array([0.0]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(0.8, 0.0), (2.0, 2.0)]),
+        owner=np.array([0, -1]),
+    )
+    for caution in (1.0, 0.5, 0.0):
+        unknown, tracked = threats(tracks, MoverParameters(max_speed=0.8, caution=caution))
+        np.testing.assert_allclose(unknown, (2.0, 2.0, 0.0, 0.0, 0.8, 0.0))
+        np.testing.assert_allclose(tracked, (0.8, 0.0, 0.0, 0.5 * (1.0 - caution), 0.8 * caution, 0.0))
+
+
+def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
+    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0)]), hidden=np.array([(3.0, 1.0)]))
+    for caution in (1.0, 0.5):
+        stands, hides = threats(tracks, MoverParameters(max_speed=0.8, caution=caution))
+        np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8 * caution, 0.0))
+        np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8 * caution, 0.5 * HIDDEN_SPACING))
+    assert len(threats(tracks, MoverParameters(max_speed=0.8, caution=0.0))) == 0
+
+
+def test_what_is_not_known_for_long_may_do_anything() -> None:
+    tracks = Tracks(
+        time=0.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.0, 0.5)]),
+        radius=np.array([0.2]),
+        scans=np.array([SETTLED_AFTER - 1]),
+        seen=np.array([0.0]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(0.8, 0.0)]),
+        owner=np.array([0]),
+    )
+    assert tracks.counted.all()
+    rows = threats(tracks, MoverParameters(max_speed=0.8, caution=0.5))
+    np.testing.assert_allclose(rows, [(0.8, 0.0, 0.0, 0.0, 0.8, 0.0)])
+
+
+def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
+    tracks = Tracks(
+        time=1.0,
+        position=np.array([(1.0, 0.0)]),
+        velocity=np.array([(0.5, 0.0)]),
+        radius=np.array([0.2]),
+        scans=np.array([20]),
+        seen=np.array([0.5]),
+        motion=np.array([1.0]),
+        pace=np.array([0.5]),
+        hits=np.array([(9.0, 0.0)]),
+        owner=np.array([-1]),
+    )
+    rows = threats(tracks, MOVERS)
+    assert len(rows) == 2
+    (disc,) = near(rows, np.zeros(2), 3.0)
+    np.testing.assert_allclose(disc[:2], (1.0, 0.0))
+    assert len(near(rows, np.zeros(2), 0.85)) == 1  # its edge counts
+    assert len(near(rows, np.zeros(2), 0.75)) == 0
+
+
+def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
+    """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
+    near_by = threats(seen(np.array([(RADIUS + 0.2 + MOVERS.margin + 0.001, 0.0)]), 0.2), MOVERS)
+    creeping = np.array((0.6 * STANDING, 0.0))
+    keeps = (PERIOD, LIMITS, near_by, RADIUS + MOVERS.margin, 0.0)
+    assert not stays_clear(np.zeros(3), creeping, creeping, *keeps)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), *keeps)

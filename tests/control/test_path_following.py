@@ -1,0 +1,254 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.control.heading_controller import turning_law
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.path_following import (
+    CREEP_SPEED,
+    GOAL_REACHED,
+    Command,
+    control_step,
+    guiding_vector,
+    limited_twist,
+)
+from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import LINE_STEP, RegionStack, scan_region, segment_covered
+from drake_starnav.robot import RobotParameters
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import RADIUS, cast, seeds, smooth_region
+
+ROBOT = RobotParameters()
+PARAMETERS = ControllerParameters()
+PERIOD = 1.0 / PARAMETERS.rate
+OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 100.0), np.zeros((0, 2)))
+NO_HITS = np.zeros((0, 2))
+components = st.floats(-5.0, 5.0)
+
+
+def step(
+    pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), path=((5.0, 0.0),), arrives=False, star=OPEN, parameters=PARAMETERS
+) -> Command:
+    return control_step(
+        np.array(pose),
+        np.array(twist),
+        np.zeros(2),
+        Guidance(np.array(path).reshape(-1, 2), arrives, RegionStack.of(())),
+        star,
+        parameters,
+        ROBOT,
+    )
+
+
+def settled(**arguments) -> np.ndarray:
+    """The twist after many periods at one pose."""
+    twist = np.zeros(2)
+    for _ in range(200):
+        twist = step(twist=twist, **arguments).twist
+    return twist
+
+
+@given(components, components, st.floats(0.001, 1.0), seeds)
+def test_limited_twists_keep_all_limits_and_approach_what_is_desired(v, omega, period, seed):
+    rng = np.random.default_rng(seed)
+    limit = np.array((ROBOT.max_speed, ROBOT.max_yaw_rate))
+    change = period * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
+    twist = rng.uniform(-limit, limit)
+    out = limited_twist(twist, np.array((v, omega)), ROBOT, period)
+    wanted = np.clip((v, omega), -limit, limit)
+    assert (np.abs(out) <= limit + 1e-12).all() and (np.abs(out - twist) <= change + 1e-12).all()
+    reached = np.abs(wanted - twist) <= change
+    np.testing.assert_allclose(out[reached], wanted[reached], atol=1e-12)
+    np.testing.assert_allclose((out - twist)[~reached], (np.sign(wanted - twist) * change)[~reached], atol=1e-12)
+
+
+@pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, -2.0), (0.0, 1.0)])
+def test_an_empty_path_stops_the_robot_as_fast_as_it_can(twist):
+    now, periods = np.array(twist), 0
+    while now.any():
+        command = step(twist=now, path=())
+        assert not command.guiding_vector.any()
+        change = PERIOD * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
+        np.testing.assert_allclose(command.twist, np.sign(now) * np.maximum(np.abs(now) - change, 0.0), atol=1e-12)
+        now, periods = command.twist, periods + 1
+    assert periods <= math.ceil(max(twist[0] / ROBOT.max_acceleration, abs(twist[1]) / 4.0) / PERIOD) + 1
+
+
+def test_it_slows_down_at_the_goal_only():
+    near = ((0.3, 0.0),)
+    assert settled(path=near)[0] == pytest.approx(ROBOT.max_speed)
+    slow = PARAMETERS.goal_slowdown * 0.3 + CREEP_SPEED
+    assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
+    assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
+    assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
+    assert settled(path=((1.5 * GOAL_REACHED, 0.0),), arrives=True)[0] > 0.0  # it does arrive
+    assert settled(path=((0.5 * GOAL_REACHED, 0.0),), arrives=True) == pytest.approx([0.0, 0.0])
+    assert settled(path=((0.0, 0.5 * GOAL_REACHED),), arrives=True) == pytest.approx([0.0, 0.0])  # it need not turn
+
+
+@settings(max_examples=40)
+@given(st.floats(-3.1, 3.1))
+def test_the_law_turns_towards_the_guiding_vector_and_drives_when_it_faces_it(yaw):
+    v, omega = settled(pose=(0.0, 0.0, yaw))
+    assert v == pytest.approx(ROBOT.max_speed * max(math.cos(yaw), 0.0) ** 3, abs=1e-9)
+    turn = min(max(-PARAMETERS.heading_gain * yaw, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate)
+    assert omega == pytest.approx(turn, abs=1e-9)
+
+
+@pytest.mark.parametrize("tracking", ["law", "pid"])
+@settings(max_examples=20)
+@given(seed=seeds)
+def test_the_robot_arrives_in_the_open(tracking, seed):
+    rng = np.random.default_rng(seed)
+    parameters = ControllerParameters(tracking=tracking, certificate=False)
+    pose, twist, errors = np.array((0.0, 0.0, rng.uniform(-math.pi, math.pi))), np.zeros(2), np.zeros(2)
+    angle = rng.uniform(-math.pi, math.pi)
+    path = 2.0 * np.array([(math.cos(angle), math.sin(angle))])
+    nearest = np.inf
+    for _ in range(1500):
+        before = twist
+        command = control_step(pose, twist, errors, Guidance.along(path), OPEN, parameters, ROBOT)
+        twist, errors = command.twist, command.errors
+        assert np.abs(twist - before)[0] <= PERIOD * ROBOT.max_acceleration + 1e-12
+        pose = pose + PERIOD * np.array((twist[0] * math.cos(pose[2]), twist[0] * math.sin(pose[2]), twist[1]))
+        nearest = min(nearest, float(np.hypot(*(path[0] - pose[:2]))))
+        if nearest < 0.1:
+            break
+    assert nearest < 0.1
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_the_guiding_vector_points_to_the_first_way_point_that_is_not_passed(seed):
+    rng = np.random.default_rng(seed)
+    position = rng.uniform(-3.0, 3.0, 2)
+    passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE
+    ahead, later = position + rng.uniform(0.1, 0.2, 2), position + 5.0
+    path = np.array((passed, ahead, later))
+    direction, distance = guiding_vector(position, path, RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    assert distance == pytest.approx(np.hypot(*(ahead - position)))
+    np.testing.assert_allclose(direction, (ahead - position) / distance)
+    last, left = guiding_vector(position, path[:1], RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    assert left == pytest.approx(np.hypot(*(passed - position)))
+    np.testing.assert_allclose(last, (passed - position) / left)
+
+
+def test_at_the_last_way_point_there_is_nowhere_to_go():
+    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    assert not direction.any() and distance == 0.0
+
+
+def test_modulation_ends_near_the_short_term_goal():
+    region = smooth_region(np.random.default_rng(2), np.array((-1.0, 0.2)))
+    regions = RegionStack.of((region,))
+    for away, bent in ((PARAMETERS.modulation_distance - 0.01, False), (PARAMETERS.modulation_distance + 0.01, True)):
+        path = away * np.array(((0.6, 0.8),))
+        direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, PARAMETERS, RADIUS)
+        assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
+    off = ControllerParameters(modulation=False)
+    np.testing.assert_allclose(guiding_vector(np.zeros(2), path, regions, NO_HITS, off, RADIUS)[0], (0.6, 0.8))
+
+
+def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
+    post = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(0.5, 0.3, 0.02)], bounds=(-2.0, -2.0, 3.0, 2.0))
+    pose = np.array((0.0, -0.1, 0.0))
+    regions = RegionStack.of((scan_region(cast(post, pose), pose, RADIUS, StarParameters()),))
+    limit, unlimited = PARAMETERS.max_bend, dataclasses.replace(PARAMETERS, max_bend=math.pi)
+    turns = []
+
+    def turn(a, b):
+        return math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
+
+    rng = np.random.default_rng(0)
+    for position, aim in rng.uniform((0.0, -0.5), (1.5, 0.5), (2000, 2, 2)):
+        guide = (aim - position) / np.hypot(*(aim - position))
+        direction, free = (
+            guiding_vector(position, aim[None, :], regions, NO_HITS, parameters, RADIUS)[0]
+            for parameters in (PARAMETERS, unlimited)
+        )
+        if segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
+            turns.append(turn(guide, free))
+            assert np.hypot(*direction) == pytest.approx(1.0)
+            assert turn(guide, direction) == pytest.approx(min(max(turns[-1], -limit), limit), abs=1e-9)
+        else:
+            np.testing.assert_array_equal(direction, free)
+    assert max(map(abs, turns)) > limit + 0.1, "without the limit, free ways are turned that far"
+
+
+@settings(max_examples=60)
+@given(st.floats(0.0, 0.2), st.floats(0.02, 0.3), st.floats(-math.pi, 0.0))
+def test_where_the_certificate_ends_the_robot_is_led_off_the_wall(margin, zone, towards):
+    along = np.linspace(-1.0, 1.0, 201)
+    wall = np.column_stack((along, np.full(201, -(RADIUS + margin))))
+    parameters = dataclasses.replace(PARAMETERS, safety_margin=margin, near_wall_zone=zone)
+    path = 2.0 * np.array([(math.cos(towards), math.sin(towards))])
+    vector, _ = guiding_vector(np.zeros(2), path, RegionStack.of(()), wall, parameters, RADIUS)
+    assert vector[1] > 0.0
+
+
+def test_without_a_certificate_nothing_is_held_back():
+    blind = SafetyStar.none()
+    held = step(pose=(1.0, 1.0, 0.0), twist=(0.5, 0.0), path=((9.0, 1.0),), star=blind)
+    assert not held.certified and held.twist[0] < 0.5
+    free = step(
+        pose=(1.0, 1.0, 0.0),
+        twist=(0.5, 0.0),
+        path=((9.0, 1.0),),
+        star=blind,
+        parameters=ControllerParameters(certificate=False),
+    )
+    assert free.certified and free.twist[0] > 0.5
+
+
+def near(x: float, y: float) -> SafetyStar:
+    """Room to move, with one hit at (x, y)."""
+    return dataclasses.replace(OPEN, hits=np.array(((x, y),)), half_gaps=np.zeros(1), seen=True)
+
+
+def test_clearance_limits_the_speed_if_the_robot_says_so():
+    careful = RobotParameters(close_speed=0.2, speed_per_clearance=1.0)
+    for clearance, speed in ((0.1, 0.3), (0.3, 0.5), (2.0, careful.max_speed)):
+        twist = np.zeros(2)
+        for _ in range(200):
+            twist = control_step(
+                np.zeros(3), twist, np.zeros(2), Guidance(np.array(((5.0, 0.0),)), False, RegionStack.of(())),
+                near(0.0, careful.radius + clearance), PARAMETERS, careful,
+            ).twist  # fmt: skip
+        assert twist[0] == pytest.approx(speed)
+    assert settled(star=near(0.0, ROBOT.radius + 0.1))[0] == pytest.approx(ROBOT.max_speed)
+
+
+def test_looking_ahead_it_aims_past_the_next_way_point():
+    path = ((0.2, 0.0), (0.4, 0.1), (1.0, 0.8))
+    ahead = dataclasses.replace(PARAMETERS, look_ahead=1.5)
+    np.testing.assert_allclose(step(path=path).guiding_vector, (1.0, 0.0), atol=1e-9)
+    aimed = step(path=path, parameters=ahead).guiding_vector
+    np.testing.assert_allclose(aimed, np.array((1.0, 0.8)) / np.hypot(1.0, 0.8), atol=1e-9)
+    near_goal = ((0.2, 0.0), (0.4, 0.0))
+    fast, slow = (settled(path=near_goal, parameters=ahead, arrives=arrives)[0] for arrives in (False, True))
+    assert slow < fast, "it slows down for a goal that it looks ahead to"
+
+
+def test_certified_by_points_it_stops_at_a_hit():
+    by_points = dataclasses.replace(PARAMETERS, certified_by="points")
+    ahead = near(ROBOT.radius + PARAMETERS.safety_margin, 0.0)
+    assert step(star=ahead, parameters=by_points).twist[0] <= 0.0
+    assert step(star=near(2.0, 0.0), parameters=by_points).twist[0] > 0.0
+
+
+@pytest.mark.parametrize("acceleration", [0.5, 1.0, 4.0])
+def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
+    robot = RobotParameters(max_yaw_rate=6.0, max_yaw_acceleration=acceleration)
+    parameters, period = ControllerParameters(), 0.02
+    error, twist, least = 3.0, np.zeros(2), 0.0
+    for _ in range(1000):
+        twist = limited_twist(twist, turning_law(error, 0.0, parameters, robot), robot, period)
+        error -= twist[1] * period
+        least = min(least, error)
+    assert abs(error) < 0.01 and least > -0.1

@@ -1,0 +1,114 @@
+"""The report in a real browser: it asks nothing of a network, fits 1100 pixels, and shows all its parts."""
+
+from dataclasses import replace
+
+import pytest
+
+from drake_starnav.evaluation.report import Report, chosen_trials, write_page
+from drake_starnav.visualization.browser import browser_missing, find_chromium
+from tests.helpers.trials import made_up
+
+SECTIONS = ["success", "cost", "difficulty", "trajectories", "trials", "reproduce"]
+
+
+@pytest.fixture(scope="module")
+def report() -> Report:
+    results = made_up(trials=10, mean_clearance_m=0.4)
+    recordings = chosen_trials(results)
+    recordings[0] = replace(recordings[0], file="report recordings/one & two.html", remark="<not the same>")
+    return Report(results, recordings, worlds=4)
+
+
+@pytest.fixture(scope="module")
+def text(report) -> str:
+    return write_page(report)
+
+
+@pytest.fixture(scope="module")
+def page(text, tmp_path_factory):
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    file.write_text(text, encoding="utf-8")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), headless=True, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1100, "height": 800})
+        page.requests, page.complaints = [], []
+        page.on("request", lambda request: page.requests.append(request.url))
+        page.on("console", lambda message: page.complaints.append(message.text))
+        page.goto(file.as_uri())
+        yield page
+        browser.close()
+
+
+def test_no_error_and_no_network(page) -> None:
+    assert page.complaints == []
+    assert [url for url in page.requests if not url.startswith(("file:", "data:"))] == []
+
+
+def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1100
+    widths = page.evaluate("[...document.images].map(image => image.complete && image.naturalWidth)")
+    assert len(widths) == 7  # success, path, time, length, difficulty, two scenarios' trajectories
+    assert all(width > 900 for width in widths)
+
+
+def test_every_part_is_there_and_linked(page) -> None:
+    assert page.evaluate("[...document.querySelectorAll('section')].map(s => s.id)") == SECTIONS
+    assert page.evaluate("[...document.querySelectorAll('nav a')].map(a => a.hash)") == [f"#{s}" for s in SECTIONS]
+
+
+def test_tables_have_the_numbers(page, report) -> None:
+    rows = page.evaluate("[...document.querySelectorAll('#success tbody tr')].map(r => r.innerText.split('\\t'))")
+    results = report.results
+    cases = [(s, m) for s in results.scenarios for m in results.methods]
+    assert [tuple(row[:2]) for row in rows] == cases
+    for row, case in zip(rows, cases, strict=True):
+        assert int(row[3]) == sum(r["outcome"] == "reached" for r in results.of(*case))
+
+
+def test_chosen_trials_are_linked_or_say_how_to_see_them(page, report) -> None:
+    rows = page.query_selector_all("#trials tbody tr")
+    assert len(rows) == len(report.recordings)
+    link = rows[0].query_selector("a")
+    assert link.get_attribute("href") == "report%20recordings/one%20%26%20two.html"
+    assert "<not the same>" in rows[0].inner_text()
+    assert report.results.trial_command(report.recordings[1].record) in rows[1].inner_text()
+
+
+def test_it_says_how_to_reproduce_it(page, report) -> None:
+    text = page.inner_text("#reproduce")
+    assert report.results.commands()[0] in text
+    for value in report.results.headers[0]["versions"].values():
+        assert value in text
+
+
+def test_what_no_record_tells_is_left_out(report) -> None:
+    fields = ("path", "tightest_gap_m", "straight_line_m")
+    records = tuple({k: v for k, v in r.items() if k not in fields} for r in report.results.records)
+    text = write_page(Report(replace(report.results, records=records)))
+    assert 'id="success"' in text
+    for section in ("difficulty", "trajectories", "trials"):
+        assert f'id="{section}"' not in text
+
+
+def test_a_suite_s_table_stands_in_a_section_of_its_own(report) -> None:
+    assert 'id="published"' not in write_page(report)
+    header = {**report.results.headers[0], "suite": "table1"}
+    text = write_page(replace(report, results=replace(report.results, headers=(header,))))
+    published, success, cost = (text.index(f'<section id="{name}">') for name in ("published", "success", "cost"))
+    assert published < text.index("<h3>Table I of") < success < text.index("<h3>How the trials ended") < cost
+
+
+def test_the_page_is_the_same_each_time(report, text) -> None:
+    assert write_page(report) == text
+
+
+def test_files_of_different_versions_are_told_apart(report) -> None:
+    first = report.results.headers[0]
+    assert "different versions" not in write_page(report)
+    other = {**first, "versions": {**first["versions"], "source": "0123456789ab"}}
+    text = write_page(replace(report, results=replace(report.results, headers=(first, other))))
+    assert f"(source {first['versions']['source']})" in text and "(source 0123456789ab)" in text
+    assert "files of different versions" in text

@@ -1,0 +1,110 @@
+"""Which trials are chosen, and that their recordings are of the same runs."""
+
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.cli.main import benchmark, report
+from drake_starnav.evaluation.report import chosen_trials, read_results, record_chosen
+from drake_starnav.evaluation.report.results import make_results
+from tests.helpers.trials import made_up, record
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory) -> Path:
+    """Two trials that arrive and two that do not, with the report that was asked for at once."""
+    folder = tmp_path_factory.mktemp("trials")
+    (folder / "near.yaml").write_text("world: !Obstacles {goal: [1.0, 0.0]}\n")
+    (folder / "far.yaml").write_text("world: !Obstacles {goal: [5.0, 0.0]}\nsimulation: {timeout: 0.5}\n")
+    scenarios = [str(folder / "near.yaml"), str(folder / "far.yaml")]
+    path = folder / "trials.jsonl"
+    options = ["--html", str(folder / "report.html"), "--recordings", "1"]
+    assert benchmark([*scenarios, "--trials", "2", "--jobs", "1", "--json", str(path), "--quiet", *options]) == 0
+    return path
+
+
+def test_failures_the_median_and_the_worst_success_are_chosen() -> None:
+    header = made_up().headers[0]
+    times = (20.0, 50.0, 30.0, 40.0, 10.0)
+    records = [record(trial=k, time_s=time) for k, time in enumerate(times)]
+    records += [record(trial=5, outcome="timeout"), record(trial=6, outcome="collision")]
+    records += [record(trial=7, outcome="error"), record(trial=8, outcome="unsupported")]
+    chosen = chosen_trials(make_results([header], records))
+    assert [(c.record["trial"], c.reason) for c in chosen] == [
+        (5, "timeout"), (6, "collision"), (2, "median success"), (1, "worst success"),
+    ]  # fmt: skip
+
+
+def test_slow_means_slow_for_its_world() -> None:
+    header = made_up().headers[0]
+    records = [record(trial=0, time_s=40.0, shortest_path_m=30.0), record(trial=1, time_s=30.0, shortest_path_m=10.0)]
+    *_, worst = chosen_trials(make_results([header], records))
+    assert worst.record["trial"] == 1
+
+
+def test_recordings_are_of_the_same_runs_and_failures_are_limited(trials: Path) -> None:
+    page = trials.with_name("report.html").read_text(encoding="utf-8")
+    folder = trials.with_name("report_recordings")
+    recorded = sorted(path.name for path in folder.iterdir())
+    assert [name.rpartition("_")[0] for name in recorded] == ["far_star", "near_star", "near_star"]
+    for name in recorded:
+        assert f'href="report_recordings/{name}"' in page
+        assert (folder / name).stat().st_size > 100_000
+    assert page.count(f"python scripts/simulate.py {trials.with_name('far.yaml')}") == 1  # the second failure
+    assert "not the same run" not in page
+
+
+def test_another_run_than_the_recorded_one_is_told(trials: Path, tmp_path: Path) -> None:
+    results = read_results([trials])
+    first = {**results.records[0], "state_hash": "of another version"}
+    changed = make_results(results.headers, [first])
+    steps = []
+    (recording,) = record_chosen(
+        changed, chosen_trials(changed), tmp_path / "seen", failures=0, jobs=1,
+        progress=lambda done, total: steps.append((done, total)),
+    )  # fmt: skip
+    assert steps == [(1, 1)]
+    assert recording.file
+    assert recording.remark.startswith("not the same run: reached after")
+
+
+def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path, capsys) -> None:
+    before = trials.read_bytes()
+    out = {name: tmp_path / f"report.{name}" for name in ("html", "markdown", "csv")}
+    options = [part for name, path in out.items() for part in (f"--{name}", str(path))]
+    assert report([str(trials), *options, "--recordings", "-1"]) == 0
+    printed = capsys.readouterr().out
+    assert trials.read_bytes() == before
+    assert out["markdown"].read_text().rstrip() in printed
+    assert out["csv"].read_text().count("\n") == 3
+    assert f"python scripts/simulate.py {trials.with_name('far.yaml')}" in out["html"].read_text()
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["{missing}"], ["cannot read", "missing.jsonl"]),
+        (["{trials}", "{trials}"], ["and so has"]),
+        (["{trials}", "--recordings", "-2"], ["--recordings is -2"]),
+        (["{trials}", "--panels", "0"], ["--panels is 0"]),
+        (["{trials}", "--jobs", "0"], ["--jobs is 0"]),
+        (["{trials}", "--html", "/proc/forbidden/r.html"], ["cannot write /proc/forbidden/r.html"]),
+    ],
+)
+def test_bad_input_exits_with_2_and_one_sentence(arguments, words, trials: Path, tmp_path: Path, capsys) -> None:
+    places = {"trials": trials, "missing": tmp_path / "missing.jsonl"}
+    assert report([argument.format(**places) for argument in arguments]) == 2
+    printed = capsys.readouterr().err
+    assert printed.count("\n") == 1
+    for word in words:
+        assert word in printed
+
+
+def test_a_file_where_the_recordings_shall_be_is_told_before_anything_runs(tmp_path: Path, capsys) -> None:
+    (tmp_path / "r_recordings").touch()
+    trials = tmp_path / "trials.jsonl"
+    arguments = ["forest", "--trials", "1", "--json", str(trials), "--html", str(tmp_path / "r.html")]
+    assert benchmark(arguments) == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert not trials.exists()

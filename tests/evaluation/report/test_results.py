@@ -1,0 +1,148 @@
+"""Results from several files: what belongs together, and what would be compared wrongly."""
+
+import json
+import lzma
+import re
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation import TrialFile, make_cases, make_header
+from drake_starnav.evaluation.report.results import make_results, page_name, read_results
+from drake_starnav.evaluation.trial_file import record_key
+from drake_starnav.scenario import METHODS
+from tests.helpers.trials import record
+
+
+def written(
+    path: Path, method: str = "star", *more: str, seed: int = 5, trials: int = 2, scenario: str = "forest", **header
+) -> Path:
+    overrides = ["robot.radius=0.3", *more]
+    header = {**make_header(make_cases([scenario], [method], overrides), seed, overrides), **header}
+    with TrialFile(path, header) as file:
+        for trial in reversed(range(trials)):
+            file.append(record(scenario, method, trial))
+    return path
+
+
+def test_files_of_methods_are_put_together_in_order(tmp_path: Path) -> None:
+    results = read_results([written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper")])
+    assert results.methods == ["star", "star_paper"]
+    assert [(r["method"], r["trial"]) for r in results.records] == [
+        ("star", 0), ("star", 1), ("star_paper", 0), ("star_paper", 1),
+    ]  # fmt: skip
+    assert [command.rpartition(" ")[2] for command in results.commands()] == [
+        "out/trials_1.jsonl", "out/trials_2.jsonl",
+    ]  # fmt: skip
+
+
+def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
+    plain = written(tmp_path / "a.jsonl")
+    packed = tmp_path / "a.jsonl.xz"
+    packed.write_bytes(lzma.compress(plain.read_bytes()))
+    assert read_results([packed]) == read_results([plain])
+    packed.write_bytes(plain.read_bytes())
+    with pytest.raises(StarnavError, match="cannot read .*a.jsonl.xz"):
+        read_results([packed])
+
+
+def test_the_commands_say_all_that_the_trials_depend_on(tmp_path: Path) -> None:
+    results = read_results([written(tmp_path / "a.jsonl", trials=3)])
+    assert results.commands() == [
+        "python scripts/benchmark.py forest --method star --trials 3 --seed 5 --set robot.radius=0.3 "
+        "--json out/trials.jsonl"
+    ]
+    command = results.trial_command(results.records[2])
+    seed = results.records[2]["seed"]
+    assert command.startswith(
+        f"python scripts/simulate.py forest --method star --seed {seed} --set robot.radius=0.3 --html "
+    )
+
+
+def test_the_commands_name_a_file_as_it_was_given(tmp_path: Path) -> None:
+    scenario = tmp_path / "yard.yaml"
+    scenario.write_text("world: !Forest {}\n")
+    cases = make_cases([str(scenario)], ["star"])
+    results = make_results([make_header(cases, 5)], [record("yard")])
+    assert f"benchmark.py {scenario} --method" in results.commands()[0]
+    assert f"simulate.py {scenario} --method" in results.trial_command(results.records[0])
+
+
+def test_the_scenario_of_a_record_is_the_one_it_was_run_with(tmp_path: Path) -> None:
+    results = read_results([written(tmp_path / "a.jsonl")])
+    assert results.scenario(results.records[0]).robot.radius == 0.3
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [({"seed": 6}, "has seed 6"), ({"method": "star"}, "forest star, and so has"), ({"trials": 0}, None)],
+)
+def test_what_does_not_belong_together_is_refused(tmp_path: Path, other: dict, words: str | None) -> None:
+    first = written(tmp_path / "a.jsonl")
+    second = written(tmp_path / "b.jsonl", **{"method": "star_paper", **other})
+    if words is None:
+        assert read_results([first, second]).methods == ["star", "star_paper"]
+        with pytest.raises(StarnavError, match="no trial has ended yet"):
+            read_results([second])
+    else:
+        with pytest.raises(StarnavError, match=words):
+            read_results([first, second])
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("world.width=40", "world.width 20.0 and 40.0"),
+        ("robot.radius=0.2", "robot.radius 0.3 and 0.2"),
+        ("simulation.goal_tolerance=0.5", "simulation.goal_tolerance 0.3 and 0.5"),
+    ],
+)
+def test_trials_of_other_tasks_are_not_compared(tmp_path: Path, override: str, words: str) -> None:
+    first, second = written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper", override)
+    with pytest.raises(StarnavError, match=r"a.jsonl \(star\) and .*b.jsonl \(star_paper\) have ") as told:
+        read_results([first, second])
+    assert f"have {words} in scenario forest; allowed" in str(told.value)
+
+
+def test_trials_by_world_are_not_compared_with_trials_by_seed(tmp_path: Path) -> None:
+    first = written(tmp_path / "a.jsonl", scenario="barn")
+    second = written(tmp_path / "b.jsonl", "star_paper", scenario="barn", in_worlds=True)
+    with pytest.raises(StarnavError, match="have trials by seed and trials by world in scenario barn"):
+        read_results([first, second])
+
+
+def test_methods_may_have_other_settings_and_files_lie_elsewhere(tmp_path: Path) -> None:
+    """Each of these differs in what a comparison is for, or in where the same thing lies."""
+    paths = []
+    for folder, method, override in (("a", "star", "lidar.noise=0"), ("b", "dsm", "controller.rate=50")):
+        file = tmp_path / folder / "worlds.json"
+        file.parent.mkdir()
+        paths.append(written(file.with_name("t.jsonl"), method, f"world.file={file}", override, scenario="barn"))
+    assert read_results(paths).methods == ["star", "dsm"]
+
+
+def test_a_file_of_another_format_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.jsonl")
+    header, *lines = path.read_text().splitlines()
+    path.write_text("\n".join([json.dumps({**json.loads(header), "format": 0}), *lines]) + "\n")
+    with pytest.raises(StarnavError, match="has format 0; allowed: 1"):
+        read_results([path])
+
+
+def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None:
+    assert page_name(record("forest", "star", 3)) == "forest_star_3.html"
+    assert page_name(record("../../tmp/my forest; echo hi", "star", 3)) == "_tmp_my_forest_echo_hi_star_3.html"
+    assert len(page_name(record("x" * 300, "star", 3))) < 100
+
+
+def test_no_two_trials_share_a_recording() -> None:
+    names = ["x y", "x_y", "X_Y", "x?y", "x" * 99, "x" * 98, "x_y_star_0-2", "", "ä", "..", "x/y", "x\ny"]
+    header = {**make_header([], 0), "cases": [{"scenario": n, "method": m, "text": ""} for n in names for m in METHODS]}
+    records = [record(name, method, trial) for name in names for method in METHODS for trial in range(2)]
+    results = make_results([header], records)
+    found = [results.page_names[record_key(r)] for r in results.records]
+    assert len({name.casefold() for name in found}) == len(records)
+    assert all(re.fullmatch(r"[\w-]+\.html", name) for name in found)
+    assert results.page_names == make_results([header], records[::-1]).page_names
+    assert results.trial_command(records[0]).endswith(f" --html out/{found[0]}")

@@ -1,0 +1,108 @@
+"""The tables of reports agree with the records, in every form."""
+
+import csv
+import io
+import re
+
+import pytest
+
+from drake_starnav.evaluation.report.results import make_results
+from drake_starnav.evaluation.report.tables import (
+    further_figures,
+    label_of,
+    result_tables,
+    summary_csv,
+    tables_markdown,
+)
+from tests.helpers.trials import made_up, record
+
+
+def test_csv_has_a_line_for_each_case_with_all_figures() -> None:
+    results = made_up(trials=6, mean_clearance_m=0.5)
+    rows = list(csv.DictReader(io.StringIO(summary_csv(results))))
+    assert [(row["scenario"], row["method"]) for row in rows] == [
+        ("forest", "star"), ("forest", "star_paper"), ("room", "star"), ("room", "star_paper"),
+    ]  # fmt: skip
+    for row in rows:
+        case = results.of(row["scenario"], row["method"])
+        assert int(row["trials"]) == len(case) == 6
+        assert int(row["reached"]) == sum(r["outcome"] == "reached" for r in case)
+        assert int(row["collision"]) == sum(r["outcome"] == "collision" for r in case)
+        assert float(row["success_low"]) <= int(row["reached"]) / 6 <= float(row["success_high"])
+        assert float(row["mean_clearance_m"]) == pytest.approx(0.5)
+
+
+def test_csv_counts_0_where_an_outcome_is_only_another_case_s() -> None:
+    records = [record(), record("room", trial=0), record("room", trial=1, outcome="struck")]
+    results = make_results(made_up(methods=("star",)).headers, records)
+    forest, room = csv.DictReader(io.StringIO(summary_csv(results)))
+    assert (forest["struck"], room["struck"]) == ("0", "1")
+
+
+def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
+    header = made_up().headers[0]
+    records = [
+        record(trial=0, world=7, stops=2, jerk_mps3=1.0),
+        record(trial=1, stops=4),
+        record("forest", "star", 2, "collision", stops=90),
+        record("room", "star", 0, "unsupported"),
+    ]
+    results = make_results([header], records)
+    assert further_figures(records) == ["stops", "jerk_mps3"]
+    (head, rows) = dict(result_tables(results))["Further figures, means over the trials that reached the goal"]
+    assert head == ("scenario", "method", "stops", "jerk, m/s³")
+    assert list(rows) == [("forest", "star", "3.000", "1.000"), ("room", "star", "-", "-")]
+    assert "unsupported" in tables_markdown(results)
+
+
+def test_methods_are_compared_with_the_first_on_trials_that_both_reached() -> None:
+    header = made_up().headers[0]
+    records = [record(trial=0), record(trial=1, outcome="timeout")]
+    records += [record(method="star_paper", trial=k, time_s=30.0, path_length_m=21.0) for k in (0, 1)]
+    (_, (head, rows)) = result_tables(make_results([header], records))[-1]
+    assert rows == [("forest", "star_paper", "1", "150.0", "150.0")]
+    assert head[2] == "both reached"
+
+
+def test_one_method_is_compared_with_none() -> None:
+    assert len(result_tables(made_up(methods=("star",)))) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [("min_clearance_m", "min clearance, m"), ("stops", "stops"), ("mean_jerk_mps3", "mean jerk, m/s³"), ("s", "s")],
+)
+def test_labels(name: str, label: str) -> None:
+    assert label_of(name) == label
+
+
+ODD = (
+    "<img src=x onerror=alert(1)>",
+    "a|b",
+    "a\nb",
+    "[x](y)",
+    "`x` *y* _z_",
+    "=1+1",
+    "@x",
+    'a"b',
+    "a,b",
+    "&lt;",
+    "a\\|b",
+)
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_a_name_stays_in_its_cell_and_is_shown_as_it_is(name: str) -> None:
+    results = make_results(made_up().headers, [record()])
+    header = {**results.headers[0], "cases": [{**results.headers[0]["cases"][0], "scenario": name}]}
+    results = make_results([header], [record(name, outcome=name)])
+    rows = list(csv.reader(io.StringIO(summary_csv(results))))
+    assert len(rows) == 2 and len(rows[0]) == len(rows[1])
+    assert rows[1][0] == (f"'{name}" if name[0] in "=@" else name)
+    markdown = tables_markdown(results)
+    lines = [line for line in markdown.splitlines() if line.startswith("|")]
+    assert all(
+        len(re.findall(r"(?<!\\)(?:\\\\)*\|", line)) == len(re.findall(r" \|", lines[0])) + 1 for line in lines[:3]
+    )
+    for sign in "<>`*[]":
+        assert not re.search(rf"(?<!\\){re.escape(sign)}", "".join(lines))

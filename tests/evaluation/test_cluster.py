@@ -1,0 +1,141 @@
+"""Trials on a Dask cluster of two workers: one is killed, the scheduler is lost, or there is none."""
+
+import os
+import signal
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drake_starnav.cli.main import benchmark
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation import cluster, dask_pool, read_trials
+
+dask = pytest.importorskip("dask", reason="Dask is not installed")
+distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+
+TIMES = ("wall_s", "command", "scan", "fit", "plan")
+TRIALS = 12
+
+
+@pytest.fixture(scope="module")
+def two_workers() -> Iterator[Any]:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("scenario") / "tiny.yaml"
+    path.write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 6.0}\n")
+    return path
+
+
+def arguments(scenario: Path, path: Path, address: str, *more: str) -> list[str]:
+    return [str(scenario), "--trials", str(TRIALS), "--json", str(path), "--dask", address, "--quiet", *more]
+
+
+def results(path: Path) -> dict[int, dict]:
+    """The records of a file without wall-clock times, by number; each once."""
+    records = read_trials(path)[1]
+    found = {record["trial"]: {k: v for k, v in record.items() if k not in TIMES} for record in records}
+    assert len(found) == len(records)
+    return found
+
+
+def kill_a_worker(running: Any, path: Path, lines: int) -> threading.Thread:
+    """A thread that ends a worker's process as soon as the file has so many lines."""
+    with distributed.Client(running) as client:
+        process = next(iter(client.run(os.getpid).values()))
+
+    def watch() -> None:
+        while not path.exists() or path.read_bytes().count(b"\n") < lines:
+            time.sleep(0.005)
+        os.kill(process, signal.SIGKILL)
+
+    thread = threading.Thread(target=watch)
+    thread.start()
+    return thread
+
+
+def test_a_killed_worker_costs_no_trial_and_resuming_works_the_same(two_workers, tiny: Path, tmp_path: Path) -> None:
+    path, cut = tmp_path / "trials.jsonl", tmp_path / "cut.jsonl"
+    killer = kill_a_worker(two_workers, path, TRIALS // 2)
+    assert benchmark(arguments(tiny, path, two_workers.scheduler_address)) == 0
+    killer.join()
+    assert set(results(path)) == set(range(TRIALS))
+    assert {record["outcome"] for record in results(path).values()} == {"reached"}
+
+    lines = path.read_bytes().splitlines(keepends=True)
+    cut.write_bytes(b"".join(lines[:8]) + lines[8][:40])
+    assert benchmark(arguments(tiny, cut, "local", "--jobs", "1", "--resume")) == 0
+    assert results(cut) == results(path)
+    assert cut.read_bytes().startswith(b"".join(lines[:8]))
+
+
+@pytest.mark.parametrize("address", ["localhost:1", "nowhere", "spoon://localhost:8786"])
+def test_no_dask_at_the_address_is_told_and_nothing_is_lost(address, tiny: Path, tmp_path: Path, capsys) -> None:
+    path = tmp_path / "trials.jsonl"
+    path.write_text("what was there\n")
+    assert benchmark(arguments(tiny, path, address, "--resume")) == 2
+    printed = capsys.readouterr().err
+    assert f"--dask {address}: no Dask scheduler there" in printed
+    assert printed.count("\n") == 1
+    assert path.read_text() == "what was there\n"
+
+
+def test_something_else_at_the_address_is_told() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            connection, _ = server.accept()
+            connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 100)
+            connection.close()
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(StarnavError, match="no Dask scheduler there"), dask_pool(address, 1):
+            pass
+
+
+def test_a_cluster_without_workers_is_told(monkeypatch) -> None:
+    monkeypatch.setattr(cluster, "WORKERS_TIMEOUT", 0.3)
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty,
+        pytest.raises(StarnavError, match="has no workers; allowed: at least one"),
+        dask_pool(empty.scheduler_address, 1),
+    ):
+        pass
+
+
+def test_workers_of_other_versions_are_refused(two_workers, monkeypatch) -> None:
+    monkeypatch.setattr(cluster, "versions", lambda: {"source": str(os.getpid())})
+    with (
+        pytest.raises(StarnavError, match=f"source [0-9]+, here {os.getpid()}"),
+        dask_pool(two_workers.scheduler_address, 1),
+    ):
+        pass
+
+
+def test_a_lost_scheduler_ends_the_run_and_keeps_what_ended(tiny: Path, tmp_path: Path, capsys) -> None:
+    path = tmp_path / "trials.jsonl"
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),  # after which the client stops to reconnect
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as doomed,
+    ):
+
+        def watch() -> None:
+            while not path.exists() or path.read_bytes().count(b"\n") < 3:
+                time.sleep(0.005)
+            doomed.sync(doomed.scheduler.close)
+
+        watcher = threading.Thread(target=watch)
+        watcher.start()
+        assert benchmark(arguments(tiny, path, doomed.scheduler_address)) == 2
+        watcher.join()
+    assert "--resume" in capsys.readouterr().err
+    assert 2 <= len(results(path)) < TRIALS

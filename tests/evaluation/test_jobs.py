@@ -1,0 +1,104 @@
+"""Trials as text and numbers: their seeds, their order, and what becomes of those that cannot be run."""
+
+import pickle
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation.jobs import Case, Job, check_worlds, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.scenario import load_scenario, parse_scenario
+
+
+@given(st.integers(0, 2**64), st.integers(0, 10**6))
+def test_seed_is_a_function_of_batch_and_number(seed: int, trial: int) -> None:
+    assert trial_seed(seed, trial) == trial_seed(seed, trial)
+    assert 0 <= trial_seed(seed, trial) < 2**32
+    assert trial_seed(seed, trial) != trial_seed(seed, trial + 1)
+    assert trial_seed(seed, trial) != trial_seed(seed + 1, trial)
+
+
+def test_seeds_are_the_same_for_good() -> None:
+    assert [trial_seed(1000, k) for k in range(3)] == [1484808508, 3739256933, 2822786858]
+
+
+@given(st.integers(1, 20), st.integers(1, 20), st.integers(1, 3))
+def test_trials_do_not_depend_on_how_many_there_are(few: int, more: int, kinds: int) -> None:
+    cases = [Case(f"world{k}", "star", "") for k in range(kinds)]
+    alone = make_jobs(cases[:1], few, 7)
+    together = make_jobs(cases, few + more, 7)
+    assert set(alone) <= set(together)
+    assert len({job.key for job in together}) == len(together) == kinds * (few + more)
+
+
+def test_worlds_number_the_trials() -> None:
+    case = Case("barn", "star", "")
+    jobs = make_jobs([case], [4, 7], 9, {("barn", "star", 7)})
+    assert jobs == [Job(case, 4, trial_seed(9, 4), in_world=True)]
+    (job,) = make_jobs(make_cases(["barn"], ["star"], ["simulation.timeout=0.1"]), [3], 0)
+    record = run_job(job)
+    assert (record["trial"], record["outcome"], record["score"]) == (3, "timeout", 0.0)
+    other = run_job(make_jobs([job.case], [4], 0)[0])
+    assert other["shortest_path_m"] != record["shortest_path_m"]
+
+
+def test_only_numbered_worlds_that_exist_can_be_asked_for() -> None:
+    barn, forest = make_cases(["barn", "forest"], ["star"])
+    check_worlds([barn], [0, 5, 11])
+    with pytest.raises(StarnavError, match=r"Barn\.id is 12; allowed: a world of .*: 0-11"):
+        check_worlds([barn], [0, 12])
+    with pytest.raises(StarnavError, match="--worlds with scenario forest, whose world !Forest has no number; allowed"):
+        check_worlds([barn, forest], [0])
+
+
+def test_done_trials_are_left_out_and_cases_take_turns() -> None:
+    cases = [Case("a", "star", ""), Case("b", "star", "")]
+    jobs = make_jobs(cases, 2, 0, {("a", "star", 1)})
+    assert [job.key for job in jobs] == [("a", "star", 0), ("b", "star", 0), ("b", "star", 1)]
+
+
+def test_a_job_is_text_and_numbers_that_say_everything() -> None:
+    (case,) = make_cases(["forest"], ["star_paper"], ["robot.radius=0.3"])
+    (job,) = make_jobs([case], 1, 5)
+    assert pickle.loads(pickle.dumps(job)) == job
+    expected = load_scenario("forest", method="star_paper", overrides=["robot.radius=0.3"])
+    assert parse_scenario(job.case.text, name="forest", method="star_paper") == expected
+
+
+def test_cases_of_one_name_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "forest.yaml").write_text("world: !Forest {width: 30}\n")
+    with pytest.raises(StarnavError, match="forest with method star is given twice"):
+        make_cases(["forest", str(tmp_path / "forest.yaml")], ["star"])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("world: !Obstacles {cylinders: [[0.2, 0, 0.3]]}", "Obstacles.start"),
+        ("world: !Obstacles {goal: [1.0, 0.0]}\nrobot: {model: nobody}", "nobody"),
+    ],
+)
+def test_a_trial_that_cannot_be_run_is_recorded(text: str, message: str) -> None:
+    record = run_job(Job(Case("broken", "star", text), 4, 99))
+    assert record["outcome"] == "error"
+    assert message in record["message"]
+    assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("broken", "star", 4, 99)
+
+
+def test_a_method_that_cannot_be_tried_in_a_world_is_recorded_as_unsupported() -> None:
+    text = "world: !Obstacles {polygons: [[[2, 1], [3, 1], [3, 2]]], goal: [4.0, 0.0]}"
+    record = run_job(Job(Case("walls", "dsm", text + "\ncontroller: {kind: dsm}"), 2, 7))
+    assert record["outcome"] == "unsupported"
+    assert "1 polygon" in record["message"]
+    assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("walls", "dsm", 2, 7)
+
+
+def test_a_fault_that_nobody_foresaw_is_recorded_with_its_kind(monkeypatch) -> None:
+    def fail(*args: object, **kwargs: object) -> None:
+        raise ZeroDivisionError("float division")
+
+    monkeypatch.setattr("drake_starnav.simulation.run_trial", fail)
+    record = run_job(Job(Case("empty", "star", "world: !Obstacles {}"), 0, 0))
+    assert (record["outcome"], record["message"]) == ("error", "ZeroDivisionError: float division")

@@ -1,0 +1,99 @@
+"""Suites: what they run, and their tables beside the published figures."""
+
+import pytest
+
+from drake_starnav.cli.main import benchmark
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation import SUITES, find_suite, make_cases, suite_table
+from drake_starnav.evaluation.suites import Published, Suite
+from tests.evaluation.test_summary import record
+
+
+def by_case(rows) -> dict[tuple[str, str], list[str]]:
+    return {(row[0], row[1]): list(row[2:]) for row in rows}
+
+
+def printed_cells(text: str) -> dict[tuple[str, str], list[str]]:
+    """The rows of the first Markdown table of a text."""
+    lines = [line for line in text.split("\n\n")[1].splitlines()[2:]]
+    return by_case([cell.strip() for cell in line.strip("|").split("|")] for line in lines)
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_a_suite_names_what_exists(name: str) -> None:
+    suite = SUITES[name]
+    cases = [(case.scenario, case.method) for case in make_cases(suite.scenarios, suite.methods)]
+    assert suite.reference in suite.methods
+    assert set(suite.published) <= set(cases)
+
+
+def test_table_1_has_the_paper_s_figures() -> None:
+    published = SUITES["table1"].published
+    assert published["forest", "dsm"] == Published(89.8, 102.14, 73.3)
+    assert published["paper_forest", "foa"] == Published(99.6, 109.9, 20.7)
+    assert published["maze", "foa_roadmap"] == Published(115.8, 94.9, 80.0)
+    assert ("maze", "dsm") not in published
+
+
+def test_our_figures_stand_beside_the_published_ones() -> None:
+    suite = Suite(
+        "two", ("forest",), ("star", "foa", "dsm"), published={("forest", "foa"): Published(99.6, 109.9, 20.7)}
+    )
+    records = [
+        record(0, time_s=10.0, path_length_m=5.0),
+        record(1, time_s=20.0, path_length_m=10.0),
+        record(0, method="foa", time_s=15.0, path_length_m=6.0),
+        record(1, "collision", method="foa"),
+        {"scenario": "forest", "method": "dsm", "trial": 0, "seed": 0, "outcome": "unsupported"},
+    ]
+    rows = by_case(suite_table(suite, records)[1])
+    assert rows["forest", "star"][:2] == ["100.0", "-"]
+    assert rows["forest", "foa"] == [
+        "150.0", "99.6", "120.0", "109.9", "1", "50.0 % (9.5 to 90.5)", "20.7", "0.020", "-",
+    ]  # fmt: skip
+    assert rows["forest", "dsm"] == ["-", "-", "-", "-", "0", "-", "-", "-", "-"]
+
+
+def test_without_the_reference_there_are_no_ratios() -> None:
+    rows = by_case(suite_table(SUITES["table1"], [record(0, method="foa")])[1])
+    assert rows["forest", "foa"][0] == "-"
+
+
+def test_unknown_suite_names_the_nearest(capsys) -> None:
+    with pytest.raises(StarnavError, match="unknown suite 'table2': did you mean table1"):
+        find_suite("table2")
+    assert benchmark(["--suite", "table2"]) == 2
+    assert "did you mean table1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [[], ["forest", "--suite", "table1"]])
+def test_either_scenarios_or_a_suite(arguments, capsys) -> None:
+    assert benchmark(arguments) == 2
+    printed = capsys.readouterr().err
+    assert "--suite; allowed: one of the two" in printed
+    assert "Traceback" not in printed
+
+
+def test_help_names_every_suite(capsys) -> None:
+    with pytest.raises(SystemExit):
+        benchmark(["--help"])
+    printed = capsys.readouterr().out
+    for name in SUITES:
+        assert name in printed
+
+
+def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> None:
+    (tmp_path / "post.yaml").write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\n")
+    (tmp_path / "box.yaml").write_text(
+        "world: !Obstacles {polygons: [[[0.8, 1], [1.2, 1], [1, 1.4]]], goal: [1.5, 0.0]}\n"
+    )
+    scenarios = (str(tmp_path / "post.yaml"), str(tmp_path / "box.yaml"))
+    monkeypatch.setitem(SUITES, "tiny", Suite("tiny", scenarios, ("star", "dsm")))
+    arguments = ["--suite", "tiny", "--trials", "1", "--jobs", "1", "--json", str(tmp_path / "trials.jsonl")]
+    assert benchmark(arguments) == 0
+    rows = printed_cells(capsys.readouterr().out)
+    assert rows["post", "star"][0] == "100.0"
+    assert rows["post", "dsm"][4] == "1"
+    assert rows["box", "dsm"][5] == "-"  # it cannot know a triangle as circles
+    assert benchmark([*arguments, "--resume"]) == 0
+    assert printed_cells(capsys.readouterr().out) == rows

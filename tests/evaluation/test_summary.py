@@ -1,0 +1,128 @@
+"""Figures of many trials, against values computed by hand."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.evaluation.summary import compare, markdown_table, summarise, summary_tables, wilson_interval
+
+
+def record(trial: int, outcome: str = "reached", **fields) -> dict:
+    step = {"count": 10, "mean_s": 2e-5, "p50_s": 2e-5, "p99_s": 5e-5}
+    base = {
+        "scenario": "forest", "method": "star", "trial": trial, "seed": trial, "outcome": outcome, "time_s": 10.0,
+        "path_length_m": 6.0, "shortest_path_m": 5.0, "min_clearance_m": 0.02, "wall_s": 1.0, "command": step,
+        "scan": step, "fit": step, "plan": step,
+    }  # fmt: skip
+    return {**base, **fields}
+
+
+@pytest.mark.parametrize(
+    ("successes", "trials", "low", "high"),
+    [  # R. G. Newcombe, Two-sided confidence intervals for the single proportion, 1998, table I
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+        (600, 600, 0.9936, 1.0),  # 1 / (1 + z^2/n)
+        (0, 0, 0.0, 1.0),
+    ],
+)
+def test_wilson_interval(successes: int, trials: int, low: float, high: float) -> None:
+    assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=5.1e-5)
+
+
+@given(st.integers(1, 10000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
+def test_wilson_interval_solves_its_equation(counts: tuple[int, int]) -> None:
+    """Its ends are the rates p with |k/n - p| = z sqrt(p (1 - p)/n), and it mirrors."""
+    successes, trials = counts
+    rate = successes / trials
+    low, high = wilson_interval(successes, trials)
+    assert 0.0 <= low <= rate <= high <= 1.0
+    for end in (low, high):
+        assert (rate - end) ** 2 == pytest.approx(1.959964**2 * end * (1.0 - end) / trials, rel=1e-5, abs=1e-9)
+    assert wilson_interval(trials - successes, trials) == pytest.approx((1.0 - high, 1.0 - low), abs=1e-12)
+
+
+def test_summary_of_a_case() -> None:
+    records = [
+        record(0),
+        record(1, path_length_m=9.0, time_s=20.0, wall_s=5.0, min_clearance_m=None),
+        record(2, "collision", min_clearance_m=-0.01, path_length_m=1.0, time_s=2.0),
+        record(3, "timeout", time_s=168.0),
+        {"scenario": "forest", "method": "star", "trial": 4, "seed": 4, "outcome": "error", "message": "no world"},
+    ]
+    (summary,) = summarise(records)
+    assert (summary.trials, summary.reached) == (5, 2)
+    assert summary.interval == wilson_interval(2, 5)
+    assert summary.failures == {"collision": 1, "timeout": 1, "unreachable": 0, "error": 1}
+    assert (summary.path_mean, summary.path_median) == (pytest.approx(1.5), pytest.approx(1.5))
+    assert summary.path_p95 == pytest.approx(1.2 + 0.95 * 0.6)
+    assert summary.time_s == pytest.approx(15.0)
+    assert summary.speed_mps == pytest.approx(15.0 / 30.0)
+    assert summary.clearance_m == -0.01
+    assert (summary.command_p50_s, summary.command_p99_s) == (2e-5, 5e-5)
+    assert summary.wall_ratio == pytest.approx(8.0 / 200.0)
+
+
+def test_nothing_to_tell_is_a_dash() -> None:
+    error = {"scenario": "maze", "method": "star", "trial": 0, "seed": 0, "outcome": "error", "message": "no world"}
+    (summary,) = summarise([error])
+    assert summary.path_mean is summary.time_s is summary.speed_mps is summary.wall_ratio is None
+    tables = summary_tables([summary])
+    assert "0.0 % (0.0 to 79.3)" in tables
+    assert tables.splitlines()[-1].count(" - ") >= 8
+
+
+def test_score_is_the_mean_over_all_trials_of_a_benchmark() -> None:
+    error = {"scenario": "forest", "method": "star", "trial": 2, "seed": 2, "outcome": "error", "message": "no world"}
+    (summary,) = summarise([record(0, score=0.5), record(1, "collision", score=0.0), error, record(3, score=0.25)])
+    assert summary.score == pytest.approx(0.75 / 4)
+    assert "0.1875" in summary_tables([summary])
+    (summary,) = summarise([record(0, score=None), record(1)])
+    assert summary.score is None
+
+
+def test_an_outcome_of_later_days_has_its_column() -> None:
+    (summary,) = summarise([record(0), record(1, "abducted")])
+    assert summary.failures["abducted"] == 1
+    assert summary.trials == 2
+    assert "abducted" in summary_tables([summary])
+
+
+def test_struck_has_a_column_where_a_robot_was_struck() -> None:
+    (summary,) = summarise([record(0), record(1, "struck"), record(2, "collision")])
+    assert (summary.failures["struck"], summary.failures["collision"]) == (1, 1)
+    assert "| struck |" in summary_tables([summary])
+    assert "struck" not in summary_tables(summarise([record(0), record(1, "collision")]))
+
+
+def test_unsupported_trials_are_counted_apart() -> None:
+    unsupported = {"scenario": "forest", "method": "star", "trial": 1, "seed": 1, "outcome": "unsupported"}
+    (summary,) = summarise([record(0), unsupported, record(2, "timeout")])
+    assert (summary.trials, summary.reached) == (2, 1)
+    assert summary.interval == wilson_interval(1, 2)
+    assert summary.failures["unsupported"] == 1
+    (never,) = summarise([unsupported])
+    assert (never.trials, never.interval) == (0, (0.0, 1.0))
+    assert "| unsupported" in summary_tables([summary, never])
+
+
+def test_comparison_uses_trials_that_both_reached() -> None:
+    ours = [record(0, time_s=30.0), record(1, "timeout", time_s=500.0), record(2), record(3)]
+    reference = [record(0), record(1), record(2, "collision"), record(3, path_length_m=3.0)]
+    result = compare(ours, reference)
+    assert (result.trials, result.time_ratio, result.path_ratio) == (2, pytest.approx(2.0), pytest.approx(12.0 / 9.0))
+    assert compare(ours[1:2], reference).time_ratio is None
+    other_world = [record(0, scenario="maze")]
+    assert compare(other_world, reference).trials == 0
+
+
+def test_table_is_markdown() -> None:
+    assert markdown_table(("a", "bcd"), [("100", "2")]) == "| a   | bcd |\n| --- | --- |\n| 100 | 2   |"
+
+
+def test_a_bar_in_a_name_does_not_end_its_cell() -> None:
+    head, line, row = markdown_table(("scenario", "n"), [("a|b", "1")]).splitlines()
+    assert row == r"| a\|b     | 1 |"
+    assert len(head) == len(line) == len(row)

@@ -1,0 +1,50 @@
+"""Polylines keep their shape with fewer points."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from drake_starnav.geometry.polyline import distance_to_segment, resampled, simplified
+
+LINES = st.integers(1, 30).flatmap(lambda n: arrays(float, (n, 2), elements=st.floats(-10.0, 10.0, width=32)))
+
+
+def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
+    return np.min([distance_to_segment(points, a, b) for a, b in zip(line, line[1:], strict=False)], axis=0)
+
+
+@given(LINES, st.floats(0.0, 3.0))
+def test_what_is_left_out_lies_near_what_is_left(points: np.ndarray, tolerance: float) -> None:
+    left = simplified(points, tolerance)
+    assert (left[0] == points[0]).all() and (left[-1] == points[-1]).all()
+    if len(points) > 1:
+        assert distance_to_line(points, left).max() <= tolerance + 1e-9
+
+
+def test_a_straight_line_keeps_its_ends_and_a_corner_its_point() -> None:
+    x = np.linspace(0.0, 1.0, 50)
+    assert simplified(np.column_stack((x, 2.0 * x)), 1e-9).tolist() == [[0.0, 0.0], [1.0, 2.0]]
+    there_and_back = np.column_stack((np.concatenate((x, x[::-1])), np.zeros(100)))
+    assert simplified(there_and_back, 0.01).tolist() == [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]
+
+
+def test_a_circle_needs_as_many_chords_as_its_sagitta_asks_for() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 5000)
+    chords = len(simplified(np.column_stack((np.cos(angle), np.sin(angle))), 0.02)) - 1
+    fewest = np.pi / np.arccos(1.0 - 0.02)
+    assert fewest <= chords <= 2.0 * fewest
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.5, 7), (3.0, 2), (0.4, 9), (10.0, 2)])
+def test_resampled_points_are_even(step: float, count: int) -> None:
+    points = resampled(np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]), step)
+    assert len(points) == count
+    along = np.linspace(0.0, 3.0, count)
+    np.testing.assert_allclose(points, np.column_stack((np.minimum(along, 1.0), np.maximum(along - 1.0, 0.0))))
+
+
+def test_a_robot_that_never_moved_has_one_point() -> None:
+    assert resampled(np.zeros((3, 2)), 0.1).tolist() == [[0.0, 0.0]]
+    assert simplified(np.zeros((1, 2)), 0.1).tolist() == [[0.0, 0.0]]

@@ -1,0 +1,138 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.raycast import (
+    Fan,
+    ShapeBins,
+    cast_grid,
+    cast_groups,
+    cast_sweep,
+    circle_rows,
+    ellipse_rows,
+    rows_near,
+    segment_rows,
+)
+
+BEAMS = 180
+FAN = Fan.regular(-np.pi, 2.0 * np.pi / BEAMS, BEAMS)
+
+
+def cast(rows, pose=(0.0, 0.0, 0.0), fan=FAN, reach=5.0, cell=1.0):
+    ranges = np.full(len(fan.directions), np.inf)
+    cast_grid(ShapeBins.grid(rows, cell), pose, fan, ranges, reach)
+    return np.where(ranges < reach, ranges, np.inf)
+
+
+def brute(pose, fan, reach, circles=(), segments=(), ellipses=()):
+    """The same by the textbook: every beam against every shape, one by one."""
+    x, y, yaw = pose
+    angles = np.arctan2(fan.directions[:, 1], fan.directions[:, 0]) + yaw
+    best = np.full(len(angles), np.inf)
+    for k, (u, v) in enumerate(np.column_stack((np.cos(angles), np.sin(angles)))):
+        found = []
+        for cx, cy, p, q, angle in [*((c[0], c[1], c[2], c[2], 0.0) for c in circles), *ellipses]:
+            c, s = np.cos(angle), np.sin(angle)
+            turned = np.array([[c, s], [-s, c]])
+            o = turned @ (x - cx, y - cy) / (p, q)
+            d = turned @ (u, v) / (p, q)
+            roots = np.roots([d @ d, 2.0 * o @ d, o @ o - 1.0])
+            found += [r.real for r in roots if abs(r.imag) < 1e-12 and r.real >= 0.0]
+        for x1, y1, x2, y2 in segments:
+            matrix = np.array([[u, x1 - x2], [v, y1 - y2]])
+            if abs(np.linalg.det(matrix)) > 1e-12:
+                t, share = np.linalg.solve(matrix, (x1 - x, y1 - y))
+                if t >= 0.0 and 0.0 <= share <= 1.0:
+                    found.append(t)
+        best[k] = min(found, default=np.inf)
+    return np.where(best < reach, best, np.inf)
+
+
+def test_single_shapes_have_the_ranges_of_the_textbook():
+    assert cast(circle_rows([(2.0, 0.0, 0.5)]))[BEAMS // 2] == pytest.approx(1.5, abs=1e-12)
+    assert cast(segment_rows([(1.0, -1.0, 1.0, 1.0)]))[BEAMS // 2] == pytest.approx(1.0, abs=1e-12)
+    assert cast(ellipse_rows([(3.0, 0.0, 0.5, 1.0, np.pi / 2)]))[BEAMS // 2] == pytest.approx(2.0, abs=1e-12)
+
+
+def test_a_sensor_inside_a_shape_sees_its_inner_wall():
+    assert np.allclose(cast(circle_rows([(0.0, 0.0, 2.0)])), 2.0, atol=1e-12)
+    inside = cast(ellipse_rows([(0.0, 0.0, 3.0, 1.0, 0.0)]))
+    assert inside[BEAMS // 2] == pytest.approx(3.0) and inside[BEAMS // 4] == pytest.approx(1.0)
+
+
+def test_no_beam_slips_through_a_corner():
+    corners = np.array([(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
+    square = segment_rows(np.hstack((corners, np.roll(corners, -1, axis=0))))
+    for yaw in (0.0, np.pi / 4, 0.1, 1e-15):
+        assert np.isfinite(cast(square, (0.0, 0.0, yaw), Fan.regular(0.0, np.pi / 4, 8))).all()
+
+
+@settings(derandomize=True, max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), part=st.booleans())
+def test_ranges_agree_with_brute_force(seed, part):
+    rng = np.random.default_rng(seed)
+    circles = np.column_stack((rng.uniform(-4, 4, (6, 2)), rng.uniform(0.05, 1.0, 6)))
+    segments = rng.uniform(-5, 5, (6, 4))
+    ellipses = np.column_stack((rng.uniform(-4, 4, (4, 2)), rng.uniform(0.1, 1.5, (4, 2)), rng.uniform(-4, 4, 4)))
+    pose = (*rng.uniform(-3, 3, 2), rng.uniform(-10, 10))
+    fan = Fan.regular(rng.uniform(-4, 4), rng.uniform(0.01, 0.05), 100) if part else FAN
+    rows = np.vstack((circle_rows(circles), segment_rows(segments), ellipse_rows(ellipses)))
+    truth = brute(pose, fan, 5.0, circles, segments, ellipses)
+    assert np.allclose(cast(rows, pose, fan), truth, rtol=0.0, atol=1e-8)
+    groups = ShapeBins.grouped([rows[:7], rows[7:]])
+    ranges = np.full(len(fan.directions), np.inf)
+    cast_groups(groups, np.array([pose, pose]), fan, ranges, 5.0)
+    assert np.array_equal(np.where(ranges < 5.0, ranges, np.inf), cast(rows, pose, fan))
+
+
+@settings(derandomize=True, max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10**6), cell=st.floats(0.3, 10.0))
+def test_the_grid_changes_nothing_wherever_it_is(seed, cell):
+    rng = np.random.default_rng(seed)
+    centre = rng.uniform(-1e4, 1e4, 2)
+    circles = np.column_stack((centre + rng.uniform(-30, 30, (500, 2)), rng.uniform(0.05, 2.0, 500)))
+    pose = (*centre, rng.uniform(-3, 3))
+    ranges = np.full(BEAMS, np.inf)
+    cast_groups(ShapeBins.grouped([circle_rows(circles)]), np.array([pose]), FAN, ranges, 5.0)
+    assert np.array_equal(cast(circle_rows(circles), pose, cell=cell), np.where(ranges < 5.0, ranges, np.inf))
+
+
+@settings(derandomize=True, max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_a_sweep_is_each_beam_cast_from_its_own_pose(seed):
+    rng = np.random.default_rng(seed)
+    bins = ShapeBins.grid(
+        np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4))))), 1.0
+    )
+    begin, turn = rng.uniform(-3, 3, 3), rng.uniform(-0.3, 0.3)
+    end = begin + (*rng.uniform(-0.2, 0.2, 2), turn + 2.0 * np.pi * rng.integers(-1, 2))  # yaw wraps
+    near = ShapeBins.grouped([rows_near(bins, end[0], end[1], 5.5)])
+    swept = np.full(BEAMS, np.inf)
+    cast_sweep(near, begin[None], end[None], FAN, swept, 5.0)
+    for i in range(0, BEAMS, 7):
+        pose = begin + (i + 1) / BEAMS * np.array((*(end - begin)[:2], turn))
+        alone = cast(bins.rows, pose)
+        assert min(swept[i], 5.0) == pytest.approx(min(alone[i], 5.0), abs=1e-9)
+
+
+def test_only_shapes_near_the_sensor_are_in_the_cells_it_looks_at():
+    rng = np.random.default_rng(3)
+    density = 0.5  # per square metre
+    for count in (1000, 10000):
+        side = np.sqrt(count / density) / 2.0
+        bins = ShapeBins.grid(
+            circle_rows(np.column_stack((rng.uniform(-side, side, (count, 2)), np.full(count, 0.1)))), 2.5
+        )
+        assert len(bins.rows) == count and bins.starts[-1] == count
+        assert np.diff(bins.starts).max() < 60  # a cell holds about three, and hashing may join a few cells
+
+
+def test_an_empty_plane_returns_nothing():
+    assert np.isinf(cast(np.zeros((0, 14)))).all()
+
+
+def test_groups_are_no_grid():
+    with pytest.raises(StarnavError, match="cell is 0"):
+        cast_grid(ShapeBins.grouped([]), (0.0, 0.0, 0.0), FAN, np.full(BEAMS, np.inf), 5.0)

@@ -1,0 +1,76 @@
+"""A robot without a plant in a scene: perception, roadmap and controller as in the diagram, twists followed exactly."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
+from drake_starnav.regions.perception import Perceived, perceive
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.tracker import Tracked, track
+from tests.helpers.scenes import PERIOD, Scene, hall, moved
+
+ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters(rate=40.0)
+TICKS = 2
+"""Commands from scan to scan."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a run ended: reached, collision (while it moved), struck (while it stood) or timeout; and its poses."""
+
+    outcome: str
+    poses: np.ndarray
+    plan: PlannerState
+
+
+def drive(
+    scene: Scene,
+    start: np.ndarray,
+    goal: np.ndarray,
+    movers: MoverParameters,
+    *,
+    duration: float = 30.0,
+    seed: int = 0,
+) -> Run:
+    """Drive from a pose to a goal (2,)."""
+    rng = np.random.default_rng(seed)
+    pose, twist, errors = np.array(start, dtype=float), np.zeros(2), np.zeros(2)
+    known, perceived = Tracked(), Perceived.nothing()
+    plan = PlannerState.initial(PLANNER, ROBOT.radius)
+    tick = PERIOD / TICKS
+    poses = [pose]
+    for k in range(round(duration / tick)):
+        time = k * tick
+        if math.dist(pose[:2], goal) < 0.3:
+            return Run("reached", np.array(poses), plan)
+        if k % TICKS == 0:
+            known = track(known, scene.scan(time, pose, rng), pose, movers)
+            perceived = perceive(perceived, known.scan, pose, PLANNER, CONTROLLER, ROBOT.radius)
+            plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
+        age = time - known.tracks.time
+        command = wary_step(
+            control_step, pose, twist, errors, plan.guidance, perceived.safety, CONTROLLER, ROBOT,
+            tracks=known.tracks, age=age, movers=movers,
+        )  # fmt: skip
+        pose = moved(pose, 0.5 * (twist + command.twist), tick)
+        twist, errors = command.twist, command.errors
+        poses.append(pose)
+        if len(scene.radii) and (np.hypot(*(scene.at(time + tick) - pose[:2]).T) - scene.radii).min() < ROBOT.radius:
+            return Run("collision" if abs(twist[0]) > 0.02 else "struck", np.array(poses), plan)
+    return Run("timeout", np.array(poses), plan)
+
+
+def pacing(places: np.ndarray, velocities: np.ndarray, half: float) -> Scene:
+    """Discs of 0.25 m that go straight and bounce off the walls of a square room of half a side `half` (m)."""
+    reach = half - 0.25
+
+    def at(time: float) -> np.ndarray:
+        way = (places + velocities * time + reach) % (4.0 * reach)
+        return np.where(way < 2.0 * reach, way, 4.0 * reach - way) - reach
+
+    return Scene(hall(half=half), (0.25,) * len(places), at)

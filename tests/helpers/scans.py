@@ -1,0 +1,169 @@
+"""Random worlds, exact scans of them and smooth star regions to test with, by plain NumPy."""
+
+import dataclasses
+import math
+
+import numpy as np
+from hypothesis import strategies as st
+
+from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.regions.erosion import FreeRange
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
+from drake_starnav.worlds.world import World
+
+RADIUS = 0.25
+"""Of the robot, m."""
+ORIGIN = np.zeros(3)
+seeds = st.integers(0, 2**32 - 1)
+
+
+def cast(
+    world: World,
+    pose: np.ndarray = ORIGIN,
+    *,
+    beams: int = 360,
+    range_max: float = 5.0,
+    angle_min: float = -math.pi,
+    angle_increment: float | None = None,
+) -> LaserScan:
+    """What an exact lidar at `pose` measures; a full circle unless `angle_increment` (rad) is given."""
+    increment = 2.0 * math.pi / beams if angle_increment is None else angle_increment
+    angle = pose[2] + angle_min + increment * np.arange(beams)
+    ray = np.column_stack((np.cos(angle), np.sin(angle)))
+    ranges = np.full(beams, np.inf)
+    for x, y, radius in world.discs:
+        to_center = np.array((x, y)) - pose[:2]
+        along = ray @ to_center
+        root = radius**2 - (to_center @ to_center - along**2)
+        entry = along - np.sqrt(np.maximum(root, 0.0))
+        ranges = np.where((root >= 0.0) & (entry > 0.0), np.minimum(ranges, entry), ranges)
+    for x1, y1, x2, y2 in world.segments:
+        a, e = np.array((x1, y1)) - pose[:2], np.array((x2 - x1, y2 - y1))
+        det = ray[:, 1] * e[0] - ray[:, 0] * e[1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            r = (a[1] * e[0] - a[0] * e[1]) / det
+            t = (ray[:, 0] * a[1] - ray[:, 1] * a[0]) / det
+        hit = (np.abs(det) > 1e-12) & (r > 0.0) & (t >= -1e-9) & (t <= 1.0 + 1e-9)
+        ranges = np.where(hit, np.minimum(ranges, np.where(hit, r, np.inf)), ranges)
+    ranges = np.where(ranges < range_max, ranges, np.inf)
+    return LaserScan(0.0, angle_min, increment, 0.0, range_max, ranges)
+
+
+def cast_rolling(
+    world: World, before: np.ndarray, pose: np.ndarray, period: float, *, time: float | None = None, beams: int, **view
+) -> LaserScan:
+    """What a lidar measures one beam after the other while it moves evenly from a pose to another.
+
+    Args:
+        world: to look at.
+        before, pose: (x, y, yaw) at the beginning and at the end, W, m and rad.
+        period: time that it takes, s.
+        time: at the end, s; the period if None.
+        beams, view: as of `cast`.
+    """
+    back = np.array(now_in(pose, before))
+    ranges = [
+        cast(world, composed(pose, back * (1.0 - (i + 1) / beams)), beams=beams, **view).ranges[i] for i in range(beams)
+    ]
+    return dataclasses.replace(
+        cast(world, pose, beams=beams, **view), time=period if time is None else time, ranges=np.array(ranges),
+        time_increment=period / beams, scan_time=period, lost_beams=True,
+    )  # fmt: skip
+
+
+def noisy(scan: LaserScan, noise: float, rng: np.random.Generator) -> LaserScan:
+    """The scan with normal errors of its ranges, m."""
+    return dataclasses.replace(scan, ranges=scan.ranges + noise * rng.standard_normal(len(scan.ranges)))
+
+
+def distance(world: World, points: np.ndarray) -> np.ndarray:
+    """Distance from points outside of all obstacles to the nearest surface; shape (n, 2) -> (n,), m."""
+    points = np.asarray(points, dtype=float).reshape(-1, 2)
+    out = np.full(len(points), np.inf)
+    for x, y, radius in world.discs:
+        out = np.minimum(out, np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius))
+    for x1, y1, x2, y2 in world.segments:
+        out = np.minimum(out, segment_distance(points, np.array((x1, y1)), np.array((x2, y2))))
+    return out
+
+
+def length(*points: np.ndarray) -> float:
+    """Length of the polyline over points or rows of points, m."""
+    return float(np.hypot(*np.diff(np.vstack(points), axis=0).T).sum())
+
+
+def segment_distance(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Distance from points to the segments a b; all of shape (..., 2), broadcast against each other."""
+    e = b - a
+    squared = np.maximum((e * e).sum(axis=-1), 1e-300)
+    t = np.clip(((points - a) * e).sum(axis=-1) / squared, 0.0, 1.0)
+    return np.linalg.norm(points - a - t[..., None] * e, axis=-1)
+
+
+def scattered(rng: np.random.Generator, discs: int = 6, walls: int = 4, clear: float = 0.5) -> World:
+    """A walled square of 6 m with discs, thin walls and triangles; nothing within `clear` (m) of the origin."""
+    cylinders, polygons = [], []
+    while len(cylinders) < discs:
+        x, y, radius = *rng.uniform(-3.0, 3.0, 2), rng.uniform(0.05, 0.4)
+        if math.hypot(x, y) - radius > clear:
+            cylinders.append((x, y, radius))
+    while len(polygons) < walls:
+        center, angle, length = rng.uniform(-3.0, 3.0, 2), rng.uniform(0.0, math.pi), rng.uniform(0.3, 1.0)
+        along = 0.5 * length * np.array((math.cos(angle), math.sin(angle)))
+        across = 0.5 * rng.uniform(0.04, 0.3) * np.array((-math.sin(angle), math.cos(angle)))
+        corners = [center + along + across, center - along + across, center - along - across]
+        if rng.random() < 0.5:
+            corners.append(center + along - across)
+        polygon = np.array(corners)
+        edges = zip(polygon, np.roll(polygon, -1, axis=0), strict=True)
+        if min(segment_distance(np.zeros(2), a, b) for a, b in edges) > clear and np.hypot(*center) > clear:
+            polygons.append(polygon)
+    return World(
+        "scattered", (0, 0, 0), (0, 0), cylinders=cylinders, polygons=tuple(polygons), bounds=(-3.0, -3.0, 3.0, 3.0)
+    )
+
+
+def free_point(rng: np.random.Generator, world: World, clearance: float) -> np.ndarray:
+    """A random point of a `scattered` world that can be reached from the origin in a straight line, shape (2,)."""
+    while True:
+        point = rng.uniform(-2.5, 2.5, 2)
+        if distance(world, np.linspace(0.0, 1.0, 60)[:, None] * point).min() > clearance:
+            return point
+
+
+def smooth_region(
+    rng: np.random.Generator, center: np.ndarray, mean: float = 1.5, parameters: StarParameters | None = None
+) -> StarRegion:
+    """A region with a smooth random boundary between 0.4 and 1.6 times `mean` (m)."""
+    bearing = 2.0 * math.pi / 720 * np.arange(720)
+    samples = np.full(720, mean)
+    for k in range(1, 5):
+        samples += mean * rng.uniform(0.0, 0.15) * np.cos(k * bearing + rng.uniform(0.0, 2.0 * math.pi))
+    return fit_region(
+        FreeRange(samples, np.full(720, 3.0 * mean), 0.0),
+        center,
+        rng.uniform(-math.pi, math.pi),
+        parameters or StarParameters(),
+    )
+
+
+def explored(world: World, positions: np.ndarray, parameters: PlannerParameters) -> StarRoadmap:
+    """A roadmap with a node at each position, shape (n, 2), W, m."""
+    roadmap = StarRoadmap.empty(parameters, RADIUS)
+    for k, (x, y) in enumerate(positions):
+        pose = np.array((x, y, 0.7 * k))
+        scan = cast(world, pose)
+        roadmap = extended(roadmap, scan_region(scan, pose, RADIUS, parameters), scan, pose, parameters, RADIUS)
+    return roadmap
+
+
+def wandered(seed: int, nodes: int = 5, parameters: PlannerParameters | None = None) -> tuple[World, StarRoadmap]:
+    """A random world and a roadmap of it: the origin, then random places seen from there."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=8, walls=6)
+    positions = [np.zeros(2)] + [free_point(rng, world, RADIUS + 0.05) for _ in range(nodes - 1)]
+    return world, explored(world, np.array(positions), parameters or PlannerParameters())

@@ -1,0 +1,241 @@
+"""Contexts own everything that changes: runs in them do not know of one another."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+
+from drake_starnav.navigation import add_navigation, make_diagram
+from drake_starnav.planning import PlannerStatus
+from drake_starnav.scenario import METHODS, parse_scenario
+from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.utils.stopwatch import Stopwatch
+from tests.helpers.posts import GOALS, POSTS, posts, simulated
+
+OFF_GRID = 1.2013
+"""Between two events of every system, s."""
+
+
+UNLIKE = {"point_cloud", "X_WS"}
+"""Ports whose values of Drake's own types cannot be compared; they follow from others."""
+AT_EVENTS = 1.2
+"""When every system is updated, or waits for its update, s."""
+FAULTS = """
+lidar: {noise: 0.02, dropout: 0.02, outliers: 0.01, delay: 0.06, scan_loss: 0.1, silence_start: 1.5,
+    silence_duration: 0.2, quantisation: 0.01, rolling: true}
+localization: {drift: 0.03, jump: 0.05, jump_interval: 0.7}
+drive: {delay: 0.04, slip: 0.1}
+"""
+
+
+def all_states(diagram: Diagram, context: Context) -> dict[str, Any]:
+    """Everything that the context remembers, comparable: all states of all systems, and what the outputs show."""
+    found: dict[str, Any] = {"time": context.get_time()}
+    for k in range(context.num_discrete_state_groups()):
+        found[f"discrete {k}"] = context.get_discrete_state(k).value().copy()
+    for system in python_systems(diagram):
+        path, own = system.GetSystemPathname(), system.GetMyContextFromRoot(context)
+        if isinstance(system, Diagram):
+            continue
+        for k in range(own.num_abstract_states()):
+            found[f"{path} abstract {k}"] = own.get_abstract_state(k).get_value()
+        for k in range(system.num_output_ports()):
+            port = system.get_output_port(k)
+            if port.get_name() not in UNLIKE:
+                found[f"{path} {port.get_name()}"] = port.Eval(own)
+    return {name: structure(value) for name, value in found.items()}
+
+
+def motion(log: VectorLogSink, context: Context) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values that were logged, each time once: a run logs its beginning, which the one before it did too."""
+    record = log.FindLog(context)
+    times, first = np.unique(record.sample_times(), return_index=True)
+    return times, record.data()[:, first]
+
+
+def structure(value: Any) -> Any:
+    """A value as nested tuples that compare by content; what cannot be looked into stands for itself by identity."""
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = [f.name for f in dataclasses.fields(value) if f.compare]
+        return type(value), tuple((name, structure(getattr(value, name))) for name in fields)
+    if isinstance(value, dict):
+        return tuple((structure(key), structure(item)) for key, item in value.items())
+    if isinstance(value, (list, tuple)):
+        return tuple(structure(item) for item in value)
+    if isinstance(value, (set, frozenset)):
+        return frozenset(structure(item) for item in value)
+    if value is None or isinstance(value, (bool, int, float, str, PlannerStatus)):
+        return value
+    if type(value).__module__.startswith("drake_starnav") and not isinstance(value, System):
+        return type(value), structure(vars(value))
+    return id(value)
+
+
+def python_systems(diagram: Diagram) -> Iterator[System]:
+    """All systems of this package in a diagram, at every depth."""
+    for system in diagram.GetSystems():
+        if type(system).__module__.startswith("drake_starnav"):
+            yield system
+        if isinstance(system, Diagram):
+            yield from python_systems(system)
+
+
+def test_interleaved_contexts_go_as_they_would_alone() -> None:
+    """Two robots in two contexts of one diagram, with different goals, step in turns."""
+    alone = []
+    for goal in GOALS:
+        diagram = make_diagram(posts())
+        simulator = simulated(diagram, goal)
+        simulator.AdvanceTo(OFF_GRID)
+        alone.append(all_states(diagram, simulator.get_context()))
+    assert alone[0] != alone[1]
+
+    diagram = make_diagram(posts())
+    simulators = [simulated(diagram, goal) for goal in GOALS]
+    for time in (0.0031, 0.0519, 0.3003, 0.6177, 0.9001, OFF_GRID):
+        for simulator in simulators:
+            simulator.AdvanceTo(time)
+    for simulator, expected in zip(simulators, alone, strict=True):
+        assert all_states(diagram, simulator.get_context()) == expected
+
+
+def test_a_clone_of_a_context_goes_the_same_way() -> None:
+    diagram = make_diagram(posts())
+    simulator = simulated(diagram)
+    simulator.AdvanceTo(OFF_GRID)
+    clone = simulator.get_context().Clone()
+    held = all_states(diagram, clone)
+    simulator.AdvanceTo(2.0 * OFF_GRID)
+    assert all_states(diagram, clone) == held, "the run changed what the clone remembers"
+    twin = Simulator(diagram, clone)
+    twin.AdvanceTo(2.0 * OFF_GRID)
+    assert all_states(diagram, twin.get_context()) == all_states(diagram, simulator.get_context())
+
+
+@pytest.mark.parametrize("time", [0.0, 0.0031, AT_EVENTS, OFF_GRID])
+@pytest.mark.parametrize(
+    ("scenario", "method"),
+    [
+        *(("posts", method) for method in METHODS),
+        *(("movers", method) for method in ("star", "mpc", "dwa")),
+    ],
+)
+def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, method: str, time: float) -> None:
+    """With all that a trial has: monitors, a log, and obstacles that move."""
+    scenarios = {"posts": POSTS + FAULTS, "movers": "world: !Crowd {}\nmovers: {max_speed: 0.8}\n" + FAULTS}
+    builder = DiagramBuilder()
+    made = parse_scenario(scenarios[scenario], name=scenario, method=method)
+    navigation = add_navigation(builder, made, seed=3)
+    add_collision_monitor(builder, navigation)
+    port = navigation.station.GetOutputPort("cheat.robot_state")
+    log = LogVectorOutput(port, builder, made.simulation.time_step)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    if time > 0.0:
+        simulator.AdvanceTo(time)
+    twin = Simulator(diagram, simulator.get_context().Clone())
+    for until in (time + 0.0217, time + 1.0, time + 2.1003):
+        simulator.AdvanceTo(until)
+        twin.AdvanceTo(until)
+        assert all_states(diagram, twin.get_context()) == all_states(diagram, simulator.get_context())
+    expected, found = motion(log, simulator.get_context()), motion(log, twin.get_context())
+    assert np.array_equal(expected[0], found[0])
+    assert np.array_equal(expected[1], found[1])
+    assert np.abs(np.diff(expected[1], axis=1)).max() > 0.0
+
+
+def test_when_time_is_set_back_the_believed_pose_is_the_truth_again() -> None:
+    """With every fault, and the robot put back: what it believes is what it believes in a new context."""
+    diagram = make_diagram(parse_scenario(POSTS + FAULTS, name="posts"), seed=3)
+    runs = []
+    for before in (0.0, 2.0 * OFF_GRID):
+        simulator = Simulator(diagram)
+        context = simulator.get_mutable_context()
+        plant = diagram.GetSubsystemByName("station").plant
+        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context)).copy()
+        if before > 0.0:
+            simulator.AdvanceTo(before)
+            plant.SetPositionsAndVelocities(plant.GetMyMutableContextFromRoot(context), state)
+            context.SetTime(0.0)
+        simulator.Initialize()
+        poses = [diagram.GetOutputPort(f"localization.{name}").Eval(context) for name in ("pose", "scan_pose")]
+        runs.append(structure(poses))
+    assert runs[0] == runs[1]
+
+
+def test_a_second_run_of_the_same_diagram_knows_nothing_of_the_first() -> None:
+    diagram = make_diagram(posts())
+    runs = []
+    for _ in range(2):
+        simulator = simulated(diagram)
+        simulator.AdvanceTo(OFF_GRID)
+        runs.append(all_states(diagram, simulator.get_context()))
+    assert runs[0] == runs[1]
+
+
+def test_no_system_keeps_state_of_its_own() -> None:
+    """What the objects hold is the same before and after a run, apart from the stopwatch."""
+    stopwatch = Stopwatch()
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, posts(), stopwatch=stopwatch)
+    station = navigation.station
+    collision = builder.AddSystem(
+        CollisionMonitor(robot=station.robot_geometries, ground=[station.ground], period=0.02)
+    )
+    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
+    builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
+    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
+    diagram = builder.Build()
+
+    def held() -> dict[str, Any]:
+        return {
+            system.GetSystemPathname(): {
+                name: structure(value)
+                for name, value in vars(system).items()
+                if value is not stopwatch and not name.startswith("_pydrake")
+            }
+            for system in python_systems(diagram)
+        }
+
+    before = held()
+    assert len(before) == 10
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(1.5)
+    assert stopwatch.summary("plan")["count"] >= 1
+    assert held() == before
+
+
+def test_structure_tells_hidden_state() -> None:
+    """The check above would see a counter, a list that grows, and an array that is written to."""
+
+    class Hoarder(DsmController):
+        pass
+
+    scenario = posts()
+    hoarder = Hoarder(scenario.robot, scenario.controller, offset=0.0)
+    hoarder.count, hoarder.seen, hoarder.last = 0, [], np.zeros(3)
+    before = structure(vars(hoarder))
+    assert structure(vars(hoarder)) == before
+    changes = (
+        lambda: setattr(hoarder, "count", 1),
+        lambda: hoarder.seen.append(1),
+        lambda: hoarder.last.__setitem__(0, 1.0),
+    )
+    for change in changes:
+        change()
+        after = structure(vars(hoarder))
+        assert after != before
+        before = after

@@ -1,0 +1,85 @@
+"""Wheels grip only so much: what the certificates accept, the robots of the plant can do without sliding."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.control.braking_certificate import certified_twist, limits_array
+from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.point_certificate import clear_twist
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import load_scenario
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.validation import check_promises
+from drake_starnav.worlds.world import World
+
+OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
+PERIOD = 0.02
+
+
+def driven(robot: RobotParameters, seed: int, by: str = "star", count: int = 500) -> np.ndarray:
+    """Commands of somebody who changes his mind twice a second, through the certificate, shape (count, 2)."""
+    rng, twist, wanted, twists = np.random.default_rng(seed), np.zeros(2), np.zeros(2), []
+    parameters = ControllerParameters(certified_by=by)
+    for _ in range(count):
+        if rng.random() < 0.04:
+            wanted = np.array((robot.max_speed, robot.max_yaw_rate)) * rng.uniform((0.2, -1.0), (1.0, 1.0))
+        if by == "star":
+            v, omega, _ = certified_twist(np.zeros(3), twist, wanted, PERIOD, limits_array(robot), OPEN)
+        else:
+            v, omega, _ = clear_twist(np.zeros(3), twist, wanted, np.array((1.0, 0.0)), OPEN, parameters, robot)
+        twist = limited_twist(twist, np.array((v, omega)), robot, PERIOD)
+        twists.append(twist)
+    return np.array(twists)
+
+
+@given(
+    st.integers(0, 1000), st.sampled_from(("star", "points")), st.sampled_from(((1.0, 8.0), (3.0, 8.0), (5.0, 1.728)))
+)
+def test_no_command_asks_for_more_than_wheels_grip(seed, by, grip):
+    acceleration, across = grip
+    robot = RobotParameters(max_speed=5.0, max_acceleration=acceleration, max_yaw_rate=5.0, max_yaw_acceleration=15.0)
+    twists = driven(robot, seed, by, count=150)
+    assert np.abs(twists[:, 0] * twists[:, 1]).max() <= across + 1e-6
+
+
+def test_a_robot_that_cannot_turn_so_fast_is_free_to_do_all_that_it_can():
+    robot = RobotParameters(max_speed=2.0, max_acceleration=3.0, max_yaw_rate=4.0, max_yaw_acceleration=10.0)
+    pose, most = np.zeros(3), np.array((2.0, 4.0))
+    v, omega, accepted = certified_twist(pose, most, most, PERIOD, limits_array(robot), OPEN)
+    assert (v, omega, accepted) == (2.0, 4.0, True)
+
+
+@pytest.mark.parametrize("acceleration", [2.0, 5.0])
+@pytest.mark.parametrize("model, radius", [("starbot", 0.25), ("jackal", 0.334)])
+def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
+    robot = RobotParameters(model=model, radius=radius, max_speed=5.0, max_yaw_rate=5.0, max_yaw_acceleration=15.0)
+    robot = dataclasses.replace(robot, max_acceleration=acceleration)
+    station = NavigationStation(World("open", (0, 0, 0), (5, 0)), robot, LidarParameters(beams=36, rate=1.0))
+    simulator = Simulator(station)
+    context, slid = simulator.get_mutable_context(), []
+    for k, twist in enumerate(driven(robot, seed=1)):
+        station.GetInputPort("drive.twist_command").FixValue(context, twist)
+        simulator.AdvanceTo((k + 1) * PERIOD)
+        _, _, yaw, v, omega = station.GetOutputPort("localization.state").Eval(context)
+        rates = station.GetOutputPort("cheat.robot_state").Eval(context)[
+            station.plant.num_positions(station.robot_model) :
+        ]
+        sideways = rates[4] * math.cos(yaw) - rates[3] * math.sin(yaw)
+        slid.append(abs(sideways + v * omega * station.time_step))  # the plant turns the speed one step late
+    assert max(slid) < 0.05
+
+
+def test_a_robot_that_brakes_harder_than_wheels_grip_is_refused():
+    with pytest.raises(StarnavError, match=r"robot.max_acceleration is 8 m/s\^2, .* at most 6 m/s\^2"):
+        check_promises(load_scenario("room", overrides=["robot.max_acceleration=8"]))
+    check_promises(load_scenario("room", overrides=["robot.max_acceleration=8", "controller.certificate=false"]))

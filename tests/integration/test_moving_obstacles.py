@@ -1,0 +1,62 @@
+"""Recordings and comparisons show obstacles that move where they were, in a browser and without one."""
+
+import numpy as np
+import pytest
+
+from drake_starnav.cli.comparison import record_comparison
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation import run_trial
+from drake_starnav.visualization.browser import BrowserCamera, browser_missing
+from drake_starnav.visualization.camera import floor_to_page
+from drake_starnav.visualization.meshes import LAYERS, MOVERS, with_movers
+from drake_starnav.visualization.plot import PlotCamera
+from drake_starnav.visualization.recorder import Recorder
+from drake_starnav.worlds import Crowd, World, make_world, mover_states
+
+TEXT = "world: !Crowd {min_movers: 4, max_movers: 4}\nsimulation: {timeout: 2.5}\n"
+SEED = 1
+TIMES = (0.0, 2.0)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A trial and a comparison: the film and the page of each."""
+    folder = tmp_path_factory.mktemp("moving")
+    scenario = parse_scenario(TEXT, name="moving")
+    recorder = Recorder(folder / "one.html")
+    run_trial(scenario, seed=SEED, observer=recorder)
+    film = record_comparison({"star": scenario}, SEED, folder / "two.html")
+    return (recorder.film, folder / "one.html"), (film, folder / "two.html")
+
+
+def shades(picture, world: World, time: float) -> list[np.ndarray]:
+    """Colours of a picture, 0 to 1, at the middle of each mover."""
+    image = np.asarray(picture, dtype=float) / 255.0
+    matrix, offset = floor_to_page(world.extent)
+    positions, _ = mover_states(world.movers, np.array([time]))
+    return [image[row, column] for column, row in np.round(positions[0] @ matrix.T + offset).astype(int)]
+
+
+@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("time", TIMES)
+def test_without_a_browser(recorded, k: int, time: float) -> None:
+    film, _ = recorded[k]
+    for shade in shades(PlotCamera(film).picture(time), film.world, time):
+        assert shade == pytest.approx(MOVERS.color, abs=0.02)
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_in_a_browser(recorded, k: int) -> None:
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
+    film, html = recorded[k]
+    with BrowserCamera(html) as camera:
+        for time in TIMES:
+            for shade in shades(camera.picture(time), film.world, time):
+                assert shade == pytest.approx(MOVERS.color, abs=0.13)
+        assert MOVERS.label in camera.page.inner_text("#starnav-panel")
+
+
+def test_the_legend_names_them_only_where_there_are_some() -> None:
+    assert with_movers(LAYERS, make_world(Crowd(min_movers=0, max_movers=0), 0, 0.25)) == LAYERS
+    assert MOVERS in with_movers(LAYERS, make_world(Crowd(), 0, 0.25)).values()

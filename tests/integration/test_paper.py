@@ -1,0 +1,100 @@
+"""The paper's own equations as options of the pipeline, each against an independent evaluation."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control.modulation import modulated_direction, nearest_point_direction
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation import run_trial
+from tests.helpers.scans import RADIUS, seeds, smooth_region
+
+PAPER = ControllerParameters(
+    weights="paper", radial_damping="both", modulation_distance=0.0, near_wall_term=False, certificate=False
+)
+
+
+def unit(angle: float) -> np.ndarray:
+    return np.array((math.cos(angle), math.sin(angle)))
+
+
+def modulation_matrix(region, point: np.ndarray, sigma: float) -> tuple[np.ndarray, float]:
+    """M = E D E^-1 and Gamma by finite differences of the boundary curve and NumPy's inverse."""
+    offset = point - region.center
+    theta, distance = math.atan2(offset[1], offset[0]), np.hypot(*offset)
+    gamma = (float(region.phi(theta)) / distance) ** sigma
+    ahead, behind = (float(region.phi(theta + h)) * unit(theta + h) for h in (1e-5, -1e-5))
+    tangent = (ahead - behind) / np.hypot(*(ahead - behind))
+    basis = np.column_stack((offset / distance, tangent))
+    return basis @ np.diag((1.0 - 1.0 / gamma, 1.0 + 1.0 / gamma)) @ np.linalg.inv(basis), gamma
+
+
+@settings(max_examples=30)
+@given(seeds)
+def test_overlapping_regions_are_summed_with_the_papers_weights(seed):
+    rng = np.random.default_rng(seed)
+    regions = [smooth_region(rng, rng.uniform(-0.8, 0.8, 2)) for _ in range(3)]
+    point, guide = rng.uniform(-0.5, 0.5, 2), unit(rng.uniform(-math.pi, math.pi))
+    total, weights = np.zeros(2), 0.0
+    for region in regions:
+        matrix, gamma = modulation_matrix(region, point, PAPER.sigma)
+        if np.hypot(*(point - region.center)) < 0.05:
+            return  # next to a reference point the paper's weight is without bound
+        if gamma > 1.0:
+            total, weights = total + max(gamma, 1.0) * matrix @ guide, weights + max(gamma, 1.0)
+    expected = total / np.hypot(*total) if weights else guide
+    found = modulated_direction(point, guide, RegionStack.of(regions), PAPER)
+    np.testing.assert_allclose(found, expected, atol=2e-3)  # the compiled field is linear between samples
+
+
+@pytest.mark.parametrize("clearance", [0.02, 0.1, 0.15, 0.4, 2.0])
+@pytest.mark.parametrize("away", [False, True])
+def test_the_nearest_point_term_blends_by_rho_over_clearance(clearance, away):
+    rho, outward, guide, direction = 0.1, unit(0.4), unit(1.0), unit(0.9)
+    hits = np.array([(RADIUS + clearance) * outward, 5.0 * unit(2.0)])
+    share = min(rho / clearance, 1.0)
+    along = guide - (guide @ outward) * outward
+    at_hit = -outward if away else 2.0 * along  # Gamma = 1 at the hit: lambda_r = 0, lambda_e = 2
+    blend = (1.0 - share) * direction + share * at_hit
+    found = nearest_point_direction(np.zeros(2), direction, guide, hits, RADIUS, rho, away)
+    np.testing.assert_allclose(found, blend / np.hypot(*blend), atol=1e-12)
+
+
+def test_inside_the_robots_radius_the_nearest_point_counts_alone():
+    hits = np.array([(0.5 * RADIUS, 0.0)])
+    found = nearest_point_direction(np.zeros(2), unit(0.1), unit(0.1), hits, RADIUS, 0.1, away=True)
+    np.testing.assert_allclose(found, (-1.0, 0.0))
+
+
+@pytest.mark.parametrize("heading", [-2.0, -0.3, 0.0, 0.4, 3.0])
+def test_the_pid_follows_its_formula(heading):
+    parameters = dataclasses.replace(PAPER, tracking="pid", modulation=False, rate=40.0)
+    robot = RobotParameters(
+        max_speed=10.0, max_yaw_rate=20.0, max_acceleration=50.0, max_yaw_acceleration=200.0
+    )  # so that the limits do not show
+    twist, errors = np.array((0.2, 0.0)), np.array((0.7, heading))
+    command = control_step(
+        np.zeros(3), twist, errors, Guidance(3.0 * unit(heading)[None, :], False, RegionStack.of(())),
+        SafetyStar.none(), parameters, robot,
+    )  # fmt: skip
+    error = np.array((min(1.0, 0.5 / max(abs(heading), 1e-6)) - 0.2, heading))
+    rate = 40.0 * (error - errors)
+    wanted = np.array((0.5 * error[0] + 0.05 * rate[0], 2.0 * error[1] + 0.05 * rate[1]))
+    limit = np.array((50.0, 200.0)) / 40.0
+    np.testing.assert_allclose(command.twist, twist + np.clip(wanted - twist, -limit, limit), atol=1e-9)
+    np.testing.assert_allclose(command.errors, error)
+
+
+def test_the_papers_configuration_drives_to_a_goal_in_the_open():
+    text = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 1.2, 0.3], [1.5, -1.3, 0.3]], goal: [3.5, 0]}"
+    trial = run_trial(parse_scenario(text, name="open", method="star_paper"), method="star_paper", seed=1)
+    assert trial.outcome == "reached"
+    assert trial.command["count"] > 0

@@ -1,0 +1,125 @@
+"""Rolling scans made into scans taken at once: what was hit lies where it stands, and nothing is made up."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.lidar.deskew import taken_at_once
+from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.scenario import load_scenario
+from drake_starnav.simulation import run_trial
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import cast_rolling
+
+YARD = World(
+    "yard", (0, 0, 0), (0, 0), cylinders=np.array([(1.5, 0.4, 0.3), (-0.8, 1.2, 0.4)]), bounds=(-3.0, -2.0, 4.0, 3.0)
+)
+PERIOD = 0.1
+BEFORE = np.array((0.1, -0.2, 0.4))
+steps = st.tuples(st.floats(-0.1, 0.1), st.floats(-0.02, 0.02), st.floats(-0.4, 0.4))
+
+
+def rolling(step, beams: int = 180, **view) -> tuple[LaserScan, np.ndarray]:
+    pose = composed(BEFORE, step)
+    return cast_rolling(YARD, BEFORE, pose, PERIOD, beams=beams, **view), pose
+
+
+@settings(max_examples=15)
+@given(steps)
+def test_hits_lie_where_things_stand(step):
+    scan, pose = rolling(step)
+    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    reach = seen.distances[seen.hits]
+    off = np.abs(clearance(YARD, seen.points(pose)))
+    assert (off <= 0.51 * seen.angle_increment * reach + 1e-6).all()  # a beam's half width
+    assert seen.time == scan.time and seen.time_increment == 0.0
+    gap = abs(step[2]) / seen.angle_increment
+    assert seen.lost.sum() <= 2.0 * gap + 3.0
+
+
+def test_without_this_they_do_not():
+    scan, pose = rolling((0.08, 0.0, 0.3))
+    assert np.abs(clearance(YARD, scan.points(pose))).max() > 0.2
+
+
+def test_a_robot_that_stands_sees_the_same():
+    scan, pose = rolling((0.0, 0.0, 0.0))
+    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    assert seen.ranges == pytest.approx(scan.ranges, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        {},
+        {"angle_min": 0.0},
+        {"angle_min": -2.3, "angle_increment": 0.025},
+        {"angle_min": 2.0, "angle_increment": 0.02},
+    ],
+)
+def test_any_view_stays_as_it_is(view):
+    scan, pose = rolling((0.05, 0.0, 0.2), **view)
+    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    assert seen.bearings == pytest.approx(scan.bearings)
+    assert 0.8 < seen.hits.mean() <= 1.0
+    off = np.abs(clearance(YARD, seen.points(pose)))
+    assert (off <= 0.51 * seen.angle_increment * seen.distances[seen.hits] + 1e-6).all()
+
+
+def test_what_says_nothing_or_sees_nothing_stays_so():
+    step = (0.05, 0.0, 0.2)
+    scan, pose = rolling(step)
+    for value in (np.nan, np.inf, -np.inf):
+        seen = taken_at_once(dataclasses.replace(scan, ranges=np.full(180, value)), BEFORE, 0.0, pose)
+        known = seen.ranges[~np.isnan(seen.ranges)]
+        assert (known == value).all() and (len(known) > 150 or math.isnan(value))
+
+
+@pytest.mark.parametrize("nearest_first", [True, False])
+def test_of_several_things_in_one_beam_the_nearest_counts(nearest_first):
+    """The robot turns to the right by 0.35 of a beam while each is measured, so that beams lie closer together."""
+    ranges = np.linspace(1.0, 4.5, 8)[:: 1 if nearest_first else -1]
+    scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.0, 5.0, ranges, time_increment=PERIOD / 8)
+    seen = taken_at_once(scan, np.array((0.0, 0.0, 8 * 0.35 * 0.25 * math.pi)), 0.0, np.zeros(3))
+    groups = ((), (), (0,), (1,), (2, 3), (4,), (5, 6), (7,))
+    expected = [min((ranges[i] for i in group), default=math.nan) for group in groups]
+    assert seen.ranges == pytest.approx(expected, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("measured", "moved", "seen_as"), [(4.9, -0.4, math.inf), (0.3, 0.2, -math.inf), (4.9, 0.4, 4.5)]
+)
+def test_what_the_sensor_would_not_measure_from_the_end_of_the_sweep_is_beyond_it(measured, moved, seen_as):
+    ranges = np.full(8, math.nan)
+    ranges[4] = measured  # straight ahead, at half the way
+    scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.2, 5.0, ranges, time_increment=PERIOD / 8, lost_beams=True)
+    seen = taken_at_once(scan, np.zeros(3), 0.0, np.array((moved * 8 / 3, 0.0, 0.0)))
+    assert seen.ranges[4] == pytest.approx(seen_as)
+
+
+def test_what_moved_still_moves():
+    scan, pose = rolling((0.0, 0.0, 0.2))
+    motion = np.where(np.arange(180) < 90, MOVES, STAYS)
+    seen = taken_at_once(dataclasses.replace(scan, motion=motion), BEFORE, 0.0, pose)
+    assert (seen.motion[seen.lost] == UNKNOWN).all()
+    assert (seen.motion == motion)[~seen.lost].mean() > 0.9  # the robot turned by a few beams
+
+
+def test_motion_since_an_older_scan_counts_by_its_share():
+    scan, pose = rolling((0.04, 0.0, 0.1))
+    older = composed(pose, 3.0 * np.array(now_in(pose, BEFORE)))
+    seen = taken_at_once(scan, older, PERIOD - 3.0 * PERIOD, pose)
+    assert seen.ranges == pytest.approx(taken_at_once(scan, BEFORE, 0.0, pose).ranges, nan_ok=True)
+
+
+def test_with_a_slowly_rolling_lidar_the_robot_touches_nothing():
+    slow = ["lidar.rolling=true", "lidar.rate=5", "simulation.timeout=25"]
+    trial = run_trial(load_scenario("maze", overrides=slow), seed=1000)
+    assert trial.outcome in ("reached", "timeout")
+    assert trial.min_clearance_m > 0.0

@@ -1,0 +1,167 @@
+import copy
+import dataclasses
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan
+from tests.helpers.scans import cast, distance, scattered, seeds
+
+GOOD = {
+    "time": 0.0,
+    "angle_min": -math.pi,
+    "angle_increment": 2.0 * math.pi / 8,
+    "range_min": 0.1,
+    "range_max": 4.0,
+    "ranges": np.full(8, 2.0),
+}
+
+
+def scan(**changes) -> LaserScan:
+    return LaserScan(**{**GOOD, **changes})
+
+
+@given(seeds)
+def test_points_lie_on_the_surfaces_that_were_hit(seed):
+    rng = np.random.default_rng(seed)
+    world = scattered(rng)
+    pose = np.array((*rng.uniform(-0.3, 0.3, 2), rng.uniform(-4.0, 4.0)))
+    seen = cast(world, pose)
+    assert seen.points(pose).shape == (seen.hits.sum(), 2)
+    assert distance(world, seen.points(pose)).max() < 1e-9
+
+
+def test_range_conventions_of_rep_117():
+    seen = scan(ranges=[np.inf, -np.inf, 0.05, 4.0, 3.9, 5.0, 2.0, 1.0])
+    assert seen.hits.tolist() == [False, True, True, False, True, False, True, True]
+    assert seen.distances.tolist() == [4.0, 0.0, 0.05, 4.0, 3.9, 4.0, 2.0, 1.0]
+    assert len(seen.points()) == 5
+
+
+def test_bearings_run_counter_clockwise_from_the_first_beam():
+    seen = scan()
+    assert seen.full_circle
+    assert seen.angle_max == pytest.approx(math.pi - 2.0 * math.pi / 8)
+    np.testing.assert_allclose(seen.bearings, np.linspace(-math.pi, seen.angle_max, 8))
+    np.testing.assert_allclose(seen.points((1.0, 2.0, math.pi / 2))[0], (1.0, 0.0), atol=1e-12)
+
+
+def test_a_scan_whose_last_beam_repeats_the_first_is_no_full_circle():
+    seen = scan(angle_increment=2.0 * math.pi / 7)
+    assert not seen.full_circle and seen.angle_max == pytest.approx(math.pi)
+
+
+def test_a_scan_is_immutable_and_owns_its_ranges():
+    ranges = np.full(8, 2.0)
+    seen = scan(ranges=ranges)
+    ranges[0] = 1.0
+    assert seen.ranges[0] == 2.0
+    with pytest.raises(ValueError):
+        seen.ranges[0] = 1.0
+    assert copy.deepcopy(seen) is seen
+
+
+def test_the_model_value_saw_nothing():
+    nothing = LaserScan.nothing()
+    assert not nothing.hits.any() and nothing.full_circle and nothing.points().shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"time": np.nan}, r"time is nan; allowed: a finite number"),
+        ({"angle_min": np.inf}, r"angle_min is inf"),
+        ({"range_max": np.inf}, r"range_max is inf"),
+        ({"ranges": np.ones((2, 4))}, r"shape \(2, 4\); allowed: \(n,\) with n >= 3"),
+        ({"ranges": np.ones(2)}, r"shape \(2,\)"),
+        ({"range_min": 4.0}, r"range_min 4, range_max 4; allowed: 0 <= range_min < range_max"),
+        ({"range_min": -0.1}, r"range_min -0.1"),
+        ({"angle_increment": 0.0}, r"angle_increment 0 over 8 beams"),
+        ({"angle_increment": -0.1}, r"more than 0, at most one turn"),
+        ({"angle_increment": 1.0}, r"spans 7 rad"),
+    ],
+)
+def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, message):
+    with pytest.raises(StarnavError, match=message):
+        scan(**changes)
+
+
+def test_times_within_a_scan_are_not_negative():
+    fields = {"time": 1.0, "angle_min": 0.0, "angle_increment": 0.1, "range_min": 0.0, "range_max": 5.0}
+    scan = LaserScan(**fields, ranges=np.ones(4), time_increment=0.01, scan_time=0.1)
+    assert (scan.time_increment, scan.scan_time) == (0.01, 0.1)
+    with pytest.raises(StarnavError, match="scan_time is -1; allowed: 0 <= scan_time"):
+        LaserScan(**fields, ranges=np.ones(4), scan_time=-1.0)
+    with pytest.raises(StarnavError, match="time_increment is nan; allowed: a finite number"):
+        LaserScan(**fields, ranges=np.ones(4), time_increment=float("nan"))
+
+
+def test_lost_beams_are_neither_hit_nor_free():
+    ranges = [np.nan, 3.0, 1.0, np.inf, np.nan, np.nan, np.nan, 2.0]
+    seen = LaserScan(0.0, -math.pi, 2.0 * math.pi / 8, 0.0, 4.0, ranges, lost_beams=True)
+    assert seen.lost.tolist() == [True, False, False, False, True, True, True, False]
+    assert not seen.hits[seen.lost].any() and len(seen.points()) == 3
+    single, triple = LARGEST_UNSEEN / (2 * math.pi / 4), LARGEST_UNSEEN / (4 * math.pi / 4)
+    np.testing.assert_allclose(seen.distances, [single, 3.0, 1.0, 4.0, triple, triple, triple, 2.0])
+
+
+def test_nan_is_refused_where_no_beam_may_be_lost():
+    with pytest.raises(StarnavError, match=r"ranges\[1\] is NaN \(1 of 4 beams\); allowed: metres, \+inf"):
+        LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1.0, np.nan, 1.0, 2.0]))
+
+
+def test_infinities_of_both_signs_are_not_lost():
+    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 0.0])).complete
+
+
+def test_ranges_too_large_for_their_squares_are_not_lost():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1e200, 1.0, 1.0])).complete
+
+
+@given(seeds, st.floats(0.0, 1.0))
+def test_a_lost_beam_counts_as_free_no_farther_than_its_neighbours(seed, share):
+    rng = np.random.default_rng(seed)
+    whole = cast(scattered(rng), beams=180)
+    lost = rng.random(180) < share
+    seen = dataclasses.replace(whole, ranges=np.where(lost, np.nan, whole.ranges), lost_beams=True)
+    np.testing.assert_array_equal(seen.distances[~lost], whole.distances[~lost])
+    told = np.flatnonzero(~lost)
+    for i in np.flatnonzero(lost):
+        if len(told) == 0:
+            assert seen.distances[i] == 0.0
+            continue
+        after, before = told[np.argmin((told - i) % 180)], told[np.argmin((i - told) % 180)]
+        assert seen.distances[i] <= min(whole.distances[after], whole.distances[before])
+        if len(told) > 1:
+            gap = ((after - before) % 180) * whole.angle_increment
+            assert seen.distances[i] * gap <= LARGEST_UNSEEN + 1e-9
+
+
+def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
+    seen = LaserScan(0.0, 0.0, 0.01, 0.0, 5.0, [np.nan, 2.0, 2.0, 1.0, np.nan, np.nan], lost_beams=True)
+    assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
+
+
+def test_what_moves_was_seen_up_to_but_is_no_hit():
+    ranges = np.array([2.0, 1.0, np.nan, 2.0, np.inf, 2.0, 1.5, 2.0])
+    told = scan(
+        ranges=ranges, lost_beams=True, motion=np.array([STAYS, MOVES, STAYS, STAYS, STAYS, STAYS, UNKNOWN, STAYS])
+    )
+    np.testing.assert_array_equal(told.hits, [True, False, False, True, False, True, True, True])
+    np.testing.assert_array_equal(told.silent, [False, True, True, False, False, False, False, False])
+    np.testing.assert_array_equal(told.lasting, [True, False, False, True, True, True, False, True])
+    assert told.distances[1] == 1.0
+    assert len(told.points()) == 5
+
+
+def test_without_being_told_nothing_moves():
+    seen = scan()
+    assert not seen.moving.any()
+    assert seen.hits.all() and seen.lasting.all() and not seen.silent.any()

@@ -1,0 +1,123 @@
+"""Stray returns are doubted, surfaces never, thin obstacles for two scans only."""
+
+import dataclasses
+import math
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.outlier_filter import CONFIRMATIONS, CONFIRMING_SCANS, HitHistory, without_strays
+from drake_starnav.lidar.sensor_model import LidarParameters, measure
+from tests.helpers.scans import ORIGIN, cast, scattered, seeds
+
+NOTHING = HitHistory()
+
+
+def circle(ranges: np.ndarray) -> LaserScan:
+    return LaserScan(0.0, -math.pi, 2.0 * math.pi / len(ranges), 0.0, 5.0, ranges, lost_beams=True)
+
+
+def lonely(**hits: float) -> LaserScan:
+    """A full circle of nothing but the named beams, e.g. b12=1.0."""
+    ranges = np.full(360, np.inf)
+    for name, distance in hits.items():
+        ranges[int(name[1:])] = distance
+    return circle(ranges)
+
+
+def test_a_lonely_hit_is_lost_not_free():
+    seen = without_strays(lonely(b90=1.0), ORIGIN, NOTHING)[0]
+    assert seen.lost.tolist() == [k == 90 for k in range(360)] and not seen.hits.any()
+
+
+def test_neighbours_confirm_each_other_also_across_the_seam_and_a_lost_beam():
+    for pair in (
+        {"b10": 1.0, "b11": 1.02},
+        {"b0": 1.0, "b359": 1.0},
+        {"b359": 1.0, "b1": 1.0},
+        {"b10": 1.0, "b12": 1.0},
+    ):
+        assert without_strays(lonely(**pair), ORIGIN, NOTHING)[0].complete
+    assert without_strays(lonely(b10=1.0, b13=1.0), ORIGIN, NOTHING)[0].lost.sum() == 2
+    assert without_strays(lonely(b10=1.0, b11=1.3), ORIGIN, NOTHING)[0].lost.sum() == 2
+
+
+def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
+    post, history = np.array((1.0, 0.3)), NOTHING
+    for k, pose in enumerate(np.array([(0.0, 0.0, 0.0), (0.04, 0.0, 0.05), (0.08, 0.01, 0.1)])):
+        offset = post - pose[:2]
+        beam = round((math.atan2(offset[1], offset[0]) - pose[2] + math.pi) / (2.0 * math.pi / 360))
+        scan = lonely(**{f"b{beam}": float(np.hypot(*offset))})
+        assert without_strays(scan, pose, history)[0].hits.any() == (k >= CONFIRMATIONS == 2)
+        history = history.remembered(scan.points(pose))
+
+
+def test_a_stray_beside_many_of_one_earlier_scan_is_doubted():
+    history = NOTHING.remembered(lonely(b10=0.98, b11=1.0, b12=1.02).points()).remembered(lonely(b90=1.0).points())
+    assert not without_strays(lonely(b11=1.0), ORIGIN, history)[0].hits.any()
+
+
+def test_old_scans_confirm_nothing():
+    scan, history = lonely(b10=1.0), NOTHING
+    for _ in range(CONFIRMATIONS):
+        history = history.remembered(scan.points())
+    for _ in range(CONFIRMING_SCANS - CONFIRMATIONS):
+        history = history.remembered(np.zeros((0, 2)))
+        assert without_strays(scan, ORIGIN, history)[0].hits.any()
+    assert not without_strays(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
+
+
+def test_what_lies_inside_the_robot_is_a_stray_even_with_a_neighbour():
+    scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
+    kept, certain = without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)
+    assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
+    assert without_strays(scan, ORIGIN, NOTHING, 0.01)[0].complete
+
+
+def test_what_is_too_close_for_a_lidar_that_sees_nothing_beside_the_robot_is_none():
+    scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
+    assert without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].complete
+
+
+@given(seeds)
+def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
+    scan = cast(scattered(np.random.default_rng(seed)))
+    kept, certain = without_strays(scan, ORIGIN, NOTHING)
+    points = np.where(scan.hits[:, None], scan.points_at(scan.distances, np.ones(360, bool), ORIGIN), np.inf)
+    with np.errstate(invalid="ignore"):
+        chord = np.hypot(*(points - np.roll(points, 1, axis=0)).T)
+    pair = chord <= 0.05
+    assert not kept.lost[pair].any() and not kept.lost[np.roll(pair, -1)].any()
+    np.testing.assert_array_equal(kept.lost, certain.lost)  # there are no earlier scans
+    same = ~kept.lost
+    np.testing.assert_array_equal(kept.ranges[same], scan.ranges[same])
+
+
+@given(seeds, st.floats(0.0, 0.05))
+def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
+    lidar = LidarParameters(noise=0.0, outliers=share)
+    world, history = scattered(np.random.default_rng(seed), discs=3, walls=1), NOTHING
+    truth = cast(world)
+    strays = survivors = entered = doubted = told = 0
+    for k in range(10):
+        ranges = measure(truth.ranges, lidar, seed, k)
+        scan = dataclasses.replace(truth, ranges=ranges)
+        kept, certain = without_strays(scan, ORIGIN, history)
+        history = history.remembered(scan.points())
+        stray = (truth.distances - scan.distances) > 0.3
+        strays, survivors = strays + stray.sum(), survivors + kept.hits[stray].sum()
+        if k >= CONFIRMATIONS:
+            assert (certain.hits <= kept.hits).all()
+            entered += certain.hits[stray].sum()
+            doubted, told = doubted + kept.lost[~stray].sum(), told + (~stray).sum()
+    assert survivors <= 0.05 * strays + 6
+    assert entered <= 2
+    assert doubted <= 0.01 * told + 3
+
+
+@given(st.lists(st.sampled_from([np.nan, np.inf, -np.inf, 0.0, 0.5, 0.55, 4.9]), min_size=3, max_size=12))
+def test_any_ranges_are_accepted(ranges):
+    scan = circle(np.array(ranges))
+    assert (without_strays(scan, ORIGIN, NOTHING)[0].hits <= scan.hits).all()

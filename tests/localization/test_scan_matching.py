@@ -1,0 +1,201 @@
+"""Scans laid upon earlier ones correct what the odometry got wrong, and only that."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.localization.scan_matching import Keyframe, OdometryError, ScanMap, matched
+from drake_starnav.station.fault_models import drifted
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import cast, noisy, scattered, seeds
+
+ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
+CORRIDOR = World("corridor", (0, 0, 0), (0, 0), bounds=(-50.0, -1.0, 50.0, 1.0))
+NOISE = 0.01
+
+
+def driven(world, poses, error, seed, jump=None, lost=0.0, **lidar):
+    """The map after true poses (n, 3), 0.05 s apart, with odometry that drifts as declared; and where O puts the last.
+
+    `jump` is (index, offset) of a jump of the odometry; a share `lost` of the beams is; `lidar` goes to `cast`.
+    """
+    rng = np.random.default_rng(seed)
+    known, believed, before = ScanMap(), np.array(poses[0], dtype=float), poses[0]
+    for k, pose in enumerate(poses):
+        believed, before = drifted(believed, before, pose, error.drift, seed), pose
+        if jump is not None and jump[0] == k:
+            believed = believed + (*jump[1], 0.0)
+        scan = dataclasses.replace(noisy(cast(world, pose, **lidar), NOISE, rng), time=0.05 * k)
+        if lost > 0.0:
+            ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
+            scan = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
+        known = matched(known, scan, believed, error)
+    return known, believed
+
+
+def circling(turns, radius=0.35, step=0.035):
+    """Poses on a circle about the origin, to the left."""
+    angle = np.arange(0.0, 2.0 * math.pi * turns, step / radius)
+    return np.column_stack((radius * np.cos(angle), radius * np.sin(angle), angle + 0.5 * math.pi))
+
+
+def to_and_fro(length, times, step=0.04):
+    """Poses on a line along x through the origin, turning on the spot at its ends."""
+    x = np.arange(-0.5 * length, 0.5 * length, step)
+    there = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
+    turn = np.arange(0.0, math.pi, 0.1)
+    turns = np.column_stack((np.full_like(turn, x[-1]), np.zeros_like(turn), turn))
+    back = there[::-1] + (0.0, 0.0, math.pi)
+    around = np.column_stack((np.full_like(turn, x[0]), np.zeros_like(turn), math.pi + turn))
+    lap = np.vstack((there, turns, back, around))
+    return np.vstack([lap + (0.0, 0.0, 2.0 * math.pi * k) for k in range(times)])
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_what_drifts_is_corrected_to_a_tenth(seed):
+    error = OdometryError(0.05, 0.0, NOISE)
+    poses = circling(3, radius=0.25, step=0.025)
+    known, believed = driven(scattered(np.random.default_rng(seed)), poses, error, seed)
+    off, odometry = now_in(poses[-1], known.corrected(believed)), now_in(poses[-1], believed)
+    assert abs(odometry[2]) > math.radians(45.0)
+    assert abs(off[2]) < 0.1 * abs(odometry[2])
+    assert math.hypot(*off[:2]) < 0.03
+
+
+def test_errors_do_not_add_up_where_the_robot_comes_back():
+    error = OdometryError(0.05, 0.0, NOISE)
+    errors = []
+    for times in (1, 4):
+        poses = to_and_fro(3.0, times)
+        known, believed = driven(ROOM, poses, error, 3)
+        errors.append(now_in(poses[-1], known.corrected(believed)))
+    assert max(math.hypot(*e[:2]) for e in errors) < 0.03
+    assert max(abs(e[2]) for e in errors) < math.radians(0.6)
+    assert len(known.keyframes) < 15
+
+
+@pytest.mark.parametrize("offset", [(0.2, 0.0), (-0.1, 0.15), (0.05, 0.05)])
+def test_a_jump_is_taken_back(offset):
+    poses = to_and_fro(2.0, 1)
+    known, believed = driven(ROOM, poses, OdometryError(0.0, 0.25, NOISE), 5, jump=(30, offset))
+    assert math.hypot(*(believed[:2] - poses[-1, :2])) > 0.05
+    assert math.hypot(*(known.corrected(believed)[:2] - poses[-1, :2])) < 0.03
+
+
+def test_with_exact_odometry_hardly_anything_is_corrected():
+    poses = circling(2)
+    known, _ = driven(ROOM, poses, OdometryError(0.0, 0.0, NOISE), 1)
+    assert math.hypot(*known.correction[:2]) < 0.01
+    assert abs(known.correction[2]) < math.radians(0.3)
+
+
+def test_lost_beams_cost_little():
+    error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
+    known, believed = driven(ROOM, poses, error, 2, lost=0.3)
+    assert math.hypot(*now_in(poses[-1], known.corrected(believed))[:2]) < 0.03
+
+
+def test_a_lidar_that_looks_ahead_only_corrects_as_well():
+    ahead = {"beams": 241, "angle_min": -2.0 * math.pi / 3.0, "angle_increment": math.pi / 180.0}
+    error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
+    known, believed = driven(ROOM, poses, error, 6, **ahead)
+    assert abs(now_in(poses[-1], believed)[2]) > math.radians(30.0)
+    off = now_in(poses[-1], known.corrected(believed))
+    assert math.hypot(*off[:2]) < 0.05 and abs(off[2]) < math.radians(1.0)
+
+
+@pytest.mark.parametrize(("drift", "jump"), [(0.02, 0.0), (0.0, 0.1), (0.0, 0.02), (0.02, 0.1)])
+@pytest.mark.parametrize("back", [False, True])
+def test_along_a_bare_corridor_the_odometry_is_believed(drift, jump, back):
+    error = OdometryError(drift, jump, NOISE)
+    x = np.arange(0.0, 6.0, 0.04)
+    x = np.append(x, x[::-1]) if back else x
+    poses = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
+    known, believed = driven(CORRIDOR, poses, error, 4)
+    off = now_in(poses[-1], known.corrected(believed))
+    assert abs(off[0]) <= drift * 6.0 * (2.0 if back else 1.0) + 0.01  # no worse than the odometry may be
+    assert abs(off[1]) < 0.02 and abs(off[2]) < math.radians(0.5)  # and what walls tell is taken
+
+
+def test_a_robot_that_stands_is_not_moved_about():
+    rng = np.random.default_rng(0)
+    error = OdometryError(0.02, 0.0, NOISE)
+    known = matched(ScanMap(), noisy(cast(ROOM), NOISE, rng), np.zeros(3), error)
+    for k in range(5):
+        assert matched(known, noisy(cast(ROOM), NOISE, rng), np.array((0.002 * k, 0.0, 0.002 * k)), error) is known
+
+
+def test_a_scan_that_hits_nothing_tells_nothing():
+    known = matched(ScanMap(), cast(ROOM), np.zeros(3), OdometryError(0.02, 0.0, NOISE))
+    empty = dataclasses.replace(cast(ROOM), ranges=np.full(360, np.inf))
+    assert matched(known, empty, np.array((0.1, 0.0, 0.0)), OdometryError(0.02, 0.0, NOISE)) is known
+
+
+@pytest.mark.parametrize(("length", "count"), [(0.6, 2), (0.02, 1)])
+@pytest.mark.parametrize("yaw", [0.0, 1.5, 3.0])
+def test_what_a_screen_hides_is_not_known_on_its_other_side(length, count, yaw):
+    screen = np.array([(-length, -0.01), (length, -0.01), (length, 0.01), (-length, 0.01)]) * (0.5, 1.0) + (0.1, 0.0)
+    world = dataclasses.replace(ROOM, polygons=(screen,))
+    here, there = np.array((0.0, 0.2, 0.3)), np.array((0.0 if count == 2 else -0.1, -0.2, yaw))
+    known = matched(ScanMap(), cast(world, here), here, OdometryError(0.02, 0.0, NOISE))
+    assert len(matched(known, cast(world, there), there, OdometryError(0.02, 0.0, NOISE)).keyframes) == count
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.05, 1), (0.15, 2)])
+def test_a_scan_of_which_little_fits_changes_no_pose(step, count):
+    """Only a piece of a wall is where it was, and the odometry is 5 cm off it."""
+    wall = np.array([(-0.6, -2.1), (0.6, -2.1), (0.6, -2.0), (-0.6, -2.0)])
+    discs = [(0.9, 0.2, 0.3), (-0.5, 0.8, 0.2), (-0.7, -0.3, 0.2)]
+    elsewhere = World("elsewhere", (0, 0, 0), (0, 0), cylinders=discs, polygons=(wall,))
+    error = OdometryError(0.3, 0.0, NOISE)
+    known = matched(ScanMap(), cast(ROOM), np.zeros(3), error)
+    now = np.array((step, 0.0, 0.1))
+    believed = now + (0.0, 0.05, 0.0)
+    known = matched(known, dataclasses.replace(cast(elsewhere, now), time=0.05), believed, error)
+    np.testing.assert_allclose(known.corrected(believed), believed, atol=1e-12)
+    assert len(known.keyframes) == count
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_a_declared_jump_is_only_reckoned_with_at_the_step_that_jumps(jumps):
+    """At the steps before and after it, scans that disagree a little with the odometry correct as much as without."""
+    known = ScanMap()
+    for k in range(6):
+        believed = np.array((0.05 * k, 0.2 if jumps and k >= 4 else 0.0, 0.0))
+        scan = dataclasses.replace(cast(ROOM, (0.05 * k, 0.01 * k, 0.0)), time=0.05 * k)
+        with_jumps, without = (matched(known, scan, believed, OdometryError(0.0, j, NOISE)) for j in (0.25, 0.0))
+        assert np.array_equal(with_jumps.correction, without.correction) == (k != 4 or not jumps)
+        assert k == 0 or with_jumps.speed == pytest.approx([1.0, 0.0])
+        known = with_jumps
+
+
+def test_who_comes_back_takes_the_older_part_of_the_map_for_right():
+    """The newer keyframe, and so the odometry as corrected by it, is 8 cm and 2 degrees off."""
+    off, first, second = np.array((0.08, 0.0, 0.035)), np.zeros(3), np.array((0.6, 0.0, 0.0))
+    wrong = composed(off, second)
+    frames = Keyframe.of(cast(ROOM, first), first, NOISE), Keyframe.of(cast(ROOM, second), wrong, NOISE)
+    known = ScanMap(frames, np.array([first[:2], wrong[:2]]), off, second, 0.0, last=1)
+    now = np.array((0.3, 0.0, 0.2))
+    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, OdometryError(0.0, 0.0, NOISE))
+    assert known.last == 0
+    assert now_in(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.1, 3.1))
+@settings(max_examples=10)
+def test_where_the_frame_of_the_odometry_lies_does_not_matter(x, y, yaw):
+    frame, poses = np.array((x, y, yaw)), circling(0.5)
+    error = OdometryError(0.02, 0.0, NOISE)
+    elsewhere, here = ScanMap(), ScanMap()
+    for k, pose in enumerate(poses):
+        scan = dataclasses.replace(cast(ROOM, pose), time=0.05 * k)
+        here = matched(here, scan, pose, error)
+        elsewhere = matched(elsewhere, scan, composed(frame, pose), error)
+    found = now_in(frame, elsewhere.corrected(composed(frame, poses[-1])))
+    assert found == pytest.approx(now_in(np.zeros(3), here.corrected(poses[-1])), abs=1e-3)

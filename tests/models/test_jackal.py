@@ -1,0 +1,71 @@
+"""The BARN robot in its station: it follows ramped twists up to 2 m/s, level and with its grip, and fits its disc."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.scenario import load_scenario
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.worlds.world import World
+
+SCENARIO = load_scenario("barn")
+PERIOD = 0.025
+
+
+def drive(targets: list[tuple[float, float, float]]) -> np.ndarray:
+    """Errors of (v, omega) at every period, shape (n, 2), while each twist is approached for so many seconds."""
+    world = World("plain", (0.0, 0.0, 0.0), (9.0, 0.0))
+    station = NavigationStation(world, SCENARIO.robot, SCENARIO.lidar)
+    simulator = Simulator(station)
+    context = simulator.get_mutable_context()
+    command = station.GetInputPort("drive.twist_command")
+    command.FixValue(context, np.zeros(2))
+    simulator.AdvanceTo(0.5)
+    twist, errors = np.zeros(2), []
+    for v, omega, seconds in targets:
+        for _ in range(round(seconds / PERIOD)):
+            twist = limited_twist(twist, np.array((v, omega)), SCENARIO.robot, PERIOD)
+            command.FixValue(context, twist)
+            simulator.AdvanceTo(context.get_time() + PERIOD)
+            errors.append(station.GetOutputPort("localization.state").Eval(context)[3:] - twist)
+            rotation = station.plant.EvalBodyPoseInWorld(
+                station.plant.GetMyContextFromRoot(context), station.plant.GetBodyByName("base_link")
+            ).rotation()
+            assert rotation.matrix()[2, 2] > np.cos(np.radians(0.5)), "it tips"
+    return np.array(errors)
+
+
+@pytest.mark.parametrize("v", [0.4, 2.0])
+@pytest.mark.parametrize("omega", [0.0, 3.0])
+def test_follows_the_commanded_twist(v: float, omega: float) -> None:
+    errors = drive([(v, omega, 1.5)])
+    assert np.abs(errors[-10:, 0]).max() < 2e-3
+    assert np.abs(errors[-10:, 1]).max() < 5e-3
+    assert np.abs(errors[:, 0]).max() < 0.02
+
+
+def test_brakes_as_hard_as_it_is_told() -> None:
+    errors = drive([(2.0, 0.0, 1.0), (0.0, 4.0, 1.0), (0.0, -4.0, 1.0)])
+    assert np.abs(errors[:, 0]).max() < 0.02
+    assert np.abs(errors[:, 1]).max() < 0.1
+
+
+def test_nothing_reaches_out_of_the_disc() -> None:
+    station = NavigationStation(World("plain", (0.0, 0.0, 0.0), (9.0, 0.0)), SCENARIO.robot, SCENARIO.lidar)
+    inspector = station.scene_graph.model_inspector()
+    plant = station.plant
+    context = plant.CreateDefaultContext()
+    for index in plant.GetBodyIndices(station.robot_model):
+        body = plant.get_body(index)
+        X_WB = plant.EvalBodyPoseInWorld(context, body)
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            X_WG = X_WB @ inspector.GetPoseInFrame(geometry)
+            shape = inspector.GetShape(geometry)
+            if hasattr(shape, "radius"):
+                corners, size = np.zeros((1, 3)), shape.radius()
+            else:
+                signs = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, -1).T
+                corners, size = 0.5 * signs * shape.size(), 0.0
+            points = np.array([X_WG @ corner for corner in corners])
+            assert np.hypot(points[:, 0], points[:, 1]).max() + size <= SCENARIO.robot.radius

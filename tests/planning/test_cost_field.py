@@ -1,0 +1,270 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_starnav.planning.cost_field import (
+    BLOCKED_SLACK,
+    SOFT_ZONE,
+    STRIDE,
+    UNREACHED,
+    HitMemory,
+    bucket_dijkstra,
+    cost_to_go,
+)
+from tests.helpers.scans import RADIUS, seeds
+
+RESOLUTION = 0.05
+CELL = RESOLUTION * STRIDE
+CORNERS = 0.5 * RESOLUTION * np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
+"""From the centre of a cell of the cost-to-go to the centres of the memory's cells in it, m."""
+LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
+
+
+def memory(points: np.ndarray, parts: int = 1) -> HitMemory:
+    out = HitMemory.empty(RESOLUTION, RADIUS)
+    for part in np.array_split(points, parts):
+        out = out.stamped(part)
+    return out
+
+
+def nearest(points: np.ndarray, hits: np.ndarray) -> np.ndarray:
+    return np.hypot(*np.moveaxis(points[:, None] - hits, -1, 0)).min(axis=1)
+
+
+def line(a: tuple[float, float], b: tuple[float, float]) -> np.ndarray:
+    a, b = np.array(a), np.array(b)
+    return a + (b - a) * np.linspace(0.0, 1.0, int(np.hypot(*(b - a)) / 0.02) + 1)[:, None]
+
+
+@settings(max_examples=25)
+@given(seeds, st.sampled_from([0.0, 40.0, -1000.0]), st.sampled_from([1, 4]))
+def test_distances_match_brute_force_within_the_resolution(seed, away, parts):
+    rng = np.random.default_rng(seed)
+    hits = rng.uniform(-4.0, 4.0, (300, 2)) + away
+    points = rng.uniform(-5.0, 5.0, (500, 2)) + away
+    grid = memory(hits, parts)
+    centres = np.rint(points / RESOLUTION) * RESOLUTION
+    exact = np.minimum(nearest(centres, hits), grid.cap)
+    error = grid.distance(points) - exact
+    assert error.min() > -1e-5  # a hit in the same half cell as another may be left out, but none is invented
+    assert error.max() < 1.35 * RESOLUTION
+
+
+def test_nothing_was_hit_far_away_or_in_an_empty_memory():
+    empty = HitMemory.empty(RESOLUTION, RADIUS)
+    points = np.array(((0.0, 0.0), (100.0, -3.0)))
+    assert (empty.distance(points) == empty.cap).all()
+    assert empty.distance(np.zeros((0, 2))).shape == (0,)
+    assert empty.stamped(np.zeros((0, 2))) is empty
+    assert memory(np.zeros((1, 2))).distance(points).tolist() == pytest.approx([0.0, empty.cap])
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_snapshots_are_immutable_and_share_untouched_tiles(seed):
+    rng = np.random.default_rng(seed)
+    before = memory(np.vstack((rng.uniform(0.0, 1.0, (50, 2)), rng.uniform(20.0, 21.0, (50, 2)))))
+    points = rng.uniform(-1.0, 22.0, (400, 2))
+    distances = before.distance(points)
+    copies = {key: tile.copy() for key, tile in before.tiles.items()}
+    after = before.stamped(rng.uniform(0.0, 1.0, (50, 2)))
+    assert (before.distance(points) == distances).all() and (after.distance(points) <= distances).all()
+    assert all((before.tiles[key] == tile).all() for key, tile in copies.items())
+    shared = [key for key in before.tiles if after.tiles[key] is before.tiles[key]]
+    assert shared and len(shared) < len(after.tiles)
+    with pytest.raises(ValueError):
+        after.tiles[shared[0]][0, 0] = 0.0
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_a_cell_of_a_window_has_the_greatest_distance_of_the_cells_in_it(seed):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-4.0, 4.0, (200, 2)))
+    low = rng.uniform(-6.0, 0.0, 2)
+    distance, first = grid.window(low, low + rng.uniform(1.0, 6.0, 2))
+    assert (first % STRIDE == 0).all() and (first * RESOLUTION <= low + 1e-9).all()
+    cells = first + STRIDE * np.moveaxis(np.indices(distance.shape), 0, -1).reshape(-1, 1, 2)
+    inside = cells + np.stack(np.indices((STRIDE, STRIDE)), axis=-1).reshape(1, -1, 2)
+    fine = grid.distance(inside.reshape(-1, 2) * RESOLUTION).reshape(inside.shape[:2])
+    np.testing.assert_allclose(distance.ravel(), fine.max(axis=1), atol=1e-6)
+
+
+def reference_cost(grid: HitMemory, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cells and their cost to the goal's cell by SciPy, over the same eight-connected graph."""
+    distance, first = grid.window(LOW, HIGH)
+    blocked, soft = RADIUS - BLOCKED_SLACK, RADIUS + SOFT_ZONE
+    factor = 1.0 + near_wall_cost * np.clip((soft - distance) / (soft - blocked), 0.0, 1.0)
+    weight = np.where(distance < np.float32(blocked), np.inf, np.floor(10.0 * factor) / 10.0)
+    nx, ny = weight.shape
+    number = np.arange(nx * ny).reshape(nx, ny)
+    rows, columns, lengths = [], [], []
+    for di, dj in ((0, 1), (1, 0), (1, 1), (1, -1), (0, -1), (-1, 0), (-1, -1), (-1, 1)):
+        a = number[max(-di, 0) : nx - max(di, 0), max(-dj, 0) : ny - max(dj, 0)]
+        b = number[max(di, 0) : nx - max(-di, 0), max(dj, 0) : ny - max(-dj, 0)]
+        length = (1.4 if di and dj else 1.0) * CELL * weight.ravel()[b]  # entering a cell costs that cell's weight
+        passable = np.isfinite(length)
+        rows.append(a[passable])
+        columns.append(b[passable])
+        lengths.append(length[passable])
+    graph = coo_array(
+        (np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(nx * ny, nx * ny)
+    )
+    middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
+    i, j = np.rint((goal - middle) / CELL).astype(int)
+    cost = dijkstra(graph.tocsr(), indices=number[i, j])
+    cells = middle + CELL * np.stack(np.indices((nx, ny)), axis=-1)
+    return cells.reshape(-1, 2), cost
+
+
+@settings(max_examples=8)
+@given(seeds, st.sampled_from([0.0, 1.0, 3.0]))
+def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
+    goal = rng.uniform(-2.5, 2.5, 2)
+    cells, expected = reference_cost(grid, goal, near_wall_cost)
+    cost = cost_to_go(grid, cells, goal, LOW, HIGH, RADIUS, near_wall_cost).at(cells)
+    # the cost of a point is the least over its own and the eight cells around it, and the way there
+    away = np.hypot(*np.moveaxis(cells[:, None] - cells, -1, 0))
+    best = np.where(away < 1.5 * CELL, away + expected, np.inf).min(axis=1)
+    assert np.isfinite(best).any()
+    np.testing.assert_allclose(cost, best, atol=0.02 * max(1.0, near_wall_cost))
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_in_an_empty_world_cost_to_go_is_the_distance_within_the_octile_error(seed):
+    rng = np.random.default_rng(seed)
+    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (100, 2))
+    cost = cost_to_go(HitMemory.empty(RESOLUTION, RADIUS), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
+    straight = np.hypot(*(points - goal).T)
+    assert (cost < 1.083 * straight + 1.5 * CELL).all() and (cost > 0.98 * straight - 1.5 * CELL).all()
+
+
+def test_walls_are_gone_around_through_gaps_that_the_robot_fits():
+    wall = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.9), (0.0, 3.5))))
+    points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
+    detour = 2.0 * math.hypot(1.0, 2.45)
+    cost = cost_to_go(memory(wall), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)[0]
+    assert 0.9 * detour < cost < 1.25 * detour
+    narrow = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.4), (0.0, 3.5))))
+    assert cost_to_go(memory(narrow), points, goal, LOW, HIGH, RADIUS, 1.0).at(points)[0] == np.inf
+
+
+def test_what_is_closed_closes_what_is_narrow_around_it():
+    wall = memory(np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.8), (0.0, 3.5)))))
+    points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
+
+    def cost(place: tuple[float, float], clearance: float) -> float:
+        closed = np.array(((*place, clearance),))
+        return float(cost_to_go(wall, points, goal, LOW, HIGH, RADIUS, 1.0, closed=closed).at(points)[0])
+
+    corner = (0.0, 1.32)
+    assert cost(corner, math.inf) == math.inf
+    assert cost(corner, RADIUS + 0.2) == math.inf
+    without = cost((2.9, 2.9), math.inf)
+    assert without < cost(corner, RADIUS + 0.05) < without + 0.5  # past the corner, with more room
+
+
+def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_far():
+    corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+    box = memory(np.vstack([line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]))
+    inside, outside, far = np.zeros(2), np.array((2.5, 2.5)), np.array((30.0, 0.0))
+    points = np.array((inside, outside, far))
+    cost = cost_to_go(box, points, inside, LOW, HIGH, RADIUS, 1.0).at(points)
+    assert cost[0] < CELL and cost[1] == np.inf and cost[2] == np.inf
+    assert cost_to_go(box, inside[None], outside, LOW, HIGH, RADIUS, 1.0).at(inside[None])[0] == np.inf
+
+
+@settings(max_examples=30)
+@given(seeds)
+def test_a_search_that_ends_early_has_the_same_winner(seed):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
+    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
+    cost_to_come = rng.uniform(0.0, 6.0, 30)
+    full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
+    early = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0, cost_to_come=cost_to_come).at(points)
+    if np.isfinite(full).any():
+        best = np.argmin(full + cost_to_come)
+        assert early[best] == pytest.approx(full[best], abs=1e-9)
+        assert (early + cost_to_come).min() == pytest.approx((full + cost_to_come)[best], abs=1e-9)
+
+
+@settings(max_examples=60)
+@given(seeds, st.floats(0.0, 1.0))
+def test_a_search_towards_the_robot_has_the_same_winners(seed, margin):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
+    goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
+    robot = points[-1]
+    cost_to_come = np.hypot(*(points - robot).T) * rng.uniform(1.0, 2.0, 30)
+    full = cost_to_go(grid, points, goal, LOW, HIGH, RADIUS, 1.0).at(points)
+    early = cost_to_go(
+        grid, points, goal, LOW, HIGH, RADIUS, 1.0, cost_to_come=cost_to_come, source=robot, margin=margin
+    ).at(points)  # fmt: skip
+    if np.isfinite(full).any():
+        sums = full + cost_to_come
+        near = sums <= sums.min() + margin
+        np.testing.assert_allclose(early[near], full[near], atol=1e-9)
+        assert (early + cost_to_come)[~near].min(initial=np.inf) >= sums.min()
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(seed):
+    rng = np.random.default_rng(seed)
+    grid = memory(rng.uniform(-3.0, 3.0, (20, 2)))
+    goal, start = rng.uniform(-2.5, 2.5, (2, 2))
+    field = cost_to_go(grid, start[None], goal, LOW, HIGH, RADIUS, 0.0)
+    cost, path = field.at(start[None])[0], field.path(start)
+    assert len(path) > 0 or not cost < np.inf
+    if len(path):
+        steps = np.hypot(*np.diff(path, axis=0).T)
+        assert (steps < 1.5 * CELL).all() and np.hypot(*(path[-1] - goal)) < CELL
+        free = [grid.distance(path[:-1] + np.array(offset)) for offset in CORNERS]  # of the cells of the memory in it
+        assert (np.max(free, axis=0) > RADIUS - BLOCKED_SLACK - 1e-6).all()
+        assert steps.sum() == pytest.approx(cost, abs=1.5 * CELL + 0.02 * cost)
+
+
+@settings(max_examples=25)
+@given(seeds)
+def test_a_search_towards_a_cell_finds_the_same_cost(seed):
+    rng = np.random.default_rng(seed)
+    weight = np.where(rng.random((42, 52)) < 0.25, 0, rng.integers(10, 26, (42, 52))).astype(np.int32)
+    weight[[0, -1]] = weight[:, [0, -1]] = 0
+    start, goal = rng.integers(1, (41, 51)), rng.integers(1, (41, 51))
+    weight[tuple(start)] = weight[tuple(goal)] = 10
+    cost_to_come = np.full(weight.shape, UNREACHED, np.int32)
+    whole, _ = bucket_dijkstra(weight, *goal, cost_to_come)
+    cost_to_come[tuple(start)] = 0
+    found, _ = bucket_dijkstra(weight, *goal, cost_to_come, 0, *start)
+    assert found[tuple(start)] == whole[tuple(start)]
+    assert (found >= whole).all()
+    assert (found < UNREACHED).sum() <= (whole < UNREACHED).sum()
+
+
+def test_a_window_may_show_every_cell():
+    grid = memory(np.array(((0.0, 0.0),)))
+    distance, first = grid.window(np.array((-0.2, -0.1)), np.array((0.2, 0.1)), stride=1)
+    centres = (np.stack(np.indices(distance.shape), axis=-1) + first) * RESOLUTION
+    np.testing.assert_allclose(distance, np.hypot(*np.moveaxis(centres, -1, 0)), atol=1e-6)
+
+
+@pytest.mark.parametrize("shift", np.arange(0.0, 2.0 * CELL, 0.25 * RESOLUTION))
+def test_a_passage_that_the_robot_just_fits_lies_between_no_cells(shift):
+    """Wherever it lies on the grid, at both of the hits' errors; a passage too narrow by a cell's size stays shut."""
+    goal, points = np.array((1.0, shift)), np.array(((-1.0, shift),))
+
+    def cost(half: float) -> float:
+        wall = [line((0.0, -3.5), (0.0, shift - half)), line((0.0, shift + half), (0.0, 3.5))]
+        return float(cost_to_go(memory(np.vstack(wall)), points, goal, LOW, HIGH, RADIUS, 0.0).at(points)[0])
+
+    assert cost(RADIUS + 0.5 * RESOLUTION) < 2.3
+    assert cost(RADIUS - BLOCKED_SLACK - 0.75 * RESOLUTION) == math.inf

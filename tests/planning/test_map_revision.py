@@ -1,0 +1,141 @@
+"""Old regions give way to new scans where they disagree, and only there."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from drake_starnav.planning.map_revision import block, cut_back, lasting_hits, reconcile, seen_through
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.regions.star_region import scan_region
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import RADIUS, cast, explored, seeds, segment_distance, wandered
+
+PARAMETERS = PlannerParameters(contradiction=0.1, drop_seen_through=True)
+WALLS = (-3.0, -2.0, 3.0, 2.0)
+ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 0.8, 0.3)], bounds=WALLS)
+PLACES = np.array([(-1.5, 0.0), (0.0, 0.0), (1.0, -0.5)])
+HERE = np.array((0.5, -0.2, 0.3))
+
+
+def shifted(roadmap, offset):
+    """A roadmap whose robot believed to be elsewhere by `offset` when it made it."""
+    moved = [(scan, pose + (*offset, 0.0)) for scan, pose in roadmap.scans]
+    out = StarRoadmap.empty(PARAMETERS, RADIUS)
+    for scan, pose in moved:
+        out = extended(out, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+    return out
+
+
+@given(seeds)
+def test_where_nothing_has_moved_no_node_is_dropped(seed):
+    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    pose = roadmap.scans[0][1]
+    assert len(reconcile(roadmap, cast(world, pose), pose, PARAMETERS, RADIUS)) == len(roadmap)
+
+
+@given(seeds)
+def test_a_small_error_of_the_pose_drops_no_node(seed):
+    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(-np.pi, np.pi)
+    moved = shifted(roadmap, (0.04 * np.cos(angle), 0.04 * np.sin(angle)))
+    pose = roadmap.scans[0][1]
+    assert len(reconcile(moved, cast(world, pose), pose, PARAMETERS, RADIUS)) >= len(moved) - 1
+
+
+def test_without_the_parameter_all_stays():
+    roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), (0.5, 0.3))
+    assert (
+        reconcile(roadmap, cast(ROOM, HERE), HERE, dataclasses.replace(PARAMETERS, contradiction=0.0), RADIUS)
+        is roadmap
+    )
+
+
+@given(seeds)
+def test_a_cut_region_is_clear_of_the_new_hits(seed):
+    world, roadmap = wandered(seed, nodes=3, parameters=PARAMETERS)
+    moved = shifted(roadmap, (0.2, 0.1))
+    pose = roadmap.scans[0][1]
+    scan = cast(world, pose)
+    for region in moved.regions:
+        if np.hypot(*(scan.points(pose) - region.center).T).min() < RADIUS + region.margin:
+            continue  # its centre is no place for the robot: from there all ways out are ways away
+        values = cut_back(region, *lasting_hits(scan, pose), RADIUS + region.margin)
+        assert (values <= region.free_range).all()
+        angle = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
+        tips = region.center + values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+        tips = tips[values > 0.0]
+        away = segment_distance(scan.points(pose)[None], region.center, tips[:, None])
+        assert away.size == 0 or away.min() >= RADIUS + region.margin - 1e-9
+
+
+@pytest.mark.parametrize("offset", [(0.3, 0.0), (-0.2, 0.25), (0.5, 0.3)])
+def test_a_map_that_has_drifted_gives_way_to_what_is_seen(offset):
+    roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), offset)
+    scan = cast(ROOM, HERE)
+    found = reconcile(roadmap, scan, HERE, PARAMETERS, RADIUS)
+    assert len(found) < len(roadmap)
+    for region in found.regions:
+        radius = RADIUS + region.margin - PARAMETERS.contradiction
+        slack = region.free_range - cut_back(region, *lasting_hits(scan, HERE), radius)
+        assert slack.max() <= PARAMETERS.contradiction
+    # ghosts of the old walls are gone with their nodes
+    ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
+    assert (found.hits.distance(ahead) > RADIUS).all()
+
+
+def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
+    empty = dataclasses.replace(ROOM, cylinders=[])
+    roadmap = explored(empty, PLACES[:1], PARAMETERS)
+    pose = np.array((-1.5, 0.0, 0.0))
+    found = reconcile(roadmap, cast(ROOM, pose), pose, PARAMETERS, RADIUS)
+    assert len(found) == 1
+    before, after = roadmap.regions[0], found.regions[0]
+    inside = np.array([(1.0, 0.8), (0.9, 0.5)]), np.array([(-2.0, 1.0), (0.0, -1.0)])
+    assert before.contains(inside[0]).all() and not after.contains(inside[0]).any()
+    assert after.contains(inside[1]).all()
+
+
+def test_hits_in_free_space_are_told_from_those_behind_walls():
+    scan = cast(ROOM, HERE)
+    assert seen_through(scan, HERE, scan, HERE, 0.05) == 0.0
+    beyond = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
+    assert seen_through(cast(beyond, HERE), HERE, scan, HERE, 0.05) == 0.0
+    assert seen_through(scan, HERE, cast(beyond, HERE), HERE, 0.05) == 1.0
+
+
+def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
+    roadmap = explored(ROOM, PLACES, PARAMETERS)
+    place = PLACES[1] + (0.1, 0.05)
+    after = block(roadmap, place, PARAMETERS, RADIUS)
+    assert len(after) == len(roadmap) - 1 and after.blocked.tolist() == [place.tolist()]
+    assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()
+
+
+def test_what_a_scan_sees_through_is_kept_where_the_pose_is_true():
+    posts = dataclasses.replace(ROOM, cylinders=[(x, y, 0.15) for x in (-1.0, -0.3, 0.4) for y in (-1.2, 1.2)])
+    roadmap = explored(posts, PLACES[:1], PARAMETERS)
+    through = cast(dataclasses.replace(ROOM, cylinders=[]), HERE)
+    trusting = dataclasses.replace(PARAMETERS, drop_seen_through=False)
+    assert seen_through(*roadmap.scans[0], through, HERE, PARAMETERS.contradiction) > 0.1
+    assert reconcile(roadmap, through, HERE, trusting, RADIUS) is roadmap
+    assert len(reconcile(roadmap, through, HERE, PARAMETERS, RADIUS)) == 0
+
+
+@pytest.mark.parametrize("pose_errs", [False, True])
+def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_errs):
+    """Behind a wall with a door is a post that only the node in the doorway has seen."""
+    walls = [[(0.5, low), (0.6, low), (0.6, high), (0.5, high)] for low, high in ((-2.0, 0.5), (1.5, 2.0))]
+    world = dataclasses.replace(ROOM, cylinders=[(2.0, -1.2, 0.2)], polygons=walls)
+    parameters = dataclasses.replace(PARAMETERS, drop_seen_through=pose_errs)
+    doorway = np.array((0.55, 1.0))
+    roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), parameters)
+    post = lasting_hits(*roadmap.scans[1])[0]
+    post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
+    assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
+    after = block(roadmap, doorway + (0.1, 0.0), parameters, RADIUS)
+    assert len(after) == 1
+    assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()

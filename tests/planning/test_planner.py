@@ -1,0 +1,218 @@
+"""The planner in a closed loop with a robot that moves along the path exactly."""
+
+import dataclasses
+from functools import partial
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, fastest_step, plan_step
+from drake_starnav.planning.planner import node_is_due
+from drake_starnav.regions import Observation
+from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
+from drake_starnav.robot import RobotParameters
+from drake_starnav.worlds.world import World
+from tests.helpers.path_follower import BAFFLES, VAULT, drive
+from tests.helpers.scans import RADIUS, cast
+
+PARAMETERS = PlannerParameters()
+RING = np.linspace(0.0, 1.0, 5)[:, None, None] * [(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi, np.pi, 33)]
+RING = RING.reshape(-1, 2)
+WITHOUT_RETRIES = dataclasses.replace(PARAMETERS, retries=0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"string_pulling": False}, {"cost_to_go": "straight"}, {"anticipation": False}, {"replanning": False}],
+)
+def test_the_goal_is_reached(change):
+    states = drive(BAFFLES, dataclasses.replace(PARAMETERS, **change), steps=700)
+    assert states[-1].status is PlannerStatus.APPROACHING and states[-1].target is None
+    np.testing.assert_array_equal(states[-1].path[-1], BAFFLES.goal)
+    assert states[0].status is PlannerStatus.EXPLORING and states[0].target is not None
+    assert len(states) < 700 and states[-1].guidance.arrives
+
+
+def test_a_goal_in_sight_is_approached_at_once():
+    world = World("open", (0, 0, 0), (2, 0))
+    states = drive(world, PARAMETERS, steps=100)
+    assert {s.status for s in states} == {PlannerStatus.APPROACHING} and len(states) < 55
+
+
+def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
+    states = drive(VAULT, PARAMETERS, steps=4000)
+    last = states[-1]
+    assert last.status is PlannerStatus.UNREACHABLE
+    assert not len(last.path) and not len(last.guidance.path)
+    again = plan_step(last, PlannerInput(Observation.none(), np.zeros(2), np.zeros(2), 1e3, PARAMETERS, RADIUS))
+    assert again is last
+
+
+def test_without_retries_the_roadmap_is_never_rebuilt():
+    states = drive(VAULT, WITHOUT_RETRIES, steps=3000)
+    assert states[-1].status is PlannerStatus.UNREACHABLE and not len(states[-1].retries)
+    assert all(
+        len(after.roadmap.scans) >= len(before.roadmap.scans)
+        and len(after.roadmap.closed) >= len(before.roadmap.closed)
+        for before, after in zip(states, states[1:], strict=False)
+    )
+
+
+def test_equal_inputs_give_equal_states():
+    one, other = (drive(BAFFLES, PARAMETERS, steps=150) for _ in range(2))
+    assert len(one) == len(other)
+    for a, b in zip(one, other, strict=True):
+        assert (a.status, a.plans, len(a.roadmap)) == (b.status, b.plans, len(b.roadmap))
+        np.testing.assert_array_equal(a.retries, b.retries)
+        np.testing.assert_array_equal(a.path, b.path)
+        np.testing.assert_array_equal(a.roadmap.stack.values, b.roadmap.stack.values)
+        np.testing.assert_array_equal(a.roadmap.frontiers.stand, b.roadmap.frontiers.stand)
+        np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
+
+
+def test_nodes_are_added_every_node_spacing():
+    world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
+    states = drive(world, PARAMETERS, steps=200)
+    centers = states[-1].roadmap.stack.center
+    assert len(centers) == 1 + int(4.0 / PARAMETERS.node_spacing)
+    assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
+
+
+def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is_new():
+    world = World("corridor", (0, 0, 0), (6.0, 0), bounds=(-1.0, -0.6, 20.0, 0.6))
+    there = drive(world, PARAMETERS, steps=300)[-1].with_new_goal()
+    assert there.began_with_map and there.status is PlannerStatus.WAITING and there.target is None
+    back = dataclasses.replace(world, start=(6.0, 0, 0), goal=(0.0, 0.0))
+    again = drive(back, PARAMETERS, steps=300, begin=there)
+    assert again[-1].status is PlannerStatus.APPROACHING and len(again[-1].roadmap) == len(there.roadmap)
+    unmapped = drive(back, PARAMETERS, steps=300, begin=dataclasses.replace(there, began_with_map=False))
+    assert len(unmapped[-1].roadmap) > len(there.roadmap) + 5
+    onward = dataclasses.replace(world, start=(0.0, 0, 0), goal=(18.0, 0.0))
+    beyond = drive(onward, PARAMETERS, steps=700, begin=again[-1].with_new_goal())[-1]
+    assert len(beyond.roadmap) > len(there.roadmap) + 5
+    assert (beyond.roadmap.stack.center[len(there.roadmap) :, 0] > 5.0).all()
+
+
+def test_on_the_first_way_no_map_is_known_yet():
+    assert not PlannerState.initial(PARAMETERS, RADIUS).with_new_goal().began_with_map
+
+
+def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
+    half = RADIUS + 0.5 * PARAMETERS.margin
+    world = World("slot", (0, 0, 0), (0.5, 0), bounds=(-1.0, -half, 2.0, half))
+    there = drive(world, PARAMETERS, steps=1)[-1].with_new_goal()
+    there = dataclasses.replace(there, node_position=np.array((3.0, 0.0)))
+    place = np.array((0.02, 0.01))
+    scan = cast(world, np.array((*place, 0.0)))
+    region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
+    assert not there.roadmap.regions[0].contains(place)
+    assert not node_is_due(there, region, place, PARAMETERS)
+
+
+def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
+    given_up = drive(VAULT, WITHOUT_RETRIES, steps=3000)[-1]
+    scan, pose = given_up.roadmap.scans[-1]
+    later = dataclasses.replace(scan, time=scan.time + 60.0)
+    seen = Observation(given_up.roadmap.regions[-1], later, pose)
+    state = plan_step(
+        given_up.with_new_goal(), PlannerInput(seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, RADIUS)
+    )
+    assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
+
+
+def test_a_new_goal_is_looked_for_with_all_retries_again():
+    given_up = dataclasses.replace(drive(VAULT, PARAMETERS, steps=4000)[-1], retries=np.zeros((3, 2)))
+    assert given_up.status is PlannerStatus.UNREACHABLE
+    position = given_up.roadmap.stack.center[-1]
+    elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
+    states = drive(elsewhere, PARAMETERS, steps=400, begin=given_up.with_new_goal())
+    assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
+    assert not any(len(state.retries) for state in states)
+
+
+def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
+    parameters = dataclasses.replace(PARAMETERS, contradiction=0.2)
+    world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
+    there = dataclasses.replace(drive(world, parameters, steps=1)[-1], began_with_map=True)
+    place = np.array((1.0, 0.0))
+    for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
+        scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
+        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, parameters)
+        seen = Observation(region, scan, np.array((*place, 0.0)))
+        assert not node_is_due(there, region, place, parameters)
+        after = plan_step(there, PlannerInput(seen, place, np.array(world.goal), 1.0, parameters, RADIUS))
+        assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
+        assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
+
+
+def test_guidance_hands_on_the_path_and_the_regions():
+    last = drive(BAFFLES, PARAMETERS, steps=400)[-1]
+    assert last.guidance.path is last.path
+    assert last.guidance.regions is last.roadmap.stack
+    assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance.path) == 0
+
+
+def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap():
+    half = RADIUS + 0.6 * PARAMETERS.margin
+    assert PARAMETERS.least_margin < half - RADIUS < PARAMETERS.margin
+    walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
+    world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
+    states = drive(world, PARAMETERS, steps=700)
+    assert len(states) < 700 and not len(states[-1].retries)
+    assert not len(states[-1].roadmap.retired) and not len(states[-1].roadmap.closed)
+    margins = [region.margin for region in states[-1].roadmap.regions]
+    assert PARAMETERS.least_margin - 1e-9 < min(margins) < max(margins) == PARAMETERS.margin
+
+
+def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
+    state = drive(BAFFLES, PARAMETERS, steps=30)[-1]
+    regions = state.roadmap.stack.arrays
+
+    def sees_its_way_point(place: np.ndarray, path: np.ndarray) -> bool:
+        return segment_covered(*regions, *place, *path[0], LINE_STEP)
+
+    grid = np.linspace(-1.5, 1.5, 31)
+    places = (np.array((x, y)) for x in grid for y in grid if first_cover(*regions, x, y) >= 0)
+    place = next(place for place in places if not sees_its_way_point(place, state.path))
+    pose = np.array((*place, 0.0))
+    scan = cast(BAFFLES, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    moved = dataclasses.replace(state, node_position=place)
+    after = plan_step(moved, PlannerInput(seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, RADIUS))
+    assert after.plans == state.plans + 1 and len(after.roadmap) == len(state.roadmap)
+    assert sees_its_way_point(place, after.path)
+
+
+def test_a_target_that_was_driven_to_is_seen_or_given_up():
+    for world in (BAFFLES, VAULT):
+        states = drive(world, PARAMETERS, steps=1500)
+        changes = [
+            (before.target[1], after.roadmap)
+            for before, after in zip(states, states[1:], strict=False)
+            if before.target is not None
+            and len(after.roadmap) > len(before.roadmap)
+            and len(after.retries) == len(before.retries)  # then nothing stays given up
+            and distance_to(after.roadmap.stack.center[-1], before.target[0]) < PARAMETERS.arrival_distance
+        ]
+        assert changes
+        for probe, roadmap in changes:
+            about = probe + PARAMETERS.grid_resolution * RING  # gates lie on cells
+            seen = any(r.contains(about).any() for r in roadmap.regions)
+            assert seen or (roadmap.closed == probe).all(axis=1).any()
+
+
+@pytest.mark.parametrize("step", [plan_step, partial(fastest_step, robot=RobotParameters(radius=RADIUS))])
+def test_a_scan_with_another_number_of_beams_than_those_before_is_refused(step):
+    state, pose = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
+    with pytest.raises(StarnavError, match="361 beams.*360 beams.*allowed: the same number"):
+        for beams in (360, 360, 361):
+            scan = cast(BAFFLES, pose, beams=beams)
+            seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+            state = step(state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, RADIUS))
+            pose = pose + (2.0 * PARAMETERS.node_spacing, 0.0, 0.0)
+    assert len(state.roadmap) == 2
+
+
+def distance_to(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.hypot(*(a - b)))

@@ -1,0 +1,116 @@
+"""Robots that make no progress: what is given up, what counts as blocked, and what is tried again."""
+
+import dataclasses
+
+import numpy as np
+
+from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.regions import Observation
+from drake_starnav.regions.star_region import scan_region
+from drake_starnav.worlds.world import World
+from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
+from tests.helpers.scans import RADIUS, cast
+
+PARAMETERS = PlannerParameters()
+
+
+def test_a_robot_that_makes_no_progress_gives_up_its_target():
+    states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
+    first, last = states[0], states[-1]
+    assert not len(first.roadmap.retired) and len(last.roadmap.retired) == 1
+    np.testing.assert_allclose(last.roadmap.retired[0, :2], first.target[0])
+    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
+
+
+def test_where_it_cannot_go_on_no_region_leads_any_more():
+    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
+    (place,) = last.roadmap.blocked
+    assert RADIUS + PARAMETERS.margin < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
+    ring = RADIUS * np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 60)])
+    for region in last.roadmap.regions:
+        assert not region.contains(place + ring).any()
+        assert region.contains(BAFFLES.start[:2])
+
+
+def test_a_robot_that_only_turns_blocks_nothing():
+    last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0, averted=1.0)[-1]
+    assert len(last.roadmap.retired) == 1 and not len(last.roadmap.blocked)
+
+
+def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
+    blocked = drive(BAFFLES, PARAMETERS, steps=int(20.0 / PERIOD), speed=0.01)[-1].roadmap.blocked
+    offset = blocked - BAFFLES.start[:2]
+    assert len(blocked) >= 1
+    assert (offset @ offset.T > 0.0).all()  # the way back from each is open
+
+
+def test_where_the_robot_came_along_it_blocks_nothing():
+    world = World("corridor", (0, 0, 0), (3.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
+    there = dataclasses.replace(drive(world, PARAMETERS, steps=300)[-1].with_new_goal(), began_with_map=False)
+    back = dataclasses.replace(world, start=(3.0, 0, 0), goal=(0.0, 0.0))
+    tries = iter(range(10**6))
+    states = drive(
+        back, PARAMETERS, 400, refused=lambda at: at[0] < 1.8 and next(tries) < int(5.0 / PERIOD), begin=there
+    )
+    assert next(tries) > int(5.0 / PERIOD) and len(states) < 400
+    assert not len(states[-1].roadmap.blocked) and states[-1].status is PlannerStatus.APPROACHING
+    aside = dataclasses.replace(back, bounds=(-1.0, -0.6, 4.0, 2.0), goal=(2.0, 1.6))
+    elsewhere = drive(aside, PARAMETERS, 400, refused=lambda at: at[1] > 0.2, begin=there)
+    assert any(len(state.roadmap.blocked) for state in elsewhere)
+
+
+def test_a_passage_that_cannot_be_driven_is_left_for_another():
+    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 1.2), (2.0, 3.0))]
+    world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
+    states = drive(world, PARAMETERS, 900, refused=lambda place: 1.9 < place[0] < 2.2 and place[1] < 1.0)
+    assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
+    assert 1 <= len(states[-1].roadmap.blocked) <= 3
+    open_door = drive(world, PARAMETERS, 900)
+    assert len(open_door) < 150 and not len(open_door[-1].roadmap.blocked)
+
+
+def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help():
+    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-4, -0.4), (0.4, 4))]
+    posts = [(x, y, 0.2) for x in (-3.0, -1.5, 0.5) for y in (-3.0, -1.8, 1.8, 3.0)]
+    world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
+    tries = iter(range(10**6))
+    states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
+    again = next(k for k, state in enumerate(states) if len(state.retries))
+    assert len(states[again - 1].roadmap.blocked)
+    assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
+    assert not len(states[again].roadmap.blocked) and len(states[again].retries) == 1
+    assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
+
+
+def test_a_robot_with_reason_to_stand_gives_nothing_up():
+    unseen = drive(BAFFLES, PARAMETERS, steps=200, speed=0.0, silent=True)[-1]
+    assert len(unseen.roadmap) == 1 and not len(unseen.roadmap.retired) and not len(unseen.roadmap.blocked)
+    world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
+    arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.blocked)
+
+
+def waited(motion: np.ndarray | None) -> PlannerState:
+    """The planner's state after its robot has not moved for longer than the progress watch allows."""
+    position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
+    pose = np.array(VAULT.start)
+    scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
+    region = scan_region(scan, pose, RADIUS, PARAMETERS)
+    state = PlannerState.initial(PARAMETERS, RADIUS)
+    for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
+        seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
+        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, RADIUS))
+    return state
+
+
+def test_a_robot_that_gives_way_is_not_stuck() -> None:
+    behind = np.arange(360) < 20  # the wall behind it is 1 m away
+    assert len(waited(None).roadmap.retired)
+    assert len(waited(np.where(behind, MOVES, STAYS)).roadmap.retired) == 0
+
+
+def test_only_what_stays_is_remembered_as_an_obstacle() -> None:
+    state = waited(np.full(360, UNKNOWN))
+    assert not state.roadmap.hits.tiles
+    assert waited(None).roadmap.hits.tiles

@@ -1,0 +1,173 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.planning.frontiers import uncovered
+from drake_starnav.planning.map_revision import block
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import (
+    DRIVEN_EDGE_PENALTY,
+    PROBE_SLACK,
+    StarRoadmap,
+    extended,
+    rebuilt,
+    retire,
+    uncovered_share,
+)
+from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import RADIUS, cast, distance, explored, seeds, wandered
+
+PARAMETERS = PlannerParameters()
+
+
+def hits(roadmap: StarRoadmap) -> np.ndarray:
+    return np.vstack([scan.points(pose) for scan, pose in roadmap.scans])
+
+
+def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
+    for part in ("edges", "lengths", "retired"):
+        np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
+    for part in ("stack", "frontiers"):
+        for field in dataclasses.fields(getattr(one, part)):
+            if field.name == "storage":  # where the rows lie does not matter
+                continue
+            np.testing.assert_array_equal(
+                getattr(getattr(one, part), field.name), getattr(getattr(other, part), field.name)
+            )
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_edges_are_free(seed):
+    world, roadmap = wandered(seed, nodes=6)
+    assert len(roadmap.edges) == len({tuple(e) for e in roadmap.edges.tolist()}) > 0
+    for (i, j), length in zip(roadmap.edges, roadmap.lengths, strict=True):
+        a, b = roadmap.stack.center[i], roadmap.stack.center[j]
+        apart = float(np.hypot(*(b - a)))
+        assert i < j
+        if length == pytest.approx(apart):
+            line = a + (b - a) * np.linspace(0.0, 1.0, 200)[:, None]
+            assert roadmap.regions[i].contains(b) or roadmap.regions[j].contains(a)
+            assert np.any([r.contains(line) for r in roadmap.regions], axis=0)[1:-1].all()
+            assert distance(world, line).min() > RADIUS
+        else:  # see the next test
+            assert length == pytest.approx(apart + DRIVEN_EDGE_PENALTY) and (roadmap.edges[:, 1] == j).sum() == 1
+
+
+def test_a_node_that_no_region_sees_is_joined_to_the_one_it_is_least_outside_of():
+    world = World("wall", (0, 0, 0), (2, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
+    roadmap = explored(world, np.array(((0.0, 0.0), (-4.0, 0.0), (2.0, 0.0))), PARAMETERS)
+    assert roadmap.edges.tolist() == [[0, 1], [0, 2]]
+    assert roadmap.lengths.tolist() == pytest.approx([4.0, 2.0 + DRIVEN_EDGE_PENALTY])
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_frontiers_are_uncovered_open_and_owned_by_the_region_they_stand_in(seed):
+    _, roadmap = wandered(seed)
+    frontiers = roadmap.frontiers
+    assert (roadmap.hits.distance(frontiers.probe) > RADIUS - PROBE_SLACK).all()
+    for k in range(len(roadmap)):
+        mine = frontiers.where(frontiers.owner == k)
+        assert uncovered(mine.probe, roadmap.stack.arrays, skip=-1)[
+            [not roadmap.regions[k].contains(p) for p in mine.probe]
+        ].all()
+        away = np.hypot(*(mine.stand - roadmap.stack.center[k]).T)
+        assert (away <= roadmap.stack.reach[k] + 1e-9).all() and (away > 0.12).all()
+
+
+def test_a_probe_that_another_region_covers_dies():
+    world = World("disc", (0, 0, 0), (4, 0), cylinders=[(1.5, 0.0, 0.3)])
+    alone = explored(world, np.zeros((1, 2)), PARAMETERS)
+    behind = np.hypot(*(alone.frontiers.probe - (2.3, 0.0)).T) < 1.5
+    assert behind.any()
+    both = explored(world, np.array(((0.0, 0.0), (2.6, 0.0))), PARAMETERS)
+    region = both.regions[1]
+    spent = region.contains(alone.frontiers.probe)
+    assert spent.any() and not spent.all()
+    old = both.frontiers.where(both.frontiers.owner == 0)
+    remaining = {tuple(p) for p in old.probe.tolist()}
+    assert not remaining & {tuple(p) for p in alone.frontiers.probe[spent].tolist()}
+    assert not region.contains(old.probe).any()
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_retired_places_stay_away(seed):
+    world, roadmap = wandered(seed, nodes=3)
+    place = roadmap.frontiers.stand[len(roadmap.frontiers) // 2]
+    given_up = retire(roadmap, place, 0.2, place)
+    gone = np.hypot(*(roadmap.frontiers.stand - place).T) <= 0.2
+    assert 0 < gone.sum() == len(roadmap.frontiers) - len(given_up.frontiers)
+    assert given_up.retired[-1].tolist() == pytest.approx([*place, 0.2])
+    scan, pose = roadmap.scans[-1]
+    pose = pose + (0.05, 0.0, 0.4)
+    scan = cast(world, pose)
+    again = extended(given_up, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+    assert np.hypot(*(again.frontiers.stand - place).T).min(initial=np.inf) > 0.2
+
+
+@settings(max_examples=8)
+@given(seeds)
+def test_rebuilt_it_is_the_same(seed):
+    _, roadmap = wandered(seed, nodes=4)
+    again = rebuilt(roadmap, PARAMETERS, RADIUS)
+    for part in ("center", "bearing_0", "values", "slopes", "reach"):
+        np.testing.assert_array_equal(getattr(again.stack, part), getattr(roadmap.stack, part))
+    np.testing.assert_array_equal(again.edges, roadmap.edges)
+    assert again.hits is roadmap.hits
+
+
+@settings(max_examples=8)
+@given(seeds)
+def test_rebuilt_it_forgets_what_was_retired_closed_looked_at_and_blocked(seed):
+    _, roadmap = wandered(seed, nodes=3)
+    stand, probe = roadmap.frontiers.stand[0], roadmap.frontiers.probe[0]
+    given_up = block(retire(roadmap, stand, 10.0, probe), probe, PARAMETERS, RADIUS)
+    given_up = dataclasses.replace(given_up, looked=stand[None])
+    again = rebuilt(given_up, PARAMETERS, RADIUS)
+    assert not len(given_up.frontiers) and len(given_up.closed) and len(given_up.blocked)
+    assert not any(len(part) for part in (again.retired, again.closed, again.looked, again.blocked))
+    assert_same(again, rebuilt(roadmap, PARAMETERS, RADIUS))
+    for old, new in zip(roadmap.regions, again.regions, strict=True):
+        np.testing.assert_array_equal(new.free_range, old.free_range)
+        assert new.margin == old.margin > PARAMETERS.least_margin - 1e-9
+
+
+@settings(max_examples=8)
+@given(seeds)
+def test_snapshots_are_untouched_by_what_is_made_from_them(seed):
+    world, roadmap = wandered(seed, nodes=3)
+    _, copy = wandered(seed, nodes=3)
+    probes = np.random.default_rng(seed).uniform(-3.0, 3.0, (200, 2))
+    known = roadmap.hits.distance(probes)
+    for x in (-0.1, 0.1):
+        pose = np.array((x, 0.0, x))
+        scan = cast(world, pose)
+        extended(roadmap, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+    retire(roadmap, np.zeros(2), 1.0, np.zeros(2))
+    rebuilt(roadmap, dataclasses.replace(PARAMETERS, margin=0.0), RADIUS)
+    assert_same(roadmap, copy)
+    np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
+    _, roadmap = wandered(seed, nodes=5)
+    *others, region = roadmap.regions
+    rng = np.random.default_rng(seed)
+    points = region.center + rng.uniform(-region.reach, region.reach, (20000, 2))
+    points = points[region.contains(points)]
+    new = ~np.any([other.contains(points) for other in others], axis=0)
+    assert uncovered_share(region, RegionStack.of(tuple(others))) == pytest.approx(new.mean(), abs=0.03)
+    assert uncovered_share(region, roadmap.stack) == 0.0
+    assert uncovered_share(region, RegionStack.of(())) == 1.0
+
+
+def test_the_papers_frontiers_grow_a_roadmap_too():
+    _, roadmap = wandered(4, parameters=dataclasses.replace(PARAMETERS, frontiers="dbscan"))
+    assert len(roadmap) == 5 and len(roadmap.frontiers)

@@ -1,0 +1,243 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.planning.cost_field import STRIDE
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.optimistic_path import NEXT
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.roadmap import StarRoadmap, retire
+from drake_starnav.planning.search import (
+    GATE_LENGTH,
+    barred_in_vain,
+    estimates,
+    find_route,
+    graph_distances,
+    optimistic_cost,
+    optimistic_gate,
+)
+from drake_starnav.planning.state import PlannerInput
+from drake_starnav.regions.observation import Observation
+from drake_starnav.regions.star_region import LINE_STEP, StarRegion, scan_region, segment_covered
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import RADIUS, cast, distance, explored, free_point, length, seeds, wandered
+
+PARAMETERS = PlannerParameters()
+HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
+"""Half of a side of a cell of the cost-to-go, m."""
+WITHOUT_GATES = dataclasses.replace(PARAMETERS, gates=False)
+
+
+def here(world: World, position: np.ndarray) -> StarRegion:
+    pose = np.array((*position, 0.0))
+    return scan_region(cast(world, pose), pose, RADIUS, PARAMETERS)
+
+
+def moment(position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters = PARAMETERS) -> PlannerInput:
+    """What the search is given of the robot at a place: no scan, for it looks at the roadmap alone."""
+    return PlannerInput(Observation.none(), position, goal, 0.0, parameters, RADIUS)
+
+
+def floyd_warshall(roadmap: StarRoadmap) -> np.ndarray:
+    cost = np.full((len(roadmap), len(roadmap)), np.inf)
+    np.fill_diagonal(cost, 0.0)
+    for (i, j), edge in zip(roadmap.edges, roadmap.lengths, strict=True):
+        cost[i, j] = cost[j, i] = min(cost[i, j], edge)
+    for k in range(len(roadmap)):
+        cost = np.minimum(cost, cost[:, k, None] + cost[None, k])
+    return cost
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_graph_distances_match_floyd_warshall(seed):
+    world, roadmap = wandered(seed, nodes=7)
+    position = free_point(np.random.default_rng(seed + 1), world, RADIUS + 0.05)
+    region = here(world, position)
+    distances, previous = graph_distances(roadmap, region, position)
+    centers = roadmap.stack.center
+    entries = [k for k, r in enumerate(roadmap.regions) if r.contains(position) or region.contains(centers[k])]
+    direct = np.hypot(*(centers - position).T)
+    expected = (direct[entries, None] + floyd_warshall(roadmap)[entries]).min(axis=0)
+    np.testing.assert_allclose(distances, expected)
+    for node, before in enumerate(previous):
+        edge = [n for n, e in zip(roadmap.lengths, roadmap.edges.tolist(), strict=True) if set(e) == {node, before}]
+        cost = direct[node] if before < 0 else distances[before] + edge[0]
+        assert distances[node] == pytest.approx(cost)
+
+
+def test_off_the_map_the_nearest_node_is_the_way_in():
+    world = World("wall", (0, 0, 0), (3, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
+    roadmap = explored(world, np.array(((0.0, 0.0), (-1.0, 0.0))), PARAMETERS)
+    distances, previous = graph_distances(roadmap, here(world, np.array((2.0, 0.0))), np.array((2.0, 0.0)))
+    assert distances.tolist() == pytest.approx([2.1, 3.1]) and previous.tolist() == [-1, 0]
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
+    world, roadmap = wandered(seed)
+    rng = np.random.default_rng(seed)
+    position = roadmap.stack.center[-1]
+    region = here(world, position)
+    for goal in rng.uniform(-3.0, 3.0, (20, 2)):
+        seen = [r.contains(goal) for r in (*roadmap.regions, region)]
+        route = find_route(roadmap, region, moment(position, goal))
+        assert (route is not None and not len(route.target)) == any(seen)
+        if any(seen):
+            np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
+    nothing = find_route(
+        StarRoadmap(**{**vars(roadmap), "frontiers": Frontiers.none()}),
+        region,
+        moment(position, np.full(2, 9.0), WITHOUT_GATES),
+    )
+    assert nothing is None
+
+
+@pytest.mark.parametrize(("growth", "way"), [("continuous", [(3, 0)]), ("arrival", [(0, 0), (3, 0)])])
+def test_without_string_pulling_a_goal_in_sight_is_not_approached_by_the_node_behind(growth, way):
+    goal, position = np.array((3.0, 0.0)), np.array((0.7, 0.0))
+    roadmap = explored(World("open", (0, 0, 0), tuple(goal)), np.zeros((1, 2)), PARAMETERS)
+    hidden = here(World("post", (0, 0, 0), tuple(goal), cylinders=[(2.0, 0.0, 0.05)]), position)
+    assert not hidden.contains(goal)
+    parameters = dataclasses.replace(PARAMETERS, string_pulling=False, growth=growth)
+    route = find_route(roadmap, hidden, moment(position, goal, parameters))
+    np.testing.assert_allclose(route.path, way, atol=1e-12)
+
+
+@settings(max_examples=15)
+@given(seeds, st.booleans())
+@example(9, False)
+@example(58, False)
+@example(9, True)
+@example(58, True)
+def test_the_cheapest_frontier_is_chosen(seed, gates):
+    world, roadmap = wandered(seed)
+    if gates:  # none is left
+        roadmap = dataclasses.replace(roadmap, retired=np.array([(0.0, 0.0, 100.0)]))
+    parameters = dataclasses.replace(PARAMETERS, gates=gates)
+    position = roadmap.stack.center[-1]
+    goal = np.array((9.0, 4.0))
+    region = here(world, position)
+    frontiers = roadmap.frontiers
+    for current in (None, frontiers.stand[-1]):
+        route = find_route(roadmap, region, moment(position, goal, parameters), current)
+        distances, _ = graph_distances(roadmap, region, position)
+        cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
+        for k, stand in enumerate(frontiers.stand):
+            if segment_covered(*roadmap.stack.arrays, *position, *stand, LINE_STEP):
+                cost[k] = min(cost[k], np.hypot(*(stand - position)))
+        cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
+        cost += estimates(optimistic_cost(roadmap, moment(position, goal)), frontiers, goal)
+        if current is not None:
+            cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
+        chosen = np.flatnonzero((frontiers.stand == route.target.stand).all(axis=1))[0]
+        assert cost[chosen] == pytest.approx(cost.min())
+        np.testing.assert_allclose(route.path[-1], route.target.stand[0], atol=1e-12)
+
+
+@settings(max_examples=15)
+@given(seeds)
+def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
+    world, roadmap = wandered(seed, nodes=3)
+    start, angle = roadmap.stack.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
+    path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
+    gate, way = optimistic_gate(roadmap, path)
+    assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
+    away = np.hypot(*(path - gate.stand[0]).T)
+    assert away.min() < HALF_CELL + 1e-9
+    after = np.argmin(away) + 1
+    last = np.argmin(np.hypot(*(path - gate.probe[0]).T))
+    around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
+    beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
+    assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
+    assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + HALF_CELL + 1e-9
+    np.testing.assert_array_equal(way[-1], gate.stand[0])
+    assert not len(optimistic_gate(retire(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
+
+
+def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
+    # seen flat from (0, 0), the gap between the wall and the post is no jump of the free range
+    wall = [(1.0, 0.45), (6.0, 0.45), (6.0, 0.55), (1.0, 0.55)]
+    post = (0.3, 0.75, 0.1)
+    world = World(
+        "gap", (0.0, 0.0, 0.0), (1.5, 1.5), cylinders=(post,), polygons=(wall,), bounds=(-6.0, -0.5, 6.0, 6.0)
+    )
+    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    bare = dataclasses.replace(roadmap, frontiers=Frontiers.none())
+    region, position, goal = here(world, np.zeros(2)), np.zeros(2), np.array(world.goal)
+    assert find_route(bare, region, moment(position, goal, WITHOUT_GATES)) is None
+    route = find_route(bare, region, moment(position, goal))
+    assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
+
+
+def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
+    _, roadmap = wandered(1, nodes=1)
+    direction = np.array((1.0, 0.0))
+    edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
+    for outside in (0.01, HALF_CELL + 0.01):
+        path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
+        gate, way = optimistic_gate(roadmap, path)
+        if outside > HALF_CELL:
+            np.testing.assert_array_equal(gate.stand, path[:1])
+        else:  # a place in the robot's cell is inside
+            assert roadmap.regions[0].contains(gate.stand[0])
+            assert np.hypot(*(gate.stand[0] - path[0])) == pytest.approx(HALF_CELL)
+        assert len(way) == 1 and gate.owner.tolist() == [0]
+
+
+def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
+    """Around the end of a wall: from the probe across the jump on to the goal behind the wall, the next metre first."""
+    wall = [(1.0, -3.0), (1.1, -3.0), (1.1, 0.5), (1.0, 0.5)]
+    world = World("wall", (0.0, 0.0, 0.0), (3.0, -2.0), polygons=(wall,), bounds=(-3.0, -3.0, 6.0, 4.0))
+    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    position, goal = np.zeros(2), np.array(world.goal)
+    for gates in (True, False):
+        parameters = dataclasses.replace(PARAMETERS, gates=gates)
+        route = find_route(roadmap, here(world, position), moment(position, goal, parameters))
+        np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
+        assert np.hypot(*(route.way_on[-1] - goal)) < 2.0 * PARAMETERS.grid_resolution
+        assert distance(world, route.way_on[1:]).min() > RADIUS - 0.05  # the probe may lie nearer, out of sight
+        np.testing.assert_array_equal(route.next_on, route.way_on[: len(route.next_on)])
+        assert NEXT - 0.15 < length(route.next_on) < NEXT + 0.3  # the first step is from the probe to a cell
+        to_go = np.hypot(*(route.next_on - goal).T)
+        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_on[-1] - route.target.stand[0])) > 0.5
+    route = find_route(roadmap, here(world, position), moment(position, np.array((0.5, 0.5)), parameters))
+    assert not len(route.target) and not len(route.way_on) and not len(route.next_on)
+
+
+def test_a_way_on_that_leads_back_past_the_robot_has_no_next_part_but_the_probe():
+    """The last frontier lies behind a post, away from the goal: the robot must go and see, not turn at once."""
+    world = split_room(door=1.0)
+    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    behind = roadmap.frontiers.where(roadmap.frontiers.probe[:, 0] < -1.0)
+    roadmap, position, goal = dataclasses.replace(roadmap, frontiers=behind), np.zeros(2), np.array(world.goal)
+    to_go = optimistic_cost(roadmap, moment(position, goal))
+    assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
+    route = find_route(roadmap, here(world, position), moment(position, goal, WITHOUT_GATES))
+    np.testing.assert_array_equal(route.next_on, route.target.probe)
+    assert length(route.way_on) > 3.0
+
+
+def split_room(door: float) -> World:
+    """Start and goal in two halves of a room with a door of some width (m) between; a post hides a part of one."""
+    half = 0.5 * door
+    walls = [[(2.0, low), (2.1, low), (2.1, high), (2.0, high)] for low, high in ((-3.0, -half), (half, 3.0))]
+    return World("split", (0, 0, 0), (4.2, 2.5), cylinders=[(-0.9, 1.5, 0.3)], polygons=walls, bounds=(-3, -3, 5, 3))
+
+
+@pytest.mark.parametrize(("door", "tried", "in_vain"), [(0.8, True, True), (0.8, False, False), (0.02, True, False)])
+def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_vain):
+    world, position = split_room(door), np.array((1.0, 0.0))
+    goal = np.array(world.goal)
+    roadmap = explored(world, np.array([(0.0, 0.0), (1.0, 0.0), (0.5, -1.0), (0.5, 1.0)]), PARAMETERS)
+    if tried:
+        places = np.array([(2.05, y) for y in np.arange(-0.4, 0.41, 0.1)])
+        frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)
+        roadmap = dataclasses.replace(roadmap, closed=places, frontiers=frontiers)
+    route = find_route(roadmap, here(world, position), moment(position, goal))
+    assert route.hopeless == (tried or door < 0.1)
+    assert barred_in_vain(roadmap, moment(position, goal)) == in_vain

@@ -1,0 +1,194 @@
+"""Imports only point down the table of rooms, and numerics know nothing of Drake.
+
+A room is a module or a folder directly in the package. The table says which rooms it may import, and which
+third-party packages; what it leaves out is forbidden, and a room that it leaves out is an error.
+"""
+
+import ast
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import drake_starnav
+
+PACKAGE = "drake_starnav"
+FOLDER = Path(drake_starnav.__file__).parent
+DATA = {"share"}
+"""Folders of the package that hold no code."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """What the modules of a room may import, beside each other and the standard library."""
+
+    rooms: str = ""
+    packages: str = ""
+
+
+GROUND = "errors parameters utils"
+SENSING = f"{GROUND} geometry lidar robot"
+METHOD = f"{SENSING} regions tracking localization worlds planning control baselines"
+LOOP = f"{METHOD} scenario systems station validation navigation"
+ARRAYS = "numpy scipy numba"
+DRAKE = "numpy numba pydrake"
+
+TABLE = {
+    "errors": Room(),
+    "parameters": Room("errors", "numpy"),
+    "utils": Room("errors", "numpy yaml"),
+    "geometry": Room("errors utils", ARRAYS),
+    "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
+    "robot": Room(f"{GROUND} geometry", "numpy"),
+    "regions": Room(SENSING, ARRAYS),
+    "tracking": Room(SENSING, ARRAYS),
+    "localization": Room(SENSING, ARRAYS),
+    "worlds": Room(SENSING, f"{ARRAYS} yaml PIL"),
+    "planning": Room(f"{SENSING} regions", f"{ARRAYS} sklearn"),
+    "control": Room(f"{SENSING} regions tracking planning", ARRAYS),
+    "baselines": Room(f"{SENSING} regions control", f"{ARRAYS} sklearn"),
+    "scenario": Room(METHOD, "numpy yaml"),
+    "systems": Room(METHOD, DRAKE),
+    "station": Room(f"{SENSING} worlds planning scenario systems", DRAKE),
+    "validation": Room(f"{METHOD} scenario station"),
+    "navigation": Room(f"{METHOD} scenario systems station validation", DRAKE),
+    "visualization": Room(LOOP, f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
+    "simulation": Room(f"{LOOP} visualization", DRAKE),
+    "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy tqdm dask distributed matplotlib"),
+    "cli": Room(f"{LOOP} visualization simulation evaluation", f"{DRAKE} tqdm"),
+    "__init__": Room(f"{LOOP} visualization simulation"),
+    "__main__": Room("cli"),
+}
+"""From the ground up: a room may only import rooms that stand above it here."""
+
+WITHOUT_DRAKE = {*METHOD.split(), "scenario"}
+MOST_ROOMS, MOST_LOOSE = 25, 8
+"""Rooms, and modules directly in the package besides `__init__` and `__main__`."""
+
+
+def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:
+    """Line and absolute dotted name of everything a module imports, wherever in its text.
+
+    Args:
+        tree: the parsed module.
+        module: its dotted name; a package's ends in `.__init__`.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = module.split(".")[: -node.level] if node.level else []
+            source = ".".join([*parents, *([node.module] if node.module else [])])
+            if source == PACKAGE:  # `from drake_starnav import stars` names a room in its second half
+                yield from ((node.lineno, f"{source}.{alias.name}") for alias in node.names)
+            else:
+                yield node.lineno, source
+
+
+def violations(source: str, module: str, table: dict[str, Room] = TABLE) -> list[str]:
+    """One sentence for each import that the table does not allow.
+
+    Args:
+        source: text of the module.
+        module: its dotted name; a package's ends in `.__init__`.
+        table: room -> what it may import.
+    """
+    room = module.split(".")[1]
+    if room not in table:
+        return [f"{module}: room {room} is not in the table of {Path(__file__).name}; add it where it belongs"]
+    allowed_rooms, allowed_packages = {room, *table[room].rooms.split()}, set(table[room].packages.split())
+    found = []
+    for line, name in imported_modules(ast.parse(source), module):
+        top, *rest = name.split(".")
+        if top == PACKAGE:
+            target = rest[0] if rest and rest[0] in table else "__init__"
+            if target not in allowed_rooms:
+                known = table[room].rooms or "no other room"
+                found.append(f"{module}:{line} imports {name}; {room} may know {known}")
+        elif top not in allowed_packages and top not in sys.stdlib_module_names:
+            found.append(f"{module}:{line} imports {name}; {room} may know {table[room].packages or 'no package'}")
+    return found
+
+
+def modules() -> Iterator[tuple[str, Path]]:
+    """Dotted name and file of every module of the package."""
+    for path in sorted(FOLDER.rglob("*.py")):
+        parts = path.relative_to(FOLDER).with_suffix("").parts
+        if parts[0] not in DATA:
+            yield ".".join((PACKAGE, *parts)), path
+
+
+@pytest.mark.parametrize(("module", "path"), [pytest.param(*found, id=found[0]) for found in modules()])
+def test_imports_point_down(module: str, path: Path) -> None:
+    assert violations(path.read_text(encoding="utf-8"), module) == []
+
+
+def test_the_table_has_no_way_up() -> None:
+    lower: set[str] = set()
+    for name, room in TABLE.items():
+        assert set(room.rooms.split()) <= lower, f"{name} may only know rooms that stand before it in the table"
+        lower.add(name)
+
+
+def test_the_rooms_are_few() -> None:
+    loose = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "__main__"}
+    assert len(TABLE) <= MOST_ROOMS
+    assert len(loose) <= MOST_LOOSE, sorted(loose)
+    assert {module.split(".")[1] for module, _ in modules()} == set(TABLE), "a room of the table does not exist"
+
+
+def test_numerics_know_nothing_of_drake() -> None:
+    for name in WITHOUT_DRAKE:
+        assert "pydrake" not in TABLE[name].packages.split()
+        assert set(TABLE[name].rooms.split()) <= WITHOUT_DRAKE, f"{name} would get pydrake through another room"
+
+
+@pytest.mark.parametrize(
+    ("module", "source", "complaint"),
+    [
+        (
+            "regions.star_region",
+            "import numpy as np\nfrom pydrake.math import RigidTransform",
+            "regions.star_region:2 imports pydrake",
+        ),
+        ("regions.star_region", "def late():\n    import pydrake", "regions.star_region:2 imports pydrake"),
+        ("regions.star_region", "from drake_starnav.planning.search import find_route", "regions may know"),
+        ("regions.star_region", "from drake_starnav import planning", "imports drake_starnav.planning"),
+        ("regions.star_region", "from ..planning import search", "imports drake_starnav.planning"),
+        ("regions.__init__", "from ..planning import search", "imports drake_starnav.planning"),
+        ("regions.star_region", "from .. import control", "imports drake_starnav.control"),
+        ("regions.star_region", "import drake_starnav.station.lidar_sensor", "imports drake_starnav.station"),
+        ("regions.star_region", "import drake_starnav", "imports drake_starnav"),
+        ("robot", "from .regions import erosion", "imports drake_starnav.regions"),
+        ("errors", "import numpy", "errors may know no package"),
+        ("attic.old", "", "room attic is not in the table"),
+    ],
+)
+def test_a_violation_is_found(module: str, source: str, complaint: str) -> None:
+    (found,) = violations(source, f"{PACKAGE}.{module}")
+    assert complaint in found
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        (
+            "regions.star_region",
+            "import math\nimport numpy as np\nfrom drake_starnav.lidar.laser_scan import LaserScan",
+        ),
+        (
+            "regions.star_region",
+            "from .erosion import free_range\nfrom ..lidar.laser_scan import LaserScan\nfrom .. import lidar",
+        ),
+        ("regions.__init__", "from .star_region import StarRegion\nfrom . import star_region"),
+        (
+            "station.lidar_sensor",
+            "from pydrake.math import RigidTransform\nfrom drake_starnav.lidar.laser_scan import LaserScan",
+        ),
+        ("__init__", "from drake_starnav.lidar.laser_scan import LaserScan\nfrom .navigation import make_diagram"),
+    ],
+)
+def test_what_is_allowed_passes(module: str, source: str) -> None:
+    assert violations(source, f"{PACKAGE}.{module}") == []

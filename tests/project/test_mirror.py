@@ -1,0 +1,56 @@
+"""Tests mirror the rooms: tests/room/test_module.py is of drake_starnav/room/module.py."""
+
+from pathlib import Path
+
+import drake_starnav
+from tests.project.test_import_direction import WITHOUT_DRAKE
+
+PACKAGE, TESTS = Path(drake_starnav.__file__).parent, Path(__file__).parents[1]
+OTHERS = {
+    "benchmarks": "of benchmarks/",
+    "fuzz": "readers that are given anything",
+    "helpers": "what tests share; no tests",
+    "integration": "several modules or rooms together",
+    "models": "of the robots in models/",
+    "project": "of the repository as a whole",
+    "scripts": "of scripts/",
+}
+"""Folders of tests that are of no room."""
+DECLARATIONS = "parameters"
+"""Modules of this name only declare parameters, which `tests/test_parameters.py` is about."""
+
+
+def modules() -> set[str]:
+    """Modules and rooms of the package, as paths without suffix."""
+    files = [path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py") if "share" not in path.parts]
+    found = {path.with_suffix("").as_posix() for path in files if path.name != "__init__.py"}
+    return found | {path.parent.as_posix() for path in files if path.name == "__init__.py"}
+
+
+def names_of_tests() -> dict[str, Path]:
+    """What the name of each test file says that it is of, but for those of no room."""
+    files = [path.relative_to(TESTS) for path in TESTS.rglob("test_*.py")]
+    return {
+        (path.parent / path.stem.removeprefix("test_")).as_posix(): path
+        for path in files
+        if path.parts[0] not in OTHERS
+    }
+
+
+def test_no_test_is_an_orphan() -> None:
+    assert not {str(path) for module, path in names_of_tests().items() if module not in modules()}
+
+
+def test_each_module_of_the_numerics_has_a_test_of_its_name() -> None:
+    numerics = {
+        path.relative_to(PACKAGE).with_suffix("").as_posix()
+        for room in WITHOUT_DRAKE
+        for path in [PACKAGE / f"{room}.py", *(PACKAGE / room).rglob("*.py")]
+        if path.is_file() and path.stem not in ("__init__", DECLARATIONS)
+    }
+    assert not numerics - set(names_of_tests())
+
+
+def test_what_tests_share_has_one_place() -> None:
+    shared = {path.relative_to(TESTS) for path in TESTS.rglob("*.py") if not path.name.startswith("test_")}
+    assert {path.parts[0] for path in shared} == {"helpers", "conftest.py"}

@@ -1,0 +1,94 @@
+"""The code in README and docs runs as written, and links lead somewhere."""
+
+import re
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.worlds import WORLD_KINDS
+
+ROOT = Path(__file__).resolve().parents[2]
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(language: str, page: Path = README) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks("python", page)], ids=lambda page: page.name)
+def test_python_blocks_run(page: Path, capsys: pytest.CaptureFixture) -> None:
+    with patch.dict(WORLD_KINDS):  # a block may enter a kind of its own
+        for code in blocks("python", page):
+            exec(compile(code, page.name, "exec"), {"__name__": "documented"})
+    assert capsys.readouterr().out.strip()
+
+
+@pytest.mark.parametrize("page", [README, ROOT / "docs" / "tuning.md"], ids=lambda page: page.name)
+def test_yaml_blocks_are_scenarios_or_parts_of_them(page: Path) -> None:
+    found = blocks("yaml", page)
+    assert found
+    for text in found:
+        assert parse_scenario(text if "world:" in text else f"world: !Forest\n{text}", name=page.stem).world
+
+
+@cache
+def help_of(program: tuple[str, ...]) -> str:
+    """What a script or module says to --help."""
+    return subprocess.run(
+        [sys.executable, *program, "--help"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+
+
+def assert_has_options(program: tuple[str, ...], words: list[str]) -> None:
+    for option in (word for word in words if word.startswith("--")):
+        assert re.search(rf"{option}\b", help_of(program)), (program, option)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks("sh", page)], ids=lambda page: page.name)
+def test_no_command_is_refused_because_of_the_file_of_another(page: Path) -> None:
+    for block in blocks("sh", page):
+        commands = [line for line in block.splitlines() if "benchmark.py" in line and "--resume" not in line]
+        files = [name for line in commands for name in re.findall(r"--json (\S+)", line)]
+        assert len(set(files)) == len(files)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks("sh", page)], ids=lambda page: page.name)
+def test_commands_name_real_scripts_targets_and_options(page: Path) -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    lines = [line.partition("#")[0].strip() for block in blocks("sh", page) for line in block.splitlines()]
+    commands = [line for line in lines if line]
+    assert commands
+    for command in commands:
+        program, target, *rest = command.split()
+        if program == "make":
+            assert f"\n{target}:" in makefile
+        elif program == "pip":
+            (extra,) = re.findall(r"\[(\w+)\]", rest[0])
+            assert f"\n{extra} = [" in project
+        elif command == "source .venv/bin/activate":
+            assert "VENV ?= .venv\n" in makefile
+        elif target == "-m":
+            module = ROOT / rest[0].replace(".", "/")
+            assert program == "python" and (module.with_suffix(".py").is_file() or (module / "__main__.py").is_file())
+            assert_has_options(("-m", rest[0]), rest[1:])
+        else:
+            assert program == "python" and (ROOT / target).is_file()
+            assert_has_options((target,), rest)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_local_links_exist(page: Path) -> None:
+    links = re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
+    for link in links:
+        assert link.startswith("http") or (page.parent / link.partition("#")[0]).exists(), link
+
+
+def test_readme_shows_something_and_leads_on() -> None:
+    assert blocks("python") and "](docs/ports.md)" in README.read_text(encoding="utf-8")

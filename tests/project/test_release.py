@@ -1,0 +1,64 @@
+"""What a release says of itself is the same everywhere, and the citation is valid."""
+
+import re
+import shutil
+import subprocess
+import tomllib
+from datetime import date
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+SECTION = re.compile(r"^## (\d+\.\d+\.\d+) \((unreleased|\d{4}-\d{2}-\d{2})\)$")
+
+
+def sections() -> list[tuple[str, str]]:
+    """Versions of the changelog and their dates, newest first."""
+    lines = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines()
+    found = [SECTION.match(line) for line in lines if line.startswith("## ")]
+    assert all(found), "a section is not `## 1.2.3 (unreleased)` or `## 1.2.3 (2026-01-31)`"
+    return [match.groups() for match in found if match]
+
+
+def test_every_place_names_the_same_version() -> None:
+    version = PROJECT["version"]
+    package = ElementTree.parse(ROOT / "models" / "package.xml").getroot()
+    assert package.findtext("version") == version
+    assert CITATION["version"] == version
+    assert sections()[0][0] == version
+
+
+def test_the_changelog_goes_back_in_time() -> None:
+    numbers = [tuple(map(int, version.split("."))) for version, _ in sections()]
+    assert numbers == sorted(numbers, reverse=True)
+    for k, (_, day) in enumerate(sections()):
+        assert day != "unreleased" or k == 0
+        assert day == "unreleased" or date.fromisoformat(day)
+
+
+def test_a_tagged_commit_is_that_release() -> None:
+    if shutil.which("git") is None or not (ROOT / ".git").exists():
+        pytest.skip("not run from a checkout of git")
+    tags = subprocess.run(
+        ["git", "tag", "--points-at", "HEAD", "v*"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert set(tags) <= {f"v{PROJECT['version']}"}
+    assert not tags or sections()[0][1] != "unreleased"
+
+
+def test_the_citation_has_what_its_format_demands() -> None:
+    assert CITATION["cff-version"] == "1.2.0"
+    assert CITATION["type"] in ("software", "dataset")
+    assert {"message", "title", "authors"} <= set(CITATION)
+    assert CITATION["license"] == PROJECT["license"]
+    for entry in (CITATION, CITATION["preferred-citation"]):
+        assert entry["title"] and entry["authors"]
+        assert all({"name"} <= set(a) or {"family-names", "given-names"} <= set(a) for a in entry["authors"])
+    preferred = CITATION["preferred-citation"]
+    assert re.fullmatch(r"10\.\d{4,9}/\S+", preferred["doi"])
+    assert isinstance(preferred["year"], int) and 1 <= preferred["month"] <= 12

@@ -1,0 +1,33 @@
+"""Every script says what it does and how to call it: `--help` answers at once and runs nothing."""
+
+import ast
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def is_script(path: Path) -> bool:
+    """Whether a file does something when it is run."""
+    last = ast.parse(path.read_text(encoding="utf-8")).body[-1]
+    return isinstance(last, ast.If) and ast.unparse(last.test) == "__name__ == '__main__'"
+
+
+SCRIPTS = [p for folder in ("scripts", "benchmarks") for p in sorted((ROOT / folder).rglob("*.py")) if is_script(p)]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_help_says_what_it_does_and_how_to_call_it(script: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "argv", [str(script), "--help"])
+    monkeypatch.setattr(sys, "path", [str(ROOT), *sys.path])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(script), run_name="__main__")
+    assert ended.value.code == 0
+    usage, _, about = capsys.readouterr().out.partition("\n\n")
+    assert usage.startswith("usage: ") and script.stem.lstrip("0123456789_") in usage  # 06 runs lidar_only.py
+    assert len(about.split()) > 5, "it does not say what it does"
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,99 @@
+"""The documentation as a site: it builds without a warning, and opens without a network."""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.visualization.browser import browser_missing, find_chromium
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+pytestmark = pytest.mark.skipif(
+    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_parser", "furo")),
+    reason="building the site takes sphinx, myst-parser and furo: install the extra docs",
+)
+
+LOADING = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
+"""Elements that a browser loads something for, and where they say what."""
+
+
+class Page(HTMLParser):
+    """Collects what a page loads, and where it leads."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.loads: list[str] = []
+        self.leads: list[str] = []
+        self.anchors: set[str] = set()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        if values.get("id"):
+            self.anchors.add(str(values["id"]))
+        if tag in LOADING and values.get(LOADING[tag]):
+            self.loads.append(str(values[LOADING[tag]]))
+        if tag == "a" and values.get("href"):
+            self.leads.append(str(values["href"]))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built anew; a warning fails, such as a link to a page or heading that does not exist."""
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(DOCS), str(folder)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_every_page_is_in_the_menu(site: Path) -> None:
+    menu = set(Page(site / "index.html").leads)
+    assert {f"{page.stem}.html" for page in DOCS.glob("*.md")} - {"index.html"} <= menu
+
+
+def test_nothing_is_loaded_from_elsewhere_and_all_that_is_loaded_exists(site: Path) -> None:
+    for path in site.rglob("*.html"):
+        for target in Page(path).loads:
+            if not target.startswith("data:"):
+                assert "//" not in target, f"{path.name} loads {target}"
+                assert (path.parent / target.partition("?")[0].partition("#")[0]).exists(), f"{path.name}: {target}"
+    for style in site.rglob("*.css"):
+        text = re.sub(r"url\((?!['\"]?data:)", "load(", style.read_text(encoding="utf-8"))
+        assert not re.search(r"load\(['\"]?(https?:)?//|@import", text), style.name
+
+
+def test_links_between_pages_lead_to_their_anchors(site: Path) -> None:
+    pages = {path.name: Page(path) for path in site.glob("*.html")}
+    for name, page in pages.items():
+        for target in page.leads:
+            file, _, anchor = target.partition("#")
+            if "//" not in target and (file or name).endswith(".html"):
+                assert (file or name) in pages, f"{name}: {target}"
+                assert not anchor or anchor in pages[file or name].anchors, f"{name}: {target}"
+
+
+@pytest.mark.skipif(browser_missing() is not None, reason=str(browser_missing()))
+def test_a_browser_shows_every_picture_and_asks_for_nothing_but_the_site(site: Path) -> None:
+    from playwright.sync_api import sync_playwright
+
+    asked: list[str] = []
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1100, "height": 800})
+        page.on("request", lambda request: asked.append(request.url))
+        for name in ("index", "method", "ports", "parameters"):
+            page.goto((site / f"{name}.html").as_uri())
+            broken = page.evaluate("[...document.images].filter(i => !i.naturalWidth).map(i => i.src)")
+            assert broken == [], "pictures that are not shown"
+            overhang = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+            assert overhang <= 0, f"{name} is wider than its window"
+        browser.close()
+    assert asked and all(url.startswith(("file:", "data:")) for url in asked)

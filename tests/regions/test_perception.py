@@ -1,0 +1,53 @@
+"""What one look at a scan says and leaves as it was; `tests/systems/test_star_perception.py` follows many of them."""
+
+import dataclasses
+
+import numpy as np
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.regions import scan_region
+from drake_starnav.regions.perception import Perceived, perceive
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.worlds import World
+from tests.helpers.scans import cast
+
+RADIUS, PLANNER, CONTROLLER = 0.25, PlannerParameters(), ControllerParameters()
+POST = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.5, 0.2, 0.3)])
+POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
+
+
+def looks(*poses: np.ndarray) -> list[Perceived]:
+    """What is known after each scan of `POST` from these poses."""
+    known = [Perceived.nothing()]
+    for number, pose in enumerate(poses):
+        scan = dataclasses.replace(cast(POST, pose), time=0.1 * number)
+        known.append(perceive(known[-1], scan, pose, PLANNER, CONTROLLER, RADIUS))
+    return known[1:]
+
+
+def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() -> None:
+    first, second = looks(*POSES)
+    assert first.observation.region is not None and second.observation.region is not None
+    expected = scan_region(second.observation.scan, POSES[1], RADIUS, PLANNER)
+    assert np.array_equal(second.observation.region.boundary.values, expected.boundary.values)
+    assert (first.safety.time, second.safety.time, second.safety.previous) == (0.0, 0.1, 0.0)
+    (alone,) = looks(POSES[1])
+    assert len(second.safety.hits) > len(alone.safety.hits)
+    assert (second.safety.values <= alone.safety.values + 1e-12).all()
+
+
+def test_looking_again_gives_the_same_and_leaves_what_was_known() -> None:
+    first, second = looks(*POSES)
+    kept = first.safety.values.copy()
+    again = perceive(first, second.observation.scan, POSES[1], PLANNER, CONTROLLER, RADIUS)
+    assert np.array_equal(again.safety.values, second.safety.values)
+    assert np.array_equal(first.safety.values, kept)
+
+
+def test_times_are_noted_where_asked_for() -> None:
+    (first,) = looks(POSES[0])
+    stopwatch = Stopwatch()
+    perceive(first, first.observation.scan, POSES[0], PLANNER, CONTROLLER, RADIUS, stopwatch=stopwatch)
+    (scan,), (fit,) = stopwatch.seconds["scan"], stopwatch.seconds["fit"]
+    assert 0.0 < fit < scan

@@ -1,0 +1,119 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.piecewise_cubic import SMALLEST_SPLIT, PiecewiseCubic, fit_piecewise_cubic
+from tests.helpers.scans import seeds
+
+
+def bumpy(seed: int, count: int = 720) -> np.ndarray:
+    """A positive profile with curves, corners, jumps and noise."""
+    rng = np.random.default_rng(seed)
+    theta = 2.0 * math.pi / count * np.arange(count)
+    samples = 2.5 + sum(rng.normal(0.0, 0.3) * np.cos(k * theta + rng.uniform(0.0, 6.3)) for k in range(1, 9))
+    for _ in range(6):
+        first, width = rng.integers(0, count), rng.integers(1, 90)
+        samples[first : first + width] += rng.normal(0.0, 0.6)
+    return np.maximum(samples + rng.normal(0.0, 0.002, count), 0.05)
+
+
+def segments(fit: PiecewiseCubic, count: int) -> list[tuple[int, int]]:
+    return list(zip(fit.starts, np.append(fit.starts[1:], count), strict=True))
+
+
+def polynomials(fit: PiecewiseCubic, count: int) -> np.ndarray:
+    """The coefficients evaluated at the samples, not clipped at 0."""
+    out = []
+    for (first, end), c in zip(segments(fit, count), fit.coefficients, strict=True):
+        s = np.linspace(-1.0, 1.0, end - first) if end - first > 1 else np.zeros(1)
+        out.append(np.polynomial.polynomial.polyval(s, c))
+    return np.concatenate(out)
+
+
+SEGMENTATIONS = st.sampled_from(["adaptive", "slope", "fixed"])
+
+
+@settings(max_examples=40)
+@given(seeds, SEGMENTATIONS)
+def test_one_sided_fits_never_exceed_the_samples(seed, segmentation):
+    samples = bumpy(seed)
+    fit = fit_piecewise_cubic(samples, StarParameters(segmentation=segmentation))
+    assert (fit.values <= samples + 1e-9).all() and (fit.values >= 0.0).all()
+    np.testing.assert_allclose(fit.values, np.maximum(polynomials(fit, 720), 0.0), atol=1e-12)
+    assert fit.starts[0] == 0 and (np.diff(fit.starts) > 0).all()
+
+
+@settings(max_examples=40)
+@given(seeds, st.sampled_from([0.01, 0.03, 0.1]))
+def test_adaptive_segments_keep_the_tolerance(seed, tolerance):
+    samples = bumpy(seed)
+    parameters = StarParameters(fit_tolerance=tolerance, one_sided_fit=False)
+    fit = fit_piecewise_cubic(samples, parameters)
+    error = polynomials(fit, 720) - samples
+    for first, end in segments(fit, 720):
+        assert end - first <= 90
+        assert np.abs(np.diff(samples[first:end])).max(initial=0.0) <= parameters.jump
+        if end - first >= SMALLEST_SPLIT:
+            assert np.ptp(error[first:end]) <= tolerance + 1e-9
+    one_sided = fit_piecewise_cubic(samples, StarParameters(fit_tolerance=tolerance))
+    assert (one_sided.starts == fit.starts).all()
+
+
+@settings(max_examples=20)
+@given(seeds, SEGMENTATIONS)
+def test_each_segment_is_the_least_squares_cubic(seed, segmentation):
+    samples = bumpy(seed)
+    fit = fit_piecewise_cubic(samples, StarParameters(segmentation=segmentation, one_sided_fit=False))
+    for (first, end), c in zip(segments(fit, 720), fit.coefficients, strict=True):
+        n = end - first
+        s = np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1)
+        degree = min(3, n - 1)
+        expected = np.polyfit(s, samples[first:end], degree)[::-1]
+        np.testing.assert_allclose(c, np.append(expected, np.zeros(3 - degree)), atol=1e-8)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_cubics_are_reproduced_exactly(seed):
+    rng = np.random.default_rng(seed)
+    cuts = np.arange(0, 721, 90)
+    samples, slopes = [], []
+    for k in range(8):
+        c = np.array((3.0 + 1.5 * (k % 2), *rng.uniform(-0.3, 0.3, 3)))
+        s = np.linspace(-1.0, 1.0, 90)
+        samples.append(np.polynomial.polynomial.polyval(s, c))
+        per_radian = 720 / (2.0 * math.pi) / 44.5
+        slopes.append(np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(c)) * per_radian)
+    samples = np.concatenate(samples)
+    for segmentation in ("adaptive", "fixed"):
+        fit = fit_piecewise_cubic(samples, StarParameters(segmentation=segmentation, segments=8))
+        assert fit.starts.tolist() == cuts[:-1].tolist()
+        np.testing.assert_allclose(fit.values, samples, atol=1e-10)
+        np.testing.assert_allclose(fit.slopes, np.concatenate(slopes), atol=1e-8)
+
+
+@pytest.mark.parametrize("count, wanted", [(720, 1), (720, 7), (720, 16), (720, 360), (40, 360)])
+def test_fixed_segmentation_has_that_many_segments_of_equal_length(count, wanted):
+    fit = fit_piecewise_cubic(bumpy(1, count), StarParameters(segmentation="fixed", segments=wanted))
+    assert len(fit.starts) == min(wanted, count)
+    assert np.ptp([end - first for first, end in segments(fit, count)]) <= 1
+
+
+def test_slope_segments_begin_where_the_boundary_turns():
+    samples = np.concatenate((np.full(360, 2.0), 2.0 + 0.05 * np.arange(180), 11.0 - 0.05 * np.arange(180)))
+    fit = fit_piecewise_cubic(samples, StarParameters(segmentation="slope"))
+    assert fit.starts.tolist() == [0, 361, 541]
+    np.testing.assert_allclose(fit.values, samples, atol=0.05)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_an_erosion_down_to_zero_stays_at_zero_or_above(seed):
+    samples = np.maximum(bumpy(seed) - 2.5, 0.0)
+    fit = fit_piecewise_cubic(samples, StarParameters())
+    assert (fit.values >= 0.0).all() and (fit.values <= samples + 1e-9).all()
+    assert np.isfinite(fit.slopes).all()

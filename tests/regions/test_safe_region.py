@@ -1,0 +1,167 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
+from drake_starnav.regions.star_region import covers
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
+
+PARAMETERS = StarParameters()
+SAFE = RADIUS + 0.01
+REACH = 1.2
+
+
+def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, ScanMemory, LaserScan, np.ndarray]:
+    """The safety star after some scans along a random path near the origin of a random world."""
+    rng = np.random.default_rng(seed)
+    world = scattered(rng, discs=12, clear=0.6)
+    pose, memory = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), ScanMemory()
+    for _ in range(poses):
+        pose = pose + rng.uniform(-0.04, 0.04, 3)
+        scan = cast(world, pose, beams=beams)
+        memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
+    star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, SAFE, REACH, PARAMETERS)
+    return star, memory, scan, pose
+
+
+@settings(max_examples=25)
+@given(seeds, st.sampled_from([90, 360, 500]))
+def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_there(seed, beams):
+    star, memory, _, _ = driven(seed, beams=beams)
+    points = star.center + np.random.default_rng(seed).uniform(-1.3, 1.3, (800, 2))
+    inside = np.array([covers(star.center, star.bearing_0, star.values, *p) for p in points])
+    assert inside.any() and not inside.all()
+    hits = np.vstack(memory.points)
+    assert segment_distance(hits[None], star.center, points[inside][:, None]).min() > SAFE - 1e-9
+    assert np.hypot(*(points[inside] - star.center).T).max() <= REACH
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_more_scans_never_certify_more(seed):
+    star, memory, scan, pose = driven(seed)
+    latest = ScanMemory(memory.points[-1:], memory.half_gaps[-1:])
+    alone = safety_star(latest, scan, smoothed_distances(scan, PARAMETERS), pose, SAFE, REACH, PARAMETERS)
+    assert (star.values <= alone.values + 1e-12).all()
+
+
+def test_the_memory_keeps_the_last_scans_and_never_changes():
+    scans = [LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0 + k)) for k in range(4)]
+    memory = ScanMemory()
+    for count, kept in ((3, (1.0, 2.0, 3.0)), (1, (3.0,))):
+        memories = [ScanMemory()]
+        for scan in scans:
+            memories.append(memories[-1].remembered(scan, np.zeros(3), 3.5, count))
+        assert [len(m.points) for m in memories] == [min(k, count) for k in range(5)]
+        memory = memories[-2]
+        assert tuple(float(np.hypot(*p[0])) for p in memory.points) == kept
+        assert [len(p) for p in memories[-1].points][-1] == 0  # 4 m is beyond the reach that matters
+        assert all(len(p) == len(g) for p, g in zip(memory.points, memory.half_gaps, strict=True))
+
+
+def test_with_a_spacing_the_memory_keeps_the_latest_scan_and_some_taken_apart():
+    scan = LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0))
+    memory = ScanMemory()
+    for k in range(40):
+        memory = memory.remembered(scan, np.array((0.04 * k, 0.0, 0.0)), 3.5, 4, 0.1)
+    x = np.array([place[0] for place in memory.places])
+    assert x[-1] == 0.04 * 39
+    assert len(x) == len(memory.points) == len(memory.half_gaps) == 4
+    assert (np.diff(x[:-1]) >= 0.1).all() and (np.diff(x) <= 0.1 + 0.04 + 1e-9).all()
+
+
+def test_the_star_holds_all_remembered_hits():
+    star, memory, _, _ = driven(5)
+    np.testing.assert_array_equal(star.hits, np.vstack(memory.points))
+    assert star.seen and len(star.half_gaps) == len(star.hits)
+
+
+def test_near_hits_are_those_of_the_filtered_scan_close_by():
+    star, _, scan, pose = driven(3)
+    filtered = smoothed_distances(scan, PARAMETERS)
+    near = filtered < NEAR_HIT_RANGE
+    away = np.hypot(*(star.near_hits - pose[:2]).T)
+    np.testing.assert_allclose(away, filtered[near])
+
+
+def test_outside_the_field_of_view_nothing_is_certified():
+    pose = np.array((1.0, 2.0, 0.5))
+    scan = LaserScan(0.0, -math.pi / 2, math.pi / 180, 0.0, 5.0, np.full(181, np.inf))
+    memory = ScanMemory().remembered(scan, pose, 2.0, 5)
+    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH, PARAMETERS)
+    ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
+    assert covers(star.center, star.bearing_0, star.values, *ahead)
+    assert not covers(star.center, star.bearing_0, star.values, *behind)
+
+
+def test_a_robot_too_close_to_a_hit_may_only_move_away():
+    ranges = np.full(360, np.inf)
+    ranges[180] = SAFE - 0.005
+    scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges)
+    star = safety_star(
+        ScanMemory().remembered(scan, np.zeros(3), 2.0, 5), scan, scan.distances, np.zeros(3), SAFE, REACH, PARAMETERS
+    )
+    angle = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
+    assert (star.values[np.cos(angle) > -1e-9] == 0.0).all()
+    assert (star.values[np.cos(angle) < -1e-9] == REACH).all()
+
+
+def safe_star(scan: LaserScan, reach: float = REACH) -> SafetyStar:
+    memory = ScanMemory().remembered(scan, np.zeros(3), reach + 2.0 * SAFE, 5)
+    return safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, reach, PARAMETERS)
+
+
+def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
+    """A scan that sees nothing, but for some beams, b<number>_<number> with their range, m."""
+    seen = np.full(360, np.inf)
+    for name, value in ranges.items():
+        first, last = map(int, name[1:].split("_"))
+        seen[first:last] = value
+    return LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, range_max, seen, lost_beams=True)
+
+
+def test_behind_lost_beams_nothing_is_certified() -> None:
+    """A round wall 0.8 m away, an eighth of which says nothing."""
+    star = safe_star(all_around(b0_360=0.8, b160_205=math.nan))
+    assert star.values.max() <= 0.8 - SAFE + 1e-9
+    assert np.diff(np.sort(np.arctan2(star.hits[:, 1], star.hits[:, 0]))).max() < 1.01 * 2.0 * math.pi / 360
+    assert len(safe_star(all_around(b180_181=math.nan)).hits) == 0  # nothing is made up in the open
+
+
+@pytest.mark.parametrize(("range_max", "reach", "known"), [(0.9, 1.2, 0.9), (5.0, 1.2, 1.72), (5.0, 9.0, 5.0)])
+def test_no_more_is_certified_than_the_lidar_sees(range_max: float, reach: float, known: float) -> None:
+    star = safe_star(all_around(range_max), reach)
+    assert star.reach == pytest.approx(known)
+    assert star.values == pytest.approx(np.full(len(star.values), min(range_max - SAFE, reach)))
+
+
+def test_hits_know_how_far_apart_they_are() -> None:
+    star = safe_star(all_around(b0_360=0.8))
+    assert star.half_gaps == pytest.approx(np.full(360, 0.8 * math.sin(math.pi / 360)))
+
+
+def test_no_scan_certifies_no_motion():
+    star = SafetyStar.none()
+    assert not star.seen
+    assert not covers(star.center, star.bearing_0, star.values, 0.001, 0.0)
+
+
+def test_the_star_ends_before_the_edges_of_a_view() -> None:
+    """Or the disc would sweep what no beam has looked into: here a post beside the view, 0.45 m ahead."""
+    world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.45, -0.2, 0.05)])
+    view = {"beams": 270, "angle_min": -0.3, "angle_increment": math.radians(1.0)}
+    scan, pose = cast(world, **view), np.zeros(3)
+    assert not scan.hits.any()
+    memory = ScanMemory().remembered(scan, pose, REACH + 2.0 * SAFE, 5)
+    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH, PARAMETERS)
+    bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
+    edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
+    inside = (bearing >= edge[0]) & (bearing <= edge[1])
+    assert (star.values[~inside] == 0.0).all() and (star.values[inside] > 0.5).all()

@@ -1,0 +1,111 @@
+"""The wheel is whole: it works in a folder of its own, away from the checkout."""
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import drake_starnav
+from scripts.maintenance import check_wheel
+
+CHECKOUT = Path(__file__).resolve().parents[3]
+PACKAGE = Path(drake_starnav.__file__).parent
+
+pytestmark = [
+    pytest.mark.skipif(
+        any(importlib.util.find_spec(name) is None for name in ("build", "hatchling", "pip")),
+        reason="building a wheel takes build, hatchling and pip: install the extra dev",
+    ),
+    pytest.mark.skipif(not (CHECKOUT / "pyproject.toml").is_file(), reason="not run from a checkout"),
+]
+
+
+def run(*arguments: str | Path, cwd: Path, python_path: Path | None = None) -> str:
+    """Standard output of Python with some arguments; an exit code other than 0 fails the test."""
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    if python_path is not None:
+        environment["PYTHONPATH"] = str(python_path)
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel built from the sdist of the checkout, without network."""
+    folder = tmp_path_factory.mktemp("dist")
+    run("-m", "build", "--no-isolation", "--outdir", folder, CHECKOUT, cwd=folder)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder into which the wheel is installed; what it depends on comes from the environment of the tests."""
+    target = tmp_path_factory.mktemp("site")
+    run("-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--target", target, wheel, cwd=target)
+    return target
+
+
+def test_holds_the_package_the_models_and_the_licence(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    code = {f"drake_starnav/{path.relative_to(PACKAGE).as_posix()}" for path in PACKAGE.rglob("*.py")}
+    models = CHECKOUT / "models"
+    data = {
+        f"drake_starnav/share/{path.relative_to(models).as_posix()}" for path in models.rglob("*") if path.is_file()
+    }
+    assert "drake_starnav/share/robots/starbot.urdf" in data
+    assert code | data <= names
+    assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
+    assert {name.split("/")[0].split("-")[0] for name in names} == {"drake_starnav"}
+
+
+def test_the_sdist_has_what_tests_docs_and_scripts_need(wheel: Path) -> None:
+    (sdist,) = wheel.parent.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for folder in ("docs", "scripts", "tests", "benchmarks", "models"):
+        kept = {path for path in (CHECKOUT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+        assert {path.relative_to(CHECKOUT).as_posix() for path in kept} <= names
+    assert {"README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "Makefile"} <= names
+
+
+def test_the_matrix_script_finds_pythons_that_run(tmp_path: Path) -> None:
+    names = {"broken": "exit 1", "works": "exit 0"}
+    for name, body in names.items():
+        (tmp_path / name).mkdir()
+        launcher = tmp_path / name / "python3.12"
+        launcher.write_text(f"#!/bin/sh\n{body}\n", encoding="utf-8")
+        launcher.chmod(0o755)
+    path = f"{tmp_path / 'broken'}:{tmp_path / 'works'}"
+    assert check_wheel.interpreters(path, tmp_path / "none") == {"3.12": tmp_path / "works" / "python3.12"}
+    (tmp_path / "pyenv" / "3.13.0" / "bin").mkdir(parents=True)
+    own = tmp_path / "pyenv" / "3.13.0" / "bin" / "python"
+    own.symlink_to(tmp_path / "works" / "python3.12")
+    assert check_wheel.interpreters("", tmp_path / "pyenv") == {"3.13": own}
+
+
+def test_finds_its_models_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
+    code = "import drake_starnav.utils.resources as m; print(m.__file__); print(m.model_path('robots', 'starbot.urdf'))"
+    module, urdf = map(Path, run("-c", code, cwd=tmp_path, python_path=installed).splitlines())
+    assert module.is_relative_to(installed)
+    assert urdf.is_relative_to(installed)
+    assert urdf.read_bytes() == (CHECKOUT / "models" / "robots" / "starbot.urdf").read_bytes()
+
+
+@pytest.mark.skipif(
+    not all((PACKAGE / name).is_file() for name in ("simulation.py", "__main__.py")),
+    reason="`python -m drake_starnav simulate` is not there yet",
+)
+def test_drives_the_demo_scenario_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
+    arguments = ("simulate", "forest", "--quiet", "--json", tmp_path / "forest.json")
+    run("-m", "drake_starnav", *arguments, cwd=tmp_path, python_path=installed)
+    assert json.loads((tmp_path / "forest.json").read_text(encoding="utf-8"))["outcome"] == "reached"

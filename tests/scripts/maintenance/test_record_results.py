@@ -1,0 +1,111 @@
+"""The project's results agree with what README and the docs say of them."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from benchmarks import scaling
+from drake_starnav.errors import StarnavError
+from drake_starnav.evaluation import TrialFile
+from scripts.maintenance import record_results
+from tests.helpers.trials import made_up
+
+
+@pytest.mark.parametrize("path", record_results.texts(), ids=lambda path: path.name)
+def test_what_is_said_of_the_results_is_up_to_date(path: Path) -> None:
+    assert not record_results.stale(path, record_results.texts()[path]), (
+        "run python scripts/maintenance/record_results.py"
+    )
+
+
+def test_the_costs_in_the_docs_follow_from_the_figures() -> None:
+    measured = scaling.Scaling(**json.loads(scaling.FIGURES.read_text(encoding="utf-8")))
+    assert scaling.page(measured) == scaling.PAGE.read_text(encoding="utf-8"), f"run {scaling.COMMAND}"
+
+
+def test_costs_of_known_figures() -> None:
+    known = scaling.Scaling("a machine", 24, 3, one_s=48.0, two_s=25.0, longest_s=5.0, start_s=2.0, filed_per_s=200.0)
+    assert known.speedup == pytest.approx(1.92)
+    assert known.trial_s == pytest.approx(25.0 / 12.0)
+    assert known.wall_s(100, 10) == pytest.approx(2.0 + 100 * 25.0 / 12.0 / 10 + 5.0)
+    assert known.wall_s(100_000, 1000) == pytest.approx(2.0 + 500.0 + 5.0)  # filing is slower than a thousand cores
+    assert "| 1,000 | 507 s" in scaling.section(known)
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch) -> Path:
+    """A checkout with nothing but the two pages."""
+    monkeypatch.setattr(record_results, "ROOT", tmp_path)
+    monkeypatch.setattr(record_results, "FOLDER", tmp_path / "benchmarks" / "results")
+    (tmp_path / "docs").mkdir()
+    for page in ("README.md", "docs/benchmark.md"):
+        (tmp_path / page).write_text(
+            "before\n<!-- results: written by `python scripts/maintenance/record_results.py` -->old<!-- end of results -->\nafter\n"
+        )
+    return tmp_path
+
+
+def file_of_trials(path: Path, **changes) -> Path:
+    results = made_up(trials=4, **changes)
+    with TrialFile(path, results.headers[0]) as file:
+        for record in results.records:
+            file.append(record)
+    return path
+
+
+def test_one_command_keeps_a_run_and_writes_what_is_said_of_it(place: Path, capsys) -> None:
+    trials = file_of_trials(place / "run.jsonl")
+    trials.write_bytes(trials.read_bytes() + b'{"cut off')
+    assert record_results.main([str(trials)]) == 0
+    assert sorted(path.name for path in record_results.FOLDER.iterdir()) == [
+        "environment.json", "run.jsonl.xz", "summary.md",
+    ]  # fmt: skip
+    readme = (place / "README.md").read_text()
+    assert readme.startswith("before\n") and readme.endswith("<!-- end of results -->\nafter\n")
+    assert "4 of 4, 100.0 % (51.0 to 100.0)" in readme
+    page = (place / "docs" / "benchmark.md").read_text()
+    assert "| star_paper |" in page
+    assert page.startswith("before\n") and page.endswith("<!-- end of results -->\nafter\n")
+    (environment,) = json.loads((record_results.FOLDER / "environment.json").read_text())
+    assert environment["command"] in page
+    assert record_results.main(["--check"]) == 0
+
+    record_results.main([str(file_of_trials(place / "next.jsonl", nodes=3))])
+    assert [path.name for path in record_results.stored()] == ["next.jsonl.xz"]
+
+
+def test_an_outdated_text_is_told_and_not_touched(place: Path, capsys) -> None:
+    record_results.main([str(file_of_trials(place / "run.jsonl"))])
+    summary = record_results.FOLDER / "summary.md"
+    summary.write_text("better\n")
+    capsys.readouterr()
+    assert record_results.main(["--check"]) == 1
+    assert "summary.md is out of date" in capsys.readouterr().err
+    assert summary.read_text() == "better\n"
+
+
+def test_what_is_no_file_of_trials_replaces_nothing(place: Path, capsys) -> None:
+    record_results.main([str(file_of_trials(place / "run.jsonl"))])
+    assert record_results.main([str(place / "README.md")]) == 2
+    assert "README.md line 1 is not the header" in capsys.readouterr().err
+    assert [path.name for path in record_results.stored()] == ["run.jsonl.xz"]
+
+
+def test_a_full_disk_loses_no_result(place: Path, capsys, monkeypatch) -> None:
+    record_results.main([str(file_of_trials(place / "run.jsonl"))])
+    before = record_results.stored()[0].read_bytes()
+    file_of_trials(place / "new" / "run.jsonl", nodes=3)
+
+    def full(path: Path, data: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert record_results.main([str(place / "new" / "run.jsonl")]) == 2
+    assert "No space left on device" in capsys.readouterr().err
+    assert [(path.name, path.read_bytes()) for path in record_results.stored()] == [("run.jsonl.xz", before)]
+
+
+def test_a_text_without_the_section_is_told() -> None:
+    with pytest.raises(StarnavError, match="there is no section between <!-- results"):
+        record_results.with_section("text", *record_results.SECTION, "content")

@@ -1,0 +1,111 @@
+"""Every example runs as it stands, in a process of its own, comes out as it should, and draws it."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "scripts" / "examples"
+EXAMPLES = sorted(FOLDER.glob("*.py"))
+HANG = 120.0
+"""An example takes seconds; on a machine that has compiled nothing yet, some more. Beyond this it hangs, s."""
+LARGEST_PICTURE = 150_000
+"""Bytes."""
+EXPECTED = {
+    "01_run_a_scenario": [
+        "room at up to 0.8 m/s: reached in",
+        "room at up to 0.4 m/s: reached in",
+        "the shortest path",
+    ],
+    "02_build_the_diagram": ["reached at", "regions in the roadmap"],
+    "03_another_controller": [r"^reached at .* by way of [2-9] short-term goals$"],
+    "04_fixed_path": [r"^reached at .*; off the path by 0\.[12]\d m in the mean, at most 0\.[3-7]\d m$"],
+    "05_holonomic_robot": ["^reached at .* without a turn$"],
+    "06_lidar_only": ["extra_heavy_duty_table", "um off a surface"],
+    "07_two_robots": [
+        r"^blue: 0\.0\d m from its goal, orange: 0\.0\d m from its goal, never nearer .* than 0\.\d\d m; no contact$"
+    ],
+    "08_own_robot": ["^tugbot: reached in", "^starbot: reached in"],
+    "09_batch_over_seeds": ["^reached 6 of 6, 0 collisions$"],
+    "10_log_and_plot": [
+        r"^reached at .*; \d+ samples of each port$",
+        r"in the mean; 9\d\.\d% of the commands certified$",
+    ],
+    "11_replay_a_scan_log": [r"^25 scans, \d+ plans; in the end approaching$"],
+    "12_record_your_diagram": [r"^[4-6] places visited in 30 s; a page of \d\.\d MB$"],
+    "lidar_only": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
+}
+"""What each prints, as regular expressions: its outcome."""
+
+
+def run(example: Path, folder: Path, *arguments: str | Path) -> str:
+    """What an example prints, in a process of its own that knows of no display."""
+    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    environment["PYTHONPATH"] = str(ROOT)
+    done = subprocess.run(
+        [sys.executable, str(example), *map(str, arguments)],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=HANG,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return done.stdout
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_example_comes_out_as_it_should_and_draws_it(example: Path, tmp_path: Path) -> None:
+    printed = run(example, tmp_path, "--png", "out/picture.png")
+    assert "nan" not in printed.lower()
+    for text in EXPECTED[example.stem]:
+        assert re.search(text, printed, re.MULTILINE), printed
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["picture.png"]
+    picture = np.asarray(Image.open(tmp_path / "out" / "picture.png").convert("RGB"))
+    assert picture.std() > 10.0 and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+    assert (tmp_path / "out" / "picture.png").stat().st_size < LARGEST_PICTURE
+
+
+def test_without_being_asked_an_example_leaves_no_file(tmp_path: Path) -> None:
+    run(FOLDER / "11_replay_a_scan_log.py", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_table_names_each_example_and_shows_its_picture() -> None:
+    table = (FOLDER / "README.md").read_text(encoding="utf-8")
+    for example in EXAMPLES:
+        assert f"[{example.name}]({example.name})" in table
+    numbered = [example.stem for example in EXAMPLES if example.stem[0].isdigit()]
+    assert [stem[:2] for stem in numbered] == [f"{k:02d}" for k in range(1, len(numbered) + 1)]
+    pictures = re.findall(r"!\[\]\((.*?)\)", table)
+    assert [Path(picture).stem for picture in pictures] == numbered
+    for picture in pictures:
+        assert 5_000 < (FOLDER / picture).stat().st_size < LARGEST_PICTURE
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_example_says_what_it_is_and_how_to_run_it(example: Path) -> None:
+    text = ast.get_docstring(ast.parse(example.read_text(encoding="utf-8")))
+    assert text is not None
+    assert f"Run: python scripts/examples/{example.name}" in text
+
+
+def test_of_each_example_something_is_expected() -> None:
+    assert set(EXPECTED) == {path.stem for path in EXAMPLES}
+
+
+def test_the_lidar_example_knows_only_the_lidar_and_measures_true_points(tmp_path: Path) -> None:
+    path = ROOT / "scripts" / "examples" / "lidar_only.py"
+    modules = {node.module for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)}
+    own = {module for module in modules if module and module.startswith("drake_starnav")}
+    assert own == {"drake_starnav.lidar.sensor_model", "drake_starnav.station.lidar_sensor"}
+    off = [float(value) for value in re.findall(r"at most ([0-9.]+) um off a surface", run(path, tmp_path))]
+    assert len(off) == 5 and max(off) < 20.0

@@ -1,0 +1,193 @@
+"""The run ends at the first contact with an obstacle; the ground may be touched."""
+
+import gc
+import math
+
+import numpy as np
+import pytest
+from pydrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddRigidHydroelasticProperties,
+    Box,
+    ProximityProperties,
+    Sphere,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import SpatialInertia
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.moving_bodies import MOVERS
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+from drake_starnav.worlds.world import World
+
+ROBOT = RobotParameters()
+TOUCHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
+SPEED = 0.5
+STEP = 0.005  # of the plant, s
+
+
+class Run:
+    """A station that is driven by a constant twist under a monitor."""
+
+    def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, period=0.01, **obstacles) -> None:
+        world = World("test", start, (1.0, 0.0), **obstacles)
+        builder = DiagramBuilder()
+        self.station = builder.AddSystem(NavigationStation(world, ROBOT, LidarParameters(beams=3)))
+        source = builder.AddSystem(ConstantVectorSource(twist))
+        self.monitor = builder.AddSystem(
+            CollisionMonitor(
+                robot=self.station.robot_geometries,
+                ground=[self.station.ground] if ground else [],
+                movers=self.station.mover_geometries,
+                period=period,
+            )
+        )
+        builder.Connect(self.station.GetOutputPort("localization.state"), self.monitor.GetInputPort("state"))
+        builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))
+        builder.Connect(
+            self.station.GetOutputPort("cheat.contact_results"), self.monitor.GetInputPort("contact_results")
+        )
+        self.simulator = Simulator(builder.Build())
+        self.context = self.simulator.get_context()
+
+    def until(self, time: float) -> SimulatorStatus:
+        return self.simulator.AdvanceTo(time)
+
+    def contacts(self) -> list:
+        return self.monitor.contacts(self.monitor.GetMyContextFromRoot(self.context))
+
+    def name(self, geometry) -> str:
+        return self.station.scene_graph.model_inspector().GetName(geometry).split("::")[-1]
+
+
+@pytest.mark.parametrize(
+    ("name", "obstacles", "gap"),
+    [
+        ("cylinder_0", {"cylinders": [(1.0, 0.05, 0.3)]}, 0.45),
+        ("sphere_0", {"spheres": [(1.0, 0.0, 0.3)]}, 0.45),
+        ("polygon_0_0", {"polygons": ([(0.8, -0.5), (1.2, -0.5), (1.2, 0.5), (0.8, 0.5)],)}, 0.55),
+        ("polygon_0_0", {"polygons": ([(0.8, -0.5), (1.2, 0.0), (0.8, 0.5)],)}, 0.55),
+        ("wall_east", {"bounds": (-1.0, -1.0, 0.8, 1.0)}, 0.55),
+    ],
+)
+def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap) -> None:
+    run = Run(**obstacles)
+    assert run.until(0.8 * gap / SPEED).reason() != TOUCHED
+    assert run.contacts() == []
+    status = run.until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("collision of ")
+    # the robot takes a moment to gain speed
+    assert gap / SPEED < run.context.get_time() + 0.02 < gap / SPEED + 0.2
+    ((hull, obstacle),) = run.contacts()
+    assert run.name(hull) == "hull"
+    assert run.name(obstacle) == name
+    assert str(hull) in status.message()
+    assert str(obstacle) in status.message()
+
+
+@pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, 2.0), (0.0, -2.0), (-0.5, 0.5)])
+def test_the_ground_is_touched_all_the_time_and_never_counts(twist) -> None:
+    run = Run(twist)
+    assert run.until(1.5).reason() != TOUCHED
+    results = run.station.GetOutputPort("cheat.contact_results").Eval(run.station.GetMyContextFromRoot(run.context))
+    assert results.num_point_pair_contacts() >= 2
+    assert run.contacts() == []
+
+
+def test_the_ground_counts_when_it_is_not_excepted() -> None:
+    run = Run(ground=False)
+    assert run.until(0.5).reason() == TOUCHED
+    assert {run.name(b) for _, b in run.contacts()} == {"ground"}
+
+
+def test_passing_close_by_is_no_collision() -> None:
+    run = Run(cylinders=[(1.0, ROBOT.radius + 0.3 + 0.002, 0.3)])
+    assert run.until(4.0).reason() != TOUCHED
+
+
+def approaching(speed: float, angle: float, gap: float = 0.5) -> Movers:
+    """A disc that comes from a bearing straight towards the robot at the origin, its rim `gap` from the hull."""
+    from_robot = np.array([math.cos(angle), math.sin(angle)])
+    begin, end = ((ROBOT.radius + 0.3 + far) * from_robot for far in (gap, gap - 10.0 * speed))
+    return Movers([0.3], ([(0.0, *begin), (10.0, *end)],))
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, math.pi])
+@pytest.mark.parametrize("speed", [0.3, 0.8, 2.0])
+def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) -> None:
+    run = Run((0.0, 0.0), period=STEP, movers=approaching(speed, angle))
+    status = run.until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("struck of ")
+    assert run.context.get_time() == pytest.approx(0.5 / speed, abs=2.1 * STEP)
+    ((hull, mover),) = run.contacts()
+    assert (run.name(hull), run.name(mover)) == ("hull", "mover_0")
+
+
+@pytest.mark.parametrize("twist", [(0.5, 0.0), (-0.3, 1.0), (0.05, 0.0)])
+def test_a_robot_that_drives_when_it_meets_a_mover_has_a_collision(twist) -> None:
+    status = Run(twist, period=STEP, movers=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("collision of ")
+
+
+def test_who_stands_against_a_wall_has_a_collision() -> None:
+    """What a robot has driven into by itself is no matter of movers."""
+    run = Run((0.0, 0.0), period=STEP, bounds=(-1.0, -1.0, ROBOT.radius - 0.0005, 1.0), movers=approaching(0.5, 2.0))
+    status = run.until(0.1)
+    assert status.message().startswith("collision of ")
+
+
+def test_a_mover_pushes_the_robot_along_and_keeps_to_its_path() -> None:
+    movers = approaching(0.5, 0.2)
+    run = Run((0.0, 0.0), period=100.0, movers=movers)
+    plant = run.station.plant
+    context = plant.GetMyContextFromRoot(run.context)
+    for time in (1.5, 2.0, 3.0, 5.0):
+        run.until(time)
+        place = plant.GetPositions(context, plant.GetModelInstanceByName(MOVERS))
+        expected, _ = mover_states(movers, np.array([time]))
+        assert place == pytest.approx(expected.ravel(), abs=0.005)
+    pushed = run.station.GetOutputPort("localization.pose").Eval(run.station.GetMyContextFromRoot(run.context))
+    assert np.hypot(*pushed[:2]) > 0.5
+
+
+def test_ports_and_life() -> None:
+    run = Run(cylinders=[(1.0, 0.0, 0.3)])
+    ports = [run.monitor.get_input_port(k).get_name() for k in range(run.monitor.num_input_ports())]
+    assert ports == ["contact_results", "state"]
+    assert run.monitor.num_output_ports() == 0
+    simulator = run.simulator
+    del run
+    gc.collect()
+    assert simulator.AdvanceTo(5.0).reason() == TOUCHED
+
+
+def test_hydroelastic_contact_is_contact() -> None:
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.001)
+    soft, rigid = ProximityProperties(), ProximityProperties()
+    AddCompliantHydroelasticProperties(0.05, 1e6, soft)
+    AddRigidHydroelasticProperties(0.05, rigid)
+    body = plant.AddRigidBody("robot", SpatialInertia.SolidSphereWithMass(1.0, 0.2))
+    robot = plant.RegisterCollisionGeometry(body, RigidTransform(), Sphere(0.2), "hull", soft)
+    wall = plant.RegisterCollisionGeometry(
+        plant.world_body(), RigidTransform([0.5, 0.0, 0.0]), Box(0.65, 1.0, 1.0), "wall", rigid
+    )
+    plant.Finalize()
+    monitor = builder.AddSystem(CollisionMonitor(robot=[robot], ground=[], period=0.01))
+    builder.Connect(plant.get_contact_results_output_port(), monitor.GetInputPort("contact_results"))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.002)
+    context = simulator.get_context()
+    results = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
+    assert (results.num_point_pair_contacts(), results.num_hydroelastic_contacts()) == (0, 1)
+    assert monitor.contacts(monitor.GetMyContextFromRoot(context)) == [(robot, wall)]

@@ -1,0 +1,363 @@
+import gc
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.geometry import (
+    Box,
+    Cylinder,
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    Mesh,
+    PerceptionProperties,
+    ProximityProperties,
+    Role,
+    SceneGraph,
+    Sphere,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.station.lidar_sensor import LidarSensor
+
+EXACT = LidarParameters(noise=0.0)
+FORWARD = 180  # index of the beam along S's x axis
+SPEED, YAW_RATE = 1.0, 2.0
+
+
+class Carrier(LeafSystem):
+    """Poses of frames that translate along W's x axis at a speed and turn at a rate each."""
+
+    def __init__(self, motions):
+        super().__init__()
+        self._motions = motions  # frame -> (speed, yaw rate)
+        self.DeclareAbstractOutputPort("poses", lambda: Value[FramePoseVector](), self._calc)
+
+    def _calc(self, context, output):
+        poses = FramePoseVector()
+        for frame, (speed, rate) in self._motions.items():
+            t = context.get_time()
+            poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(rate * t), [speed * t, 0.0, 0.0]))
+        output.set_value(poses)
+
+
+def add_shape(graph, source, frame, shape, X_FG, name):
+    instance = GeometryInstance(X_FG, shape, name)
+    if frame is None:
+        geometry = graph.RegisterAnchoredGeometry(source, instance)
+    else:
+        geometry = graph.RegisterGeometry(source, frame, instance)
+    graph.AssignRole(source, geometry, ProximityProperties())
+
+
+def build(parameters=EXACT, *, speed=SPEED, yaw_rate=0.0, on_world=False, see_wheel=False, **options):
+    """A robot (a hull with a wheel) that drives towards a post at x = 3, with a lidar 0.2 m above the ground."""
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    source = graph.RegisterSource("test")
+    hull = graph.RegisterFrame(source, GeometryFrame("hull"))
+    wheel = graph.RegisterFrame(source, GeometryFrame("wheel"))
+    add_shape(graph, source, hull, Cylinder(0.25, 0.6), RigidTransform(), "hull")
+    add_shape(graph, source, wheel, Sphere(0.3), RigidTransform([0.0, 0.4, 0.2]), "wheel")
+    add_shape(graph, source, None, Cylinder(0.5, 2.0), RigidTransform([3.0, 0.0, 0.0]), "post")
+    carrier = builder.AddSystem(Carrier({hull: (speed, yaw_rate), wheel: (speed, yaw_rate)}))
+    builder.Connect(carrier.get_output_port(), graph.get_source_pose_port(source))
+    lidar = builder.AddSystem(
+        LidarSensor(
+            parameters,
+            parent_frame_id=SceneGraph.world_frame_id() if on_world else hull,
+            X_PS=RigidTransform([0.0, 0.0, 0.2]),
+            exclude_frames=() if see_wheel else (wheel,),
+            **options,
+        )
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    return builder.Build(), lidar
+
+
+def scan_of(lidar, root, port="scan"):
+    return lidar.GetOutputPort(port).Eval(lidar.GetMyContextFromRoot(root))
+
+
+def run(until, **options):
+    diagram, lidar = build(**options)
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    simulator.AdvanceTo(until)
+    return scan_of(lidar, simulator.get_context())
+
+
+def test_the_first_scan_is_there_after_initialization():
+    diagram, lidar = build()
+    simulator = Simulator(diagram)
+    before = scan_of(lidar, simulator.get_context())
+    assert isinstance(before, LaserScan) and not before.hits.any()
+    simulator.Initialize()
+    scan = scan_of(lidar, simulator.get_context())
+    assert scan.ranges[FORWARD] == pytest.approx(2.5, abs=1e-9)
+    assert (scan.time, scan.range_min, scan.range_max) == (0.0, EXACT.range_min, EXACT.range_max)
+    assert scan.full_circle and scan.bearings[FORWARD] == pytest.approx(0.0)
+
+
+def test_a_scan_is_held_between_samples():
+    diagram, lidar = build()
+    simulator = Simulator(diagram)
+    for until, time in ((0.049, 0.0), (0.06, 0.05), (0.1001, 0.1), (1.012, 1.0)):
+        simulator.AdvanceTo(until)
+        scan = scan_of(lidar, simulator.get_context())
+        assert scan.time == pytest.approx(time)
+        assert scan.ranges[FORWARD] == pytest.approx(2.5 - SPEED * time, abs=1e-9)
+        X_WS = scan_of(lidar, simulator.get_context(), "X_WS")
+        assert np.allclose(X_WS.translation(), (SPEED * time, 0.0, 0.2), rtol=0.0, atol=1e-12)
+
+
+def test_a_continuous_sensor_follows_time_and_feeds_through():
+    diagram, lidar = build(sampled=False)
+    context = diagram.CreateDefaultContext()
+    for time in (0.0, 0.013, 0.5):
+        context.SetTime(time)
+        scan = scan_of(lidar, context)
+        assert scan.time == time and scan.ranges[FORWARD] == pytest.approx(2.5 - SPEED * time, abs=1e-9)
+    assert scan_of(lidar, context) is scan  # Drake's cache
+    assert lidar.HasAnyDirectFeedthrough() and not build()[1].HasAnyDirectFeedthrough()
+
+
+def test_both_modes_measure_the_same_at_a_sample():
+    noisy = LidarParameters(dropout=0.1)
+    sampled = run(0.5001, parameters=noisy, seed=4)
+    diagram, lidar = build(noisy, seed=4, sampled=False)
+    context = diagram.CreateDefaultContext()
+    context.SetTime(sampled.time)
+    assert np.array_equal(scan_of(lidar, context).ranges, sampled.ranges, equal_nan=True)
+
+
+@pytest.mark.parametrize("delay", [0.013, 0.05, 0.1, 0.12, 0.15, 0.35])
+def test_a_late_scan_is_that_of_its_taking(delay):
+    late = LidarParameters(noise=0.0, delay=delay)
+    diagram, lidar = build(late)
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(delay - 1e-3)
+    assert scan_of(lidar, simulator.get_context()).lost.all()
+    for k in range(31):
+        for until in (0.05 * k + delay + 1e-3, 0.05 * (k + 1) + delay - 1e-3):
+            simulator.AdvanceTo(until)
+            scan = scan_of(lidar, simulator.get_context())
+            assert scan.time == pytest.approx(0.05 * k)
+            assert scan.ranges[FORWARD] == pytest.approx(2.5 - SPEED * 0.05 * k, abs=1e-9)
+            assert scan_of(lidar, simulator.get_context(), "X_WS").translation()[0] == pytest.approx(SPEED * 0.05 * k)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.07])
+def test_a_lost_scan_leaves_the_last_one_there(delay):
+    silent = LidarParameters(noise=0.0, delay=delay, silence_start=0.2, silence_duration=0.3)
+    diagram, lidar = build(silent)
+    simulator = Simulator(diagram)
+    for taken, held in ((0.15, 0.15), (0.2, 0.15), (0.45, 0.15), (0.5, 0.5)):
+        simulator.AdvanceTo(taken + delay + 1e-3)
+        assert scan_of(lidar, simulator.get_context()).time == pytest.approx(held)
+
+
+def test_scans_that_come_late_or_never_need_a_sampled_sensor():
+    with pytest.raises(StarnavError, match=r"lidar.delay is 0.1, .* with sampled=False; allowed: 0, 0, 0"):
+        build(LidarParameters(delay=0.1), sampled=False)
+
+
+def test_ports_tell_the_same():
+    diagram, lidar = build(LidarParameters())
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1)
+    scan, ranges, cloud = (scan_of(lidar, simulator.get_context(), p) for p in ("scan", "ranges", "point_cloud"))
+    assert np.array_equal(ranges, scan.ranges)
+    assert cloud.size() == scan.hits.sum() > 0
+    assert np.allclose(cloud.xyzs()[:2].T, scan.points(), atol=1e-6) and not cloud.xyzs()[2].any()
+
+
+def points_of(parameters, X_WS, frame):
+    """The point cloud of one scan of a ball of 1 m radius at (3, 2, 0)."""
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    add_shape(graph, graph.RegisterSource("test"), None, Sphere(1.0), RigidTransform([3.0, 2.0, 0.0]), "ball")
+    lidar = builder.AddSystem(
+        LidarSensor(parameters, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, point_cloud_frame=frame)
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    simulator = Simulator(builder.Build())
+    simulator.Initialize()
+    return scan_of(lidar, simulator.get_context(), "point_cloud").xyzs().astype(float)
+
+
+def test_points_are_in_the_sensor_frame_or_the_world():
+    X_WS = RigidTransform(RotationMatrix.MakeYRotation(0.3), [1.0, 2.0, 0.5])
+    in_S, in_W = (points_of(EXACT, X_WS, frame) for frame in ("S", "W"))
+    assert np.allclose(X_WS @ in_S, in_W, rtol=0.0, atol=1e-6)
+    assert np.allclose(np.linalg.norm(in_W.T - (3.0, 2.0, 0.0), axis=1), 1.0, rtol=0.0, atol=1e-5)
+    assert in_W.shape[1] > 10
+
+
+@pytest.mark.parametrize(("range_max", "hits"), [(1.0001, 1), (0.9, 0)])
+def test_a_cloud_may_hold_one_point_or_none(range_max, hits):
+    few = LidarParameters(noise=0.0, range_max=range_max)
+    for frame in ("S", "W"):
+        assert points_of(few, RigidTransform([1.0, 2.0, 0.0]), frame).shape == (3, hits)
+
+
+def test_own_bodies_are_invisible_unless_wanted():
+    assert np.isinf(run(0.0).ranges[270])
+    assert run(0.0, see_wheel=True).ranges[270] == pytest.approx(0.1, abs=1e-6)
+
+
+def test_a_sensor_on_the_world_frame_sees_the_world():
+    scan = run(1.0001, on_world=True)
+    assert scan.ranges[FORWARD] == pytest.approx(0.75, abs=1e-9)  # the hull's back
+    scan = run(0.0, on_world=True, speed=0.0)
+    assert np.isfinite(scan.ranges).all()  # from within the hull
+
+
+def test_too_close_is_minus_infinity_and_no_point():
+    diagram, lidar = build(LidarParameters(range_min=3.0, noise=0.0))
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    assert scan_of(lidar, simulator.get_context()).ranges[FORWARD] == -np.inf
+    assert scan_of(lidar, simulator.get_context(), "point_cloud").size() == 0
+
+
+def test_the_scan_plane_tilts_with_the_mount():
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    source = graph.RegisterSource("test")
+    add_shape(graph, source, None, Box(40.0, 40.0, 1.0), RigidTransform([0.0, 0.0, -0.5]), "ground")
+    X_WS = RigidTransform(RotationMatrix.MakeYRotation(np.pi / 6), [1.0, 2.0, 1.0])
+    lidar = builder.AddSystem(LidarSensor(EXACT, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, sampled=False))
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    diagram = builder.Build()
+    scan = scan_of(lidar, diagram.CreateDefaultContext())
+    down = np.cos(scan.bearings) / 2.0
+    assert np.allclose(scan.ranges[down > 0.25], 1.0 / down[down > 0.25], rtol=0.0, atol=2e-5)
+    assert np.isinf(scan.ranges[down < 0.19]).all()
+
+
+def test_noise_belongs_to_the_scan_not_to_its_history():
+    noisy = LidarParameters()
+    long = run(1.0001, parameters=noisy, seed=2)
+    diagram, lidar = build(noisy, seed=2)
+    late = Simulator(diagram)
+    late.get_mutable_context().SetTime(0.93)
+    late.Initialize()
+    late.AdvanceTo(1.0001)
+    assert np.array_equal(scan_of(lidar, late.get_context()).ranges, long.ranges)
+    assert not np.array_equal(run(1.0001, parameters=noisy, seed=3).ranges, long.ranges)
+
+
+def test_two_contexts_of_one_diagram_do_not_affect_each_other():
+    options = {"parameters": LidarParameters(rolling=True), "yaw_rate": YAW_RATE, "seed": 1}
+    alone = {until: run(until, **options).ranges for until in (0.3, 0.7)}
+    diagram, lidar = build(**options)
+    first, second = Simulator(diagram), Simulator(diagram)
+    first.AdvanceTo(0.1)
+    second.AdvanceTo(0.7)
+    first.AdvanceTo(0.3)
+    assert np.array_equal(scan_of(lidar, first.get_context()).ranges, alone[0.3])
+    assert np.array_equal(scan_of(lidar, second.get_context()).ranges, alone[0.7])
+    copy = first.get_context().Clone()
+    third = Simulator(diagram, copy)
+    third.AdvanceTo(0.7)
+    assert np.array_equal(scan_of(lidar, third.get_context()).ranges, alone[0.7])
+    assert np.array_equal(scan_of(lidar, first.get_context()).ranges, alone[0.3])
+
+
+def test_geometry_changed_in_one_context_is_seen_there_only():
+    diagram, lidar = build(sampled=False)
+    graph = diagram.GetSystems()[0]
+    changed, other = diagram.CreateDefaultContext(), diagram.CreateDefaultContext()
+    for context in (changed, other):
+        assert scan_of(lidar, context).ranges[FORWARD] == pytest.approx(2.5, abs=1e-9)
+    inside = graph.GetMyMutableContextFromRoot(changed)
+    inspector = graph.model_inspector()
+    post = inspector.GetGeometryIdByName(inspector.world_frame_id(), Role.kProximity, "post")
+    (source,) = (s for s in inspector.GetAllSourceIds() if inspector.BelongsToSource(post, s))
+    graph.RemoveGeometry(inside, source, post)
+    assert np.isinf(scan_of(lidar, changed).ranges).all()
+    other.SetTime(0.1)
+    assert scan_of(lidar, other).ranges[FORWARD] == pytest.approx(2.4, abs=1e-9)
+
+
+def test_a_rolling_scan_is_swept_between_two_poses():
+    rate = EXACT.rate
+    rolling = LidarParameters(noise=0.0, rolling=True)
+    still = run(1.0001, parameters=rolling, speed=0.0)
+    assert np.allclose(still.ranges, run(1.0001, speed=0.0).ranges, rtol=0.0, atol=1e-9)
+    assert np.array_equal(run(0.0, parameters=rolling).ranges, run(0.0).ranges)  # nothing to look back on
+    # Beam i looks at the post from where the sensor is at its own time, the last one at the scan's.
+    driving = run(1.0001, parameters=rolling)
+    assert driving.time_increment == pytest.approx(1.0 / rate / 360) and driving.scan_time == 1.0 / rate
+    measured_at = driving.time - np.arange(359, -1, -1) * driving.time_increment
+    offset, (ux, uy) = 3.0 - SPEED * measured_at, (np.cos(driving.bearings), np.sin(driving.bearings))
+    under = 0.25 - (offset * uy) ** 2
+    exact = np.where((under > 0.0) & (ux > 0.0), offset * ux - np.sqrt(np.maximum(under, 0.0)), np.inf)
+    assert np.allclose(driving.ranges, exact, rtol=0.0, atol=1e-9) and driving.hits.sum() > 20
+    # A turning sensor sees the post's middle where it was when the beam passed.
+    turning = run(1.0001, parameters=rolling, speed=0.0, yaw_rate=0.3)
+    hits = np.flatnonzero(turning.hits)
+    middle = turning.bearings[hits].mean()
+    passed = 1.0 - (1.0 - hits.mean() / 360) / rate
+    assert middle == pytest.approx(-0.3 * passed, abs=0.02)
+
+
+def test_a_sweep_after_a_scan_that_did_not_arrive_begins_where_that_one_ended():
+    rolling = {"noise": 0.0, "rolling": True}
+    silent = LidarParameters(**rolling, silence_start=0.9, silence_duration=0.1)  # the scans before the one at 1 s
+    expected = run(1.0001, parameters=LidarParameters(**rolling))
+    assert run(0.9999, parameters=silent).time < 0.9
+    assert np.array_equal(run(1.0001, parameters=silent).ranges, expected.ranges)
+
+
+def test_the_diagram_keeps_the_sensor_alive():
+    diagram, lidar = build()
+    name = lidar.get_name()
+    del lidar
+    gc.collect()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.11)
+    lidar = diagram.GetSubsystemByName(name)
+    assert scan_of(lidar, simulator.get_context()).time == pytest.approx(0.1)
+
+
+def test_bad_arguments_are_named():
+    frame = SceneGraph.world_frame_id()
+    with pytest.raises(StarnavError, match="seed is -1; allowed"):
+        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), seed=-1)
+    with pytest.raises(StarnavError, match="role is .*Unassigned; allowed: Role.kProximity"):
+        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), role=Role.kUnassigned)
+    with pytest.raises(StarnavError, match="point_cloud_frame is 'B'; allowed: 'S', 'W'"):
+        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), point_cloud_frame="B")
+    with pytest.raises(StarnavError, match="rolling is True with sampled=False"):
+        LidarSensor(LidarParameters(rolling=True), parent_frame_id=frame, X_PS=RigidTransform(), sampled=False)
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_a_mesh_file_that_does_not_exist_is_named_when_the_sensor_looks(sampled, tmp_path):
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
+    source = graph.RegisterSource("test")
+    instance = GeometryInstance(RigidTransform(), Mesh(str(tmp_path / "gone.obj"), 1.0), "chair")
+    graph.AssignRole(source, graph.RegisterAnchoredGeometry(source, instance), PerceptionProperties())
+    lidar = builder.AddSystem(
+        LidarSensor(
+            EXACT,
+            parent_frame_id=graph.world_frame_id(),
+            X_PS=RigidTransform(),
+            role=Role.kPerception,
+            sampled=sampled,
+        )
+    )
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    simulator = Simulator(builder.Build())
+    with pytest.raises(StarnavError, match=r"gone\.obj of geometry chair: no such file; allowed: a readable"):
+        if sampled:
+            simulator.Initialize()
+        scan_of(lidar, simulator.get_context())

@@ -1,0 +1,229 @@
+"""Worlds from Drake model files: what gets into the plant, and what clearance and shortest path know of it."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.geometry import Role
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import load_scenario
+from drake_starnav.simulation import omniscient_path, run_trial
+from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.worlds import Model, Room, World, clearance, make_world
+from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile
+
+KITCHEN = load_scenario("kitchen").world
+RADIUS = 0.25
+BOX = '<collision name="{0}"><origin xyz="{1}" rpy="{2}"/><geometry><box size="{3}"/></geometry></collision>'
+
+
+def urdf(folder: Path, *links: str, name: str = "m.urdf") -> Path:
+    """A model with one link for each list of collision elements, the later ones held by joints to the first."""
+    bodies = "".join(f'<link name="l{k}">{link}</link>' for k, link in enumerate(links))
+    joints = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l0"/><child link="l{k}"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for k in range(1, len(links))
+    )
+    path = folder / name
+    path.write_text(f'<robot name="m">{bodies}{joints}</robot>')
+    return path
+
+
+def box(name: str, place: str, size: str, rpy: str = "0 0 0") -> str:
+    return BOX.format(name, place, rpy, size)
+
+
+def world_of(path: Path, **changes) -> World:
+    return make_world_with_footprints(Model(directives=str(path), **{"goal": [3.0, 0.0], **changes}), 0, RADIUS)
+
+
+def test_footprints_are_where_the_collision_geometry_is() -> None:
+    """Against Drake's own distance queries: above a point of a footprint, and of no other, there is geometry."""
+    world = make_world_with_footprints(KITCHEN, 0, RADIUS)
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+    add_model(plant, scene_graph, world.model)
+    plant.Finalize()
+    diagram = builder.Build()
+    context = scene_graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    query = scene_graph.get_query_output_port().Eval(context)
+    points = np.random.default_rng(0).uniform((-0.2, -0.2), (6.2, 4.2), (400, 2))
+    heights = np.linspace(FLOOR_TOLERANCE, ROBOT_HEIGHT, 14)
+    for point, distance in zip(points, clearance(world, points), strict=True):
+        if abs(distance) > 0.005:  # between the heights that are looked at, and round solids are a hair too wide
+            found = [query.ComputeSignedDistanceToPoint([*point, z], 0.0) for z in heights]
+            assert any(any(d.distance < 0.0 for d in at) for at in found) == (distance < 0.0), point
+
+
+def test_what_is_above_the_robot_bars_no_way() -> None:
+    world = make_world_with_footprints(KITCHEN, 0, RADIUS)
+    under_the_table = np.array([[5.05, 0.85]])
+    assert clearance(world, under_the_table)[0] > RADIUS
+    assert len(world.cylinders) == 5  # four legs and a ball
+    assert not world.model.moving
+
+
+def test_the_kitchen_is_crossed() -> None:
+    trial = run_trial(load_scenario("kitchen"), seed=3)
+    assert trial.outcome == "reached"
+    assert trial.min_clearance_m > 0.0
+    assert trial.path_length_m < 1.3 * trial.shortest_path_m
+
+
+def test_other_worlds_are_as_ever() -> None:
+    a, b = make_world_with_footprints(Room(), 2, RADIUS), make_world(Room(), 2, RADIUS)
+    assert (a.start, a.goal, a.model) == (b.start, b.goal, None)
+
+
+@pytest.mark.parametrize("ending", [".sdf", ".dmd.yaml"])
+def test_every_format_is_read(tmp_path: Path, ending: str) -> None:
+    part = urdf(tmp_path, box("b", "1.5 0.5 0.25", "0.4 0.2 0.5"))
+    path = tmp_path / f"w{ending}"
+    if ending == ".sdf":
+        path.write_text(
+            '<sdf version="1.9"><model name="m"><pose>1.5 0.5 0.25 0 0 0</pose><link name="l"><collision name="c">'
+            "<geometry><box><size>0.4 0.2 0.5</size></box></geometry></collision></link></model></sdf>"
+        )
+    else:
+        path.write_text(f"directives:\n- add_model: {{name: m, file: 'file://{part}'}}\n")
+    (polygon,) = world_of(path).polygons
+    np.testing.assert_allclose([polygon.min(axis=0), polygon.max(axis=0)], [[1.3, 0.4], [1.7, 0.6]], atol=1e-9)
+
+
+def test_a_floor_may_be_touched_and_a_half_space_is_dropped(tmp_path: Path) -> None:
+    path = tmp_path / "m.sdf"
+    path.write_text(
+        '<sdf version="1.9"><model name="m"><static>true</static><link name="l">'
+        '<collision name="plane"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>'
+        '<collision name="slab"><pose>0 0 -0.5 0 0 0</pose><geometry><box><size>20 20 1</size></box></geometry>'
+        '</collision><collision name="box"><pose>0 1 0.2 0 0 0</pose><geometry><box><size>1 1 0.4</size></box>'
+        "</geometry></collision></link></model></sdf>"
+    )
+    world = world_of(path)
+    assert len(world.polygons) == 1
+    station = NavigationStation(world, RobotParameters(), LidarParameters())
+    inspector = station.scene_graph.model_inspector()
+    names = {inspector.GetName(g).split("::")[-1] for g in inspector.GetAllGeometryIds(Role.kProximity)}
+    assert {"slab", "box"} <= names
+    assert "plane" not in names
+    assert {inspector.GetName(g).split("::")[-1] for g in station.floor} == {"slab", "ground"}
+    scenario = dataclasses.replace(load_scenario("room"), world=Model(directives=str(path), goal=[1.0, 0.0]))
+    assert run_trial(scenario).outcome == "reached"
+
+
+@pytest.mark.parametrize("rpy", ["0 0 0", "0.5 0 0"])
+def test_another_half_space_is_refused(tmp_path: Path, rpy: str) -> None:
+    path = tmp_path / "m.sdf"
+    z = 0.2 if rpy == "0 0 0" else 0.0
+    path.write_text(
+        f'<sdf version="1.9"><model name="m"><pose>0 0 {z} {rpy}</pose><static>true</static><link name="l">'
+        '<collision name="plane"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link>'
+        "</model></sdf>"
+    )
+    with pytest.raises(StarnavError, match="half space .*plane is not the floor z = 0; allowed: a box instead"):
+        world_of(path)
+
+
+def test_bodies_that_nothing_holds_are_welded_unless_they_shall_move(tmp_path: Path) -> None:
+    path = tmp_path / "m.sdf"
+    path.write_text(
+        '<sdf version="1.9"><model name="m"><pose>1.5 0 0.5 0 0 0</pose><link name="l"><inertial><mass>1</mass>'
+        "<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>"
+        '<collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision></link></model></sdf>'
+    )
+    for weld, height in ((True, 0.5), (False, 0.2)):
+        world = world_of(path, weld=weld, start=[0.0, 2.0, 0.0])
+        assert world.model.moving == (not weld)
+        station = NavigationStation(world, RobotParameters(), LidarParameters())
+        simulator = Simulator(station)
+        station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.0, 0.0])
+        simulator.AdvanceTo(1.0)
+        context = station.plant.GetMyContextFromRoot(simulator.get_context())
+        pose = station.plant.GetBodyByName("l").EvalPoseInWorld(context)
+        assert pose.translation()[2] == pytest.approx(height, abs=0.01)
+
+
+def test_there_is_no_shortest_path_among_what_moves(tmp_path: Path) -> None:
+    path = urdf(tmp_path, box("post", "1 1 0.5", "0.1 0.1 1"), box("door", "1.5 1 0.5", "0.8 0.05 1"))
+    world = world_of(path)
+    assert world.model.moving
+    assert len(world.polygons) == 1
+    assert omniscient_path(world, RADIUS) is None
+    assert omniscient_path(dataclasses.replace(world, model=None), RADIUS) is not None
+
+
+def test_a_mesh_bars_what_its_convex_hull_does(tmp_path: Path) -> None:
+    (tmp_path / "l.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0.2 0.2 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 0.2 0.2 1\nv 0 1 1\n"
+        "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n"
+    )
+    mesh = '<collision name="m"><origin xyz="1 1 0"/><geometry><mesh filename="l.obj"/></geometry></collision>'
+    (polygon,) = world_of(urdf(tmp_path, mesh)).polygons
+    assert {tuple(corner) for corner in polygon.round(9)} == {(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)}
+
+
+@pytest.mark.parametrize("kind", ["collision", "visual"])
+@pytest.mark.parametrize("name", ["no.obj", "no.stl"])
+def test_a_missing_mesh_is_named(tmp_path: Path, kind: str, name: str) -> None:
+    path = urdf(tmp_path, f'<{kind} name="m"><geometry><mesh filename="{name}"/></geometry></{kind}>')
+    with pytest.raises(StarnavError, match=name) as error:
+        world_of(path)
+    assert "\n" not in str(error.value)
+    assert "allowed" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("m.urdf", "<robot name='m'><link name='a'>"),
+        ("m.sdf", "not xml"),
+        ("m.dmd.yaml", "directives:\n- add_modell: {}\n"),
+        ("m.dmd.yaml", "directives: [\n"),
+        ("m.dmd.yaml", "directives:\n- add_model: {name: m, file: 'package://nobody/m.urdf'}\n"),
+        ("m.dmd.yaml", "directives:\n- add_model: {name: m, file: 'file:///nowhere/m.urdf'}\n"),
+    ],
+)
+def test_what_drake_cannot_parse_is_told_in_one_sentence(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(StarnavError, match="cannot be read: .*; allowed: what Drake's parser reads") as error:
+        world_of(tmp_path / name)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"start": [1.0, 0.0, 0.0]}, r"Model\.start is \[1, 0\], .* from polygons\[0\]"),
+        ({"goal": [1.2, 0.0]}, r"Model\.goal is \[1\.2, 0\]"),
+    ],
+)
+def test_ends_in_obstacles_are_refused(tmp_path: Path, changes: dict, message: str) -> None:
+    path = urdf(tmp_path, box("b", "1 0 0.5", "0.4 0.4 1"))
+    with pytest.raises(StarnavError, match=message):
+        world_of(path, **changes)
+
+
+def test_a_goal_out_of_reach_is_refused(tmp_path: Path) -> None:
+    sides = [box(f"b{k}", f"{3 + x} {y} 0.5", "1.1 0.1 1", f"0 0 {a}") for k, (x, y, a) in enumerate(
+        [(0.0, 0.5, 0.0), (0.0, -0.5, 0.0), (0.5, 0.0, math.pi / 2), (-0.5, 0.0, math.pi / 2)]
+    )]  # fmt: skip
+    path = urdf(tmp_path, "".join(sides))
+    with pytest.raises(StarnavError, match=r"Model\.goal \[3, 0\] is out of reach"):
+        world_of(path)
+
+
+def test_a_path_that_is_no_model_is_drake_s_error() -> None:
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+    with pytest.raises(StarnavError, match="cannot be read"):
+        add_model(plant, scene_graph, ModelFile("/nowhere/m.urdf"))

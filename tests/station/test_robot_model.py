@@ -1,0 +1,165 @@
+"""Robot models: what one must have, where its meshes are found, and what is refused."""
+
+import re
+from pathlib import Path
+
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds.world import World
+
+SHELL = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+def standing(robot: RobotParameters) -> NavigationStation:
+    """A station in which the robot stands in the open."""
+    return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), robot, LidarParameters())
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.04])
+def test_a_hull_without_room_for_its_wheels_is_refused(radius: float) -> None:
+    with pytest.raises(
+        StarnavError, match=rf"robot.radius is {radius}; allowed: more than the model's wheels have, 0.05 m"
+    ):
+        standing(RobotParameters(radius=radius))
+
+
+def test_unknown_robot_model_names_the_shipped_ones() -> None:
+    with pytest.raises(StarnavError, match=r"robot.model is 'tank'; allowed: .*starbot"):
+        standing(RobotParameters(model="tank"))
+
+
+def changed_starbot(folder: Path, old: str, new: str) -> str:
+    """Path of a URDF that differs from starbot's in one text, wherever that stands."""
+    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    assert old in text
+    path = folder / "changed.urdf"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"base_link"', '"chassis"', "has no link base_link"),
+        ('<frame name="lidar"', '<frame name="laser"', "has no frame lidar"),
+        ('joint name="left_wheel"', 'joint name="port_wheel"', "has no joint left_wheel"),
+        ('<actuator name="right_wheel"/>', '<actuator name="motor"/>', "has no actuator right_wheel"),
+        ('<sphere radius="0.05"/>', '<cylinder radius="0.05" length="0.03"/>', "link left_wheel collides as Cylinder"),
+        ("</robot>", "", "cannot be read"),
+        ('link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"', "frame lidar lies at x 0.15, y 0 m"),
+        ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0 1.57"', "frame lidar .* yaw 1.57 rad"),
+        ('xyz="0 0 0.08" rpy="0 0 0"', 'xyz="0 0 0.08" rpy="0 0.1 0"', "frame lidar .* pitch 0.1, yaw 0 rad"),
+        ('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>', "joints .* lie at x -0.02, 0, y 0.16, -0.16 m"),
+        ('<origin xyz="0 -0.16 0"/>', '<origin xyz="0 -0.1 0"/>', "joints .* lie at x 0, 0, y 0.16, -0.1 m"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joint left_wheel turns about 0 -1 0"),
+        ('type="continuous"', 'type="prismatic"', "joint left_wheel is a PrismaticJoint"),
+    ],
+)
+def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = changed_starbot(tmp_path, old, new)
+    with pytest.raises(StarnavError, match=rf"robot model .*changed.urdf.*{message}.*; allowed: "):
+        standing(RobotParameters(model=path))
+
+
+@pytest.mark.parametrize("root", ["base_footprint", "world"])
+def test_a_base_that_hangs_on_something_is_refused(tmp_path: Path, root: str) -> None:
+    joint = f'<joint name="up" type="fixed"><parent link="{root}"/><child link="base_link"/></joint>'
+    path = changed_starbot(tmp_path, "</robot>", f'<link name="{root}"/>{joint}</robot>')
+    with pytest.raises(
+        StarnavError, match=f"link base_link hangs by joint up on {root}; allowed: base_link as the root"
+    ):
+        standing(RobotParameters(model=path))
+
+
+def test_a_broken_model_is_told_whatever_is_to_be_changed_in_it(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, "</robot>", "")
+    with pytest.raises(StarnavError, match="changed.urdf cannot be read: .*; allowed: a URDF file"):
+        standing(RobotParameters(model=path, mass_error=0.2))
+
+
+def test_wheels_of_two_sizes_are_refused(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, '<link name="right_wheel">', '<link name="right_wheel"><!-- -->')
+    head, tail = Path(path).read_text(encoding="utf-8").split('<link name="right_wheel">')
+    tail = tail.replace('<sphere radius="0.05"/>', '<sphere radius="0.06"/>')
+    Path(path).write_text(f'{head}<link name="right_wheel">{tail}', encoding="utf-8")
+    with pytest.raises(StarnavError, match="wheels have radii 0.05, 0.06 m; allowed: the same"):
+        standing(RobotParameters(model=path))
+
+
+def test_a_third_actuator_is_refused(tmp_path: Path) -> None:
+    mast = (
+        '<link name="mast"/><joint name="mast" type="revolute"><parent link="base_link"/><child link="mast"/>'
+        '<axis xyz="0 0 1"/><limit effort="1" lower="-1" upper="1" velocity="1"/></joint><transmission>'
+        '<type>SimpleTransmission</type><joint name="mast"/><actuator name="mast"/></transmission></robot>'
+    )
+    path = changed_starbot(tmp_path, "</robot>", mast)
+    with pytest.raises(StarnavError, match="has the actuators left_wheel, right_wheel, mast; allowed: left_wheel, "):
+        standing(RobotParameters(model=path))
+
+
+@pytest.mark.parametrize(
+    ("shape", "reach"),
+    [
+        ('<box size="0.5 0.4 0.1"/>', "0.320"),
+        ('<cylinder radius="0.28" length="0.1"/>', "0.280"),
+        ('<sphere radius="0.27"/>', "0.270"),
+        ('<drake:capsule radius="0.26" length="0.1"/>', "0.260"),
+        ('<drake:ellipsoid a="0.3" b="0.1" c="0.1"/>', "0.30."),
+        ('<mesh filename="shell.obj"/>', "0.500"),
+    ],
+)
+def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, reach: str) -> None:
+    (tmp_path / "shell.obj").write_text(SHELL.replace("v 0.1 0 0", "v 0.5 0 0"))
+    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shape)
+    with pytest.raises(StarnavError, match=f"robot.radius is 0.25 m, and link base_link .* reaches {reach} m"):
+        standing(RobotParameters(model=path))
+
+
+def test_a_robot_without_an_end_is_refused(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', "<plane/>")
+    with pytest.raises(StarnavError, match="is a HalfSpace; allowed: a solid shape|cannot be read"):
+        standing(RobotParameters(model=path))
+
+
+def test_the_order_of_the_wheels_does_not_matter(tmp_path: Path) -> None:
+    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    left, right = re.findall("<transmission .*?</transmission>", text, re.DOTALL)
+    assert "left_wheel" in left and "right_wheel" in right
+    swapped = text.replace(right, "").replace(left, right + left)
+    path = tmp_path / "swapped.urdf"
+    path.write_text(swapped, encoding="utf-8")
+    station = standing(RobotParameters(model=str(path)))
+    simulator = Simulator(station)
+    station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.3, 0.5])
+    simulator.AdvanceTo(1.0)
+    v, omega = station.GetOutputPort("localization.state").Eval(simulator.get_context())[3:]
+    assert (v, omega) == pytest.approx((0.3, 0.5), abs=0.02)
+
+
+@pytest.mark.parametrize("package", ["mine", "other"])
+def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str, monkeypatch) -> None:
+    (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
+    (tmp_path / "shell.obj").write_text(SHELL)
+    shell = f'<mesh filename="package://{package}/shell.obj"/>'
+    path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', shell)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    if package == "mine":
+        assert standing(RobotParameters(model=path)).robot_geometries
+    else:
+        with pytest.raises(StarnavError, match="unknown package 'other'"):
+            standing(RobotParameters(model=path))
+
+
+@pytest.mark.parametrize("mass_error", [0.0, 0.2])
+def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: float) -> None:
+    (tmp_path / "shell.obj").write_text(SHELL)
+    path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', '<mesh filename="shell.obj"/>')
+    robot = RobotParameters(model=path, mass_error=mass_error)
+    inspector = standing(robot).scene_graph.model_inspector()
+    assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}

@@ -1,0 +1,44 @@
+"""The kinematics of a differential drive, both ways."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+
+sizes = st.floats(0.01, 2.0)
+speeds = st.floats(-5.0, 5.0)
+
+
+def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
+    """Desired state of the actuators for a twist, through a context."""
+    system = WheelSpeedCommand(wheel_radius=wheel_radius, track=track)
+    context = system.CreateDefaultContext()
+    system.GetInputPort("twist_command").FixValue(context, [v, omega])
+    return system.GetOutputPort("desired_state").Eval(context)
+
+
+@given(v=speeds, omega=speeds, wheel_radius=sizes, track=sizes)
+def test_wheels_that_roll_at_these_speeds_make_the_twist(v, omega, wheel_radius, track) -> None:
+    *angles, left, right = wheel_speeds(v, omega, wheel_radius, track)
+    assert angles == [0.0, 0.0]
+    assert 0.5 * wheel_radius * (left + right) == pytest.approx(v, abs=1e-9)
+    assert wheel_radius * (right - left) / track == pytest.approx(omega, abs=1e-8)
+
+
+def test_left_turn_is_driven_by_the_right_wheel() -> None:
+    _, _, left, right = wheel_speeds(0.0, 1.0)
+    assert right == -left > 0.0
+
+
+def test_output_follows_the_input_at_once() -> None:
+    system = WheelSpeedCommand(wheel_radius=0.1, track=0.4)
+    context = system.CreateDefaultContext()
+    twist = system.GetInputPort("twist_command")
+    for v in (0.3, -0.7):
+        twist.FixValue(context, [v, 0.0])
+        assert system.GetOutputPort("desired_state").Eval(context)[2:] == pytest.approx([v / 0.1, v / 0.1])
+    assert system.HasAnyDirectFeedthrough()
+    assert system.num_input_ports() == system.num_output_ports() == 1
+    assert context.num_total_states() == 0

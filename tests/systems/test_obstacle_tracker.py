@@ -1,0 +1,88 @@
+"""Scans go in, scans that know what moves and tracks come out."""
+
+import dataclasses
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context
+
+from drake_starnav.lidar.laser_scan import MOVES, LaserScan
+from drake_starnav.navigation import make_diagram
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.tracking.tracker import Tracked, track
+from tests.helpers.scenes import PERIOD, Scene, hall, straight
+
+MOVERS = MoverParameters(max_speed=1.0)
+SCENE = Scene(hall((2.0, 1.0, 0.3)), (0.25,), straight((1.5, -1.0), (0.0, 0.6)))
+OFFSET = 0.005
+
+
+def advance(simulator: Simulator, system: MoverTracker, context: Context, scans: int) -> None:
+    for k in range(scans):
+        system.GetInputPort("scan").FixValue(context, Value(SCENE.scan(k * PERIOD, np.zeros(3))))
+        simulator.AdvanceTo(k * PERIOD + 2.0 * OFFSET)
+
+
+def started() -> tuple[Simulator, MoverTracker, Context]:
+    system = MoverTracker(MOVERS, rate=1.0 / PERIOD, offset=OFFSET)
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    system.GetInputPort("pose").FixValue(context, np.zeros(3))
+    return simulator, system, context
+
+
+def test_it_tracks_as_the_function_does() -> None:
+    simulator, system, context = started()
+    advance(simulator, system, context, 30)
+    known = Tracked()
+    for k in range(30):
+        known = track(known, SCENE.scan(k * PERIOD, np.zeros(3)), np.zeros(3), MOVERS)
+    tracks = system.GetOutputPort("tracks").Eval(context)
+    for name in vars(tracks):
+        np.testing.assert_array_equal(getattr(tracks, name), getattr(known.tracks, name))
+    assert tracks.counted.sum() == 1
+    scan = system.GetOutputPort("scan").Eval(context)
+    assert (scan.motion == MOVES).any()
+    np.testing.assert_array_equal(scan.ranges, SCENE.scan(29 * PERIOD, np.zeros(3)).ranges)
+
+
+def test_before_the_first_scan_it_says_nothing() -> None:
+    _, system, context = started()
+    assert system.GetOutputPort("scan").Eval(context).lost.all()
+    assert len(system.GetOutputPort("tracks").Eval(context)) == 0
+
+
+def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
+    simulator, system, context = started()
+    advance(simulator, system, context, 5)
+    before = system.GetOutputPort("tracks").Eval(context)
+    simulator.AdvanceTo(5 * PERIOD)
+    assert system.GetOutputPort("tracks").Eval(context) is before
+    scan = SCENE.scan(6 * PERIOD, np.zeros(3))
+    lost = dataclasses.replace(scan, ranges=np.full_like(scan.ranges, np.nan), lost_beams=True)
+    system.GetInputPort("scan").FixValue(context, Value(lost))
+    simulator.AdvanceTo(6 * PERIOD + 2.0 * OFFSET)
+    assert system.GetOutputPort("tracks").Eval(context) is before
+
+
+def test_two_contexts_do_not_meet() -> None:
+    simulator, system, context = started()
+    other = system.CreateDefaultContext()
+    advance(simulator, system, context, 5)
+    assert system.GetOutputPort("tracks").Eval(other).time == Tracks().time
+    assert system.GetOutputPort("scan").Eval(other).time == LaserScan.nothing().time
+
+
+def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
+    def systems(text: str) -> dict[str, object]:
+        diagram = make_diagram(parse_scenario(text, name="test"))
+        return {system.get_name(): system for system in diagram.GetSystems()}
+
+    plain, crowd = systems("world: !Room {}"), systems("world: !Room {}\nmovers: {max_speed: 0.5}")
+    assert "tracker" not in plain
+    assert not plain["controller"].HasInputPort("tracks")
+    assert isinstance(crowd["tracker"], MoverTracker)
+    assert crowd["controller"].HasInputPort("tracks")

@@ -1,0 +1,341 @@
+"""The whole loop as one diagram: what it exports, what it is wired of, and what lives as long as it."""
+
+import dataclasses
+import gc
+import re
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import LogVectorOutput
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.navigation import add_navigation, make_diagram
+from drake_starnav.planning import PlannerStatus
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.star_region import RegionStack
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.worlds import make_world
+from drake_starnav.worlds.world import World
+from tests.helpers.posts import GOALS, LOOP_OUTPUTS, posts, simulated
+
+STATION_OUTPUTS = [
+    "lidar.scan",
+    "lidar.ranges",
+    "lidar.point_cloud",
+    "lidar.X_WS",
+    "localization.pose",
+    "localization.state",
+    "localization.scan_pose",
+    "cheat.robot_state",
+    "cheat.contact_results",
+    "cheat.geometry_query",
+]
+EXPORTS = [*LOOP_OUTPUTS, *STATION_OUTPUTS]
+
+HALF = ["lidar.angle_min=-1.5707963", "lidar.angle_max=1.5707963"]
+
+
+def test_exports_what_its_docstring_says() -> None:
+    diagram = make_diagram(posts())
+    assert [diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())] == EXPORTS
+    assert diagram.num_input_ports() == 0
+    assert diagram.get_name() == "posts"
+    for name in LOOP_OUTPUTS:
+        assert f"`{name}`" in make_diagram.__doc__
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1)
+    for name in EXPORTS:
+        diagram.GetOutputPort(name).Eval(simulator.get_context())
+
+
+def test_the_systems_are_wired_and_the_robot_drives_to_its_goal() -> None:
+    diagram = make_diagram(posts())
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(9.0)
+    context = simulator.get_context()
+    assert np.hypot(*(diagram.GetOutputPort("localization.pose").Eval(context)[:2] - GOALS[0])) < 0.1
+    assert diagram.GetOutputPort("planner.status").Eval(context) is PlannerStatus.APPROACHING
+
+
+@pytest.mark.parametrize("start", [[0.2, 0.0, 0.3], [1.5, 0.01, 2.0]])
+@pytest.mark.parametrize("method", ["star", "mpc", "foa", "apf", "dwa", "dsm"])
+def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
+    text = f"world: !Obstacles {{cylinders: [[0.9, -1.2, 0.3]], start: {start}, goal: [1.5, 0.0]}}"
+    diagram = make_diagram(parse_scenario(text, name="near", method=method))
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(25.0)
+    state = diagram.GetOutputPort("localization.state")
+    before = state.Eval(simulator.get_context()).copy()
+    assert np.hypot(*(before[:2] - (1.5, 0.0))) < 0.15
+    simulator.AdvanceTo(27.0)
+    after = state.Eval(simulator.get_context())
+    assert after == pytest.approx(before, abs=5e-3)
+    assert after[3:] == pytest.approx([0.0, 0.0], abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("method", "changes", "words"),
+    [
+        ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "a view that reaches 90 degrees to each side"),
+        ("star", ["lidar.angle_min=-0.3", "lidar.angle_max=4.4"], "a view that reaches 90 degrees to each side"),
+        ("star", ["lidar.angle_min=1.6", "lidar.angle_max=4.7"], "a view that reaches 90 degrees to each side"),
+        ("star", [*HALF, "controller.certified_by=points"], "a view that reaches 130 degrees to each side"),
+        ("star", [*HALF, "movers.max_speed=0.5"], "a view that reaches 130 degrees to each side"),
+        ("star", ["lidar.range_max=1.2", "movers.max_speed=0.8"], "obstacles that move at up to 0.8 m/s; allowed: at "),
+        ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with controller.certificate"),
+        ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28 m"),
+        ("mpc", ["controller.certified_by=points"], "controller.certified_by is points with controller.kind mpc"),
+        ("mpc", ["planner.path=fastest"], "planner.path is fastest with controller.kind mpc; allowed: shortest"),
+        ("star", ["planner.path=fastest"], "planner.path is fastest with controller.look_ahead 0"),
+        ("foa_roadmap", ["planner.path=fastest"], "planner.path is fastest with controller.kind foa"),
+        ("mpc", ["robot.speed_per_clearance=1"], "robot.speed_per_clearance is 1.0 with controller.kind mpc"),
+    ],
+)
+def test_what_the_controller_would_not_keep_is_refused(method: str, changes: list[str], words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        make_diagram(posts(method=method, overrides=changes))
+
+
+def test_the_fastest_path_needs_a_look_ahead_and_nothing_where_there_is_no_planner() -> None:
+    fastest = ["planner.path=fastest", "controller.look_ahead=1.5"]
+    assert make_diagram(posts(overrides=fastest)).get_name() == "posts"
+    assert make_diagram(posts(method="foa", overrides=fastest)).get_name() == "posts"
+
+
+def test_a_narrow_view_is_enough_without_the_certificate_and_half_a_turn_with_it() -> None:
+    assert make_diagram(posts(overrides=HALF)).get_name() == "posts"
+    narrow = ["lidar.angle_min=-1", "lidar.angle_max=1", "controller.certificate=false"]
+    assert make_diagram(posts(overrides=narrow)).get_name() == "posts"
+
+
+def test_a_world_and_a_seed_may_be_given() -> None:
+    world = World("other", (2.0, 3.0, 1.0), (4.0, 3.0))
+    diagram = make_diagram(posts(), world=world)
+    context = diagram.CreateDefaultContext()
+    assert diagram.GetOutputPort("localization.pose").Eval(context) == pytest.approx([2.0, 3.0, 1.0])
+    ranges = []
+    for seed in (0, 1):
+        diagram = make_diagram(posts(), seed=seed)
+        simulator = Simulator(diagram)
+        simulator.Initialize()
+        ranges.append(diagram.GetOutputPort("lidar.ranges").Eval(simulator.get_context()).copy())
+    assert not np.array_equal(*ranges)
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "value", "words"),
+    [
+        ("drive", "delay", 0.3, "the station has drive.delay 0.3, the scenario 0.0; allowed: the same"),
+        ("lidar", "beams", 40, "the station has lidar.beams 40, the scenario 360; allowed: the same"),
+        ("localization", "drift", 0.1, "the station has localization.drift 0.1, the scenario 0.0; allowed: the same"),
+    ],
+)
+def test_a_station_made_with_other_parameters_is_refused(section: str, name: str, value: float, words: str) -> None:
+    scenario, builder = posts(), DiagramBuilder()
+    parts = {part: getattr(scenario, part) for part in ("lidar", "localization", "drive")}
+    parts[section] = dataclasses.replace(parts[section], **{name: value})
+    world = make_world(scenario.world, 0, scenario.robot.radius)
+    station = builder.AddNamedSystem("station", NavigationStation(world, scenario.robot, **parts))
+    with pytest.raises(StarnavError, match=words):
+        add_navigation(builder, scenario, world=world, station=station)
+
+
+def test_a_station_of_a_larger_robot_or_with_another_step_is_refused() -> None:
+    scenario = posts()
+    large = dataclasses.replace(scenario.robot, radius=scenario.robot.radius + 0.1)
+    for robot, step, words in (
+        (large, 0.005, "robot.radius is 0.25 m, and the station's robot reaches 0.350 m from its axis; allowed: "),
+        (scenario.robot, 0.004, "the station has time_step 0.004 s, the scenario's simulation.time_step is 0.005 s"),
+    ):
+        builder = DiagramBuilder()
+        world = make_world(scenario.world, 0, robot.radius)
+        station = NavigationStation(world, robot, scenario.lidar, time_step=step)
+        with pytest.raises(StarnavError, match=re.escape(words)):
+            add_navigation(builder, scenario, world=world, station=builder.AddNamedSystem("station", station))
+
+
+def test_two_navigations_in_one_builder_are_refused() -> None:
+    builder = DiagramBuilder()
+    add_navigation(builder, posts())
+    with pytest.raises(StarnavError, match="the builder has a system named goal already; allowed: one navigation"):
+        add_navigation(builder, posts())
+
+
+def test_a_run_begins_anew_when_time_is_set_back() -> None:
+    simulator = Simulator(make_diagram(posts()))
+    context = simulator.get_mutable_context()
+    start = context.Clone()
+    simulator.AdvanceTo(20.0)
+    pose = simulator.get_system().GetOutputPort("localization.pose")
+    first = pose.Eval(context).copy()
+    station = simulator.get_system().GetSubsystemByName("station")
+    plant = station.plant
+    state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(start))
+    plant.SetPositionsAndVelocities(plant.GetMyMutableContextFromRoot(context), state)
+    context.SetTime(0.0)
+    simulator.Initialize()
+    assert np.hypot(*(pose.Eval(context) - first)[:2]) > 1.0
+    simulator.AdvanceTo(20.0)
+    assert np.hypot(*(pose.Eval(context) - first)[:2]) < 0.1
+
+
+def test_a_world_of_ones_own_whose_start_lies_in_an_obstacle_is_refused() -> None:
+    world = World("mine", (2.0, 3.0, 1.0), (4.0, 3.0), cylinders=np.array([(2.2, 3.0, 0.3)]))
+    with pytest.raises(
+        StarnavError, match=r"world mine.start is \[2, 3\], .* from .*; allowed: more than robot_radius"
+    ):
+        make_diagram(posts(), world=world)
+
+
+class Odometer(LeafSystem):
+    """A user's own system: adds up the distance driven, by the speed at each step."""
+
+    def __init__(self, period: float) -> None:
+        super().__init__()
+        self._period = period
+        self._state = self.DeclareVectorInputPort("state", 5)
+        self.DeclareStateOutputPort("distance", self.DeclareDiscreteState(1))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context, values) -> None:
+        driven = context.get_discrete_state(0).value()[0] + self._period * abs(self._state.Eval(context)[3])
+        values.set_value([driven])
+
+
+def test_is_a_subsystem_of_a_user_s_builder() -> None:
+    alone = make_diagram(posts())
+    simulator = Simulator(alone)
+    simulator.AdvanceTo(1.0)
+    expected = alone.GetOutputPort("cheat.robot_state").Eval(simulator.get_context()).copy()
+
+    builder = DiagramBuilder()
+    navigation = builder.AddSystem(make_diagram(posts()))
+    odometer = builder.AddSystem(Odometer(0.01))
+    builder.Connect(navigation.GetOutputPort("localization.state"), odometer.get_input_port())
+    log = LogVectorOutput(navigation.GetOutputPort("localization.pose"), builder, 0.01)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(1.0)
+    context = simulator.get_context()
+    inner = navigation.GetMyContextFromRoot(context)
+    assert np.array_equal(navigation.GetOutputPort("cheat.robot_state").Eval(inner), expected)
+    x, y, _ = log.FindLog(context).data()
+    driven = odometer.get_output_port().Eval(odometer.GetMyContextFromRoot(context))[0]
+    assert driven == pytest.approx(np.hypot(np.diff(x), np.diff(y)).sum(), abs=0.02)
+    assert driven > 0.1
+
+
+def test_systems_that_are_added_are_handed_back() -> None:
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, posts())
+    kinds = (NavigationStation, StarPerception, StarRoadmapPlanner, DsmController)
+    systems = (navigation.station, navigation.perception, navigation.planner, navigation.controller)
+    assert tuple(type(system) for system in systems) == kinds
+    assert [s.get_name() for s in builder.GetSystems()] == ["station", "goal", "perception", "planner", "controller"]
+    assert navigation.world.goal == (3.8, 0.0)
+
+
+def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> None:
+    scenario = posts(overrides=["localization.drift=0.02"])
+    navigation = add_navigation(DiagramBuilder(), scenario)
+    assert navigation.localization("state").get_system() is navigation.matcher
+    assert navigation.certificate.get_system() is navigation.matcher
+    exports = make_diagram(scenario)
+    assert {f"matcher.{name}" for name in ("star", "state", "pose", "scan_pose", "guidance", "certificate")} < {
+        exports.get_output_port(k).get_name() for k in range(exports.num_output_ports())
+    }
+    without = posts(overrides=["localization.drift=0.02", "localization.matching=false"])
+    assert add_navigation(DiagramBuilder(), without).matcher is None
+
+
+@pytest.mark.parametrize(
+    ("method", "names"),
+    [
+        ("dwa", ["station", "goal", "controller"]),
+        ("foa_roadmap", ["station", "goal", "perception", "planner", "controller"]),
+        ("dsm", ["station", "goal", "controller", "known_obstacles"]),
+    ],
+)
+def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: list[str]) -> None:
+    scenario = posts(method=method)
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, scenario)
+    assert isinstance(navigation.controller, BaselineController)
+    assert [system.get_name() for system in builder.GetSystems()] == names
+    diagram = make_diagram(scenario)
+    exports = [diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())]
+    assert exports == [name for name in EXPORTS if navigation.planner or not name.startswith("planner.")]
+    simulated(diagram).AdvanceTo(0.5)
+
+
+def test_python_systems_live_as_long_as_the_simulator() -> None:
+    simulator = Simulator(make_diagram(posts()))
+    gc.collect()
+    simulator.AdvanceTo(0.5)
+    diagram = simulator.get_system()
+    gc.collect()
+    assert diagram.GetOutputPort("controller.twist_command").Eval(simulator.get_context())[0] > 0.0
+
+
+def test_python_systems_live_as_long_as_the_diagram() -> None:
+    diagram = make_diagram(posts())
+    gc.collect()
+    kinds = {system.get_name(): type(system) for system in diagram.GetSystems()}
+    assert kinds["station"] is NavigationStation
+    assert kinds["planner"] is StarRoadmapPlanner
+    station = diagram.GetSubsystemByName("station")
+    assert len(station.robot_geometries) > 0
+    planner = diagram.GetSubsystemByName("planner")
+    del diagram, station
+    gc.collect()
+    status = planner.GetOutputPort("status")
+    context = planner.CreateDefaultContext()
+    assert status.Eval(context) is PlannerStatus.WAITING
+
+
+def test_python_systems_live_inside_an_outer_diagram() -> None:
+    builder = DiagramBuilder()
+    builder.AddSystem(make_diagram(posts()))
+    outer = builder.Build()
+    del builder
+    gc.collect()
+    simulator = Simulator(outer)
+    del outer
+    gc.collect()
+    simulator.AdvanceTo(0.3)
+    gc.collect()
+    assert simulator.get_context().get_time() == pytest.approx(0.3)
+
+
+def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
+    """The controller alone with the station: a path given by hand, and the certificate from perception."""
+    scenario = posts()
+    builder = DiagramBuilder()
+    world = World("open", (0.0, 0.0, 0.0), (2.0, 0.0))
+    station = builder.AddSystem(NavigationStation(world, scenario.robot, scenario.lidar))
+    perception = builder.AddSystem(
+        StarPerception(scenario.robot, scenario.planner, scenario.controller, rate=scenario.lidar.rate, offset=0.005)
+    )
+    controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller, offset=0.01))
+    for source, name, system, port in (
+        (station, "lidar.scan", perception, "scan"),
+        (station, "localization.scan_pose", perception, "pose"),
+        (perception, "safety_star", controller, "safety_star"),
+        (station, "localization.state", controller, "state"),
+        (controller, "twist_command", station, "drive.twist_command"),
+    ):
+        builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
+    builder.ExportInput(controller.GetInputPort("guidance"), "guidance")
+    simulator = Simulator(builder.Build())
+    guidance = Guidance(np.array([[1.0, 0.5]]), True, RegionStack.of(()))
+    simulator.get_system().GetInputPort("guidance").FixValue(simulator.get_mutable_context(), Value(guidance))
+    simulator.AdvanceTo(5.0)
+    pose = station.GetOutputPort("localization.pose").Eval(station.GetMyContextFromRoot(simulator.get_context()))
+    assert np.hypot(*(pose[:2] - (1.0, 0.5))) < 0.1

@@ -1,0 +1,56 @@
+"""Where exactly parameters are refused with which a certificate would not be worth its name."""
+
+import dataclasses
+import math
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.margins import seen_from
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.robot_model import TOLERANCE
+from drake_starnav.validation import check_equipment, check_promises
+from drake_starnav.worlds.world import World
+
+ROOM = load_scenario("room")
+REACH = ROOM.robot.radius + max(ROOM.planner.margin, ROOM.controller.safety_margin)
+
+
+@pytest.mark.parametrize(
+    ("changes", "seconds"),
+    [
+        ([], 0.8 + 0.05),
+        (["lidar.delay=0.1"], 0.8 + 0.05 + 0.1),
+        (["lidar.rate=5"], 0.8 + 0.2),
+        (["drive.delay=0.02"], 0.8 + 0.05 + 0.02),
+    ],
+)
+def test_the_lidar_sees_as_far_as_what_moves_may_come_while_the_robot_brakes(changes, seconds) -> None:
+    """From full speed it stops in 0.8 s, on 0.32 m; a scan may be a period old."""
+    needed = REACH + 0.32 + 0.6 * seconds
+    common = ["movers.max_speed=0.6", *changes]
+    check_promises(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
+    with pytest.raises(StarnavError, match=f"allowed: at least {needed:.3g} m"):
+        check_promises(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
+
+
+def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() -> None:
+    overrides = ["robot.max_speed=3", "controller.safety_range=6"]
+    scenario = load_scenario("room", overrides=overrides)
+    distance = seen_from(scenario.lidar, scenario.drive, scenario.robot, scenario.controller)
+    enough = math.ceil(2.0 * math.pi * distance / scenario.robot.radius)
+    check_promises(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
+    with pytest.raises(StarnavError, match=f"lidar.beams is {enough - 1}: at "):
+        check_promises(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
+
+
+@pytest.mark.parametrize(("larger", "fits"), [(0.5 * TOLERANCE, True), (2.0 * TOLERANCE, False)])
+def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> None:
+    robot = dataclasses.replace(ROOM.robot, radius=ROOM.robot.radius + larger)
+    station = NavigationStation(World("open", (0, 0, 0), (5, 0)), robot, ROOM.lidar)
+    if fits:
+        check_equipment(ROOM, station)
+    else:
+        with pytest.raises(StarnavError, match="allowed: a radius that holds all of the robot"):
+            check_equipment(ROOM, station)

@@ -1,0 +1,75 @@
+"""Times that Drake would take amiss are refused by name."""
+
+import math
+
+import pytest
+from pydrake.geometry import GeometryId
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
+from drake_starnav.localization.scan_matching import OdometryError
+from drake_starnav.planning import PlannerParameters
+from drake_starnav.robot import RobotParameters
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.jump_guard import JumpGuard
+from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.tracking import MoverParameters
+from drake_starnav.utils.timing import begins_run, checked_period
+
+ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
+WITH_PERIOD = {
+    "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
+    "CollisionMonitor": lambda **times: CollisionMonitor(robot=[GeometryId.get_new_id()], ground=[], **times),
+}
+WITH_RATE = {
+    "StarPerception": lambda **times: StarPerception(ROBOT, PLANNER, CONTROLLER, **times),
+    "MoverTracker": lambda **times: MoverTracker(MoverParameters(), **times),
+    "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
+    "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
+    "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
+}
+WITH_OFFSET = {
+    "StarRoadmapPlanner": lambda **times: StarRoadmapPlanner(ROBOT, PLANNER, **times),
+    "DsmController": lambda **times: DsmController(ROBOT, CONTROLLER, **times),
+}
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_period_is_a_positive_time(value: float) -> None:
+    for times, systems in (({"period": value}, WITH_PERIOD), ({"rate": value, "offset": 0.0}, WITH_RATE)):
+        for name, make in systems.items():
+            with pytest.raises(StarnavError, match=rf"^{name}: (period|rate) is {value}; allowed: 0 < x, finite$"):
+                make(**times)
+
+
+@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
+def test_an_offset_is_a_time_from_0_on(value: float) -> None:
+    for times, systems in (
+        ({"period": 1.0, "offset": value}, WITH_PERIOD),
+        ({"rate": 1.0, "offset": value}, WITH_RATE),
+        ({"offset": value}, WITH_OFFSET),
+    ):
+        for name, make in systems.items():
+            with pytest.raises(StarnavError, match=rf"^{name}: offset is {value} s; allowed: 0 <= x, finite$"):
+                make(**times)
+
+
+def test_the_period_is_that_given_or_of_the_rate() -> None:
+    monitor = ArrivalMonitor(tolerance=0.1, period=1.0)
+    assert checked_period(monitor, period=0.25) == 0.25
+    assert checked_period(monitor, rate=4.0, offset=1.0) == 0.25
+
+
+@pytest.mark.parametrize(
+    ("last", "begins"), [(math.nan, True), (0.0, False), (0.9, False), (1.0, True), (1.1, True), (20.0, True)]
+)
+def test_a_run_begins_without_a_past_or_when_time_was_set_back(last: float, begins: bool) -> None:
+    context = ArrivalMonitor(tolerance=0.1, period=1.0).CreateDefaultContext()
+    context.SetTime(1.0)
+    assert begins_run(context, last) is begins

@@ -1,0 +1,38 @@
+"""YAML of others is read only if what it stands for is small."""
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.utils import yaml_text
+from drake_starnav.utils.yaml_text import load_yaml, yaml_texts
+
+
+def test_aliases_stand_for_what_they_name() -> None:
+    assert load_yaml("a: &x [1, 2]\nb: [*x, *x]\nc: &y z\nd: *y\n", "here") == {
+        "a": [1, 2], "b": [[1, 2], [1, 2]], "c": "z", "d": "z",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[&a [1, 2], *a, *a, *a]", "it stands for more than 10 values"),
+        ("&a {x: [*a]}", "line 1, column 9: a holds itself"),
+        ("[[[[", "it is nested too deeply"),
+        ("a: [1\nb: 2", "line 2, column 2"),
+        ("*nobody", "nobody|undefined alias"),
+        ("x: \0", "control characters are not allowed"),
+        ("x: 2024-13-01", "month must be in 1..12"),
+        ("{}\n---\n{}", "line 2, column 1"),
+    ],
+)
+def test_what_is_refused_is_told_with_its_place(monkeypatch, text: str, message: str) -> None:
+    monkeypatch.setattr(yaml_text, "MOST_VALUES", 10)
+    monkeypatch.setattr(yaml_text, "DEEPEST", 3)
+    with pytest.raises(StarnavError, match=f"^here.*{message}.*; allowed: valid YAML$"):
+        load_yaml(text, "here")
+
+
+def test_all_scalars_of_a_text() -> None:
+    assert yaml_texts("a: !Rpy {b: [1, 'c d']}\n") == ["a", "b", "1", "c d"]
+    assert yaml_texts("a: [") == []

@@ -1,0 +1,147 @@
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.parameters import build
+from drake_starnav.planning import PlannerParameters, StarRoadmap
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.visualization import meshes
+from drake_starnav.visualization.meshes import LAYERS
+
+coordinate = st.floats(-5.0, 5.0)
+polylines = st.lists(st.tuples(coordinate, coordinate), min_size=0, max_size=12).map(
+    lambda points: np.array(points).reshape(-1, 2)
+)
+
+
+def area(mesh):
+    """Sum of the triangles' areas, each without a sign."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k], :2] for k in range(3))
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    return 0.5 * np.abs(ux * vy - uy * vx).sum()
+
+
+def is_sound(mesh):
+    indices = np.unique(mesh.faces)
+    return (
+        np.isfinite(mesh.vertices).all()
+        and mesh.faces.dtype == np.int32
+        and np.array_equal(indices, np.arange(len(mesh.vertices)))
+    )
+
+
+@given(polylines, st.booleans())
+def test_ribbon_is_sound_and_stays_near_its_line(points, closed):
+    width = 0.1
+    mesh = meshes.ribbon(points, width, z=0.3, closed=closed)
+    assert is_sound(mesh)
+    assert (mesh.vertices[:, 2] == 0.3).all()
+    if len(mesh):
+        nearest = np.hypot(*(mesh.vertices[:, None, :2] - points).transpose(2, 0, 1)).min(axis=1)
+        assert (nearest <= 0.5 * width * meshes.MITRE_LIMIT + 1e-9).all()
+
+
+def test_ribbon_has_the_area_of_its_line():
+    straight = np.array([(0.0, 0.0), (1.0, 0.0), (3.0, 0.0)])
+    assert area(meshes.ribbon(straight, 0.2, 0.0)) == pytest.approx(0.6)
+    square = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
+    assert area(meshes.ribbon(square, 0.2, 0.0, closed=True)) == pytest.approx(2.2**2 - 1.8**2)
+
+
+@pytest.mark.parametrize("points", [np.zeros((0, 2)), np.zeros((1, 2)), np.ones((4, 2))])
+def test_ribbon_of_nothing_is_empty(points):
+    assert len(meshes.ribbon(points, 0.1, 0.0)) == 0
+    assert len(meshes.swath(points, 0.1, 0.0)) == 0
+
+
+@given(st.lists(st.floats(0.1, 5.0), min_size=3, max_size=60))
+def test_fan_covers_the_area_of_a_star_region(radii):
+    theta = 2.0 * math.pi / len(radii) * np.arange(len(radii))
+    rim = np.array(radii)[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
+    x, y = rim.T
+    shoelace = 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+    mesh = meshes.fan(np.zeros(2), rim, 0.0)
+    assert is_sound(mesh)
+    assert area(mesh) == pytest.approx(shoelace)
+
+
+def test_shapes_have_their_areas():
+    centers = np.array([(0.0, 0.0), (3.0, 1.0), (-2.0, 5.0)])
+    hexagon = 1.5 * math.sqrt(3.0) * 0.2**2
+    assert area(meshes.discs(centers, 0.2, 0.0, sides=6)) == pytest.approx(3 * hexagon)
+    ring = meshes.ring(centers[1], 0.3, 0.5, 0.0, sides=200)
+    assert area(ring) == pytest.approx(math.pi * (0.5**2 - 0.3**2), rel=1e-3)
+    for mesh in (ring, meshes.crosses(centers, 0.1, 0.0), meshes.five_pointed_star(centers[2], 0.2, 0.0)):
+        assert is_sound(mesh)
+    assert len(meshes.discs(np.zeros((0, 2)), 0.2, 0.0)) == 0
+    assert len(meshes.crosses(np.zeros((0, 2)), 0.2, 0.0)) == 0
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.05, 2.0))
+def test_swath_reaches_a_radius_beyond_the_end_and_no_farther(heading, length):
+    radius = 0.25
+    ahead = np.array([math.cos(heading), math.sin(heading)])
+    mesh = meshes.swath(np.linspace(0.0, length, 9)[:, None] * ahead, radius, 0.0, sides=181)
+    along = mesh.vertices[:, :2] @ ahead
+    aside = mesh.vertices[:, :2] @ np.array([-ahead[1], ahead[0]])
+    assert along.max() == pytest.approx(length + radius)
+    assert along.min() == pytest.approx(0.0, abs=1e-9)
+    assert np.abs(aside).max() == pytest.approx(radius)
+    assert area(mesh) == pytest.approx(2.0 * radius * length + 0.5 * math.pi * radius**2, rel=1e-3)
+
+
+def test_speed_colors_run_from_the_first_to_the_last_and_clip():
+    colors = meshes.speed_colors(np.array([0.0, 0.8, -0.8, 5.0]), max_speed=0.8)
+    assert np.allclose(colors[0], meshes.SPEED_COLORS[0])
+    assert np.allclose(colors[1:], meshes.SPEED_COLORS[-1])
+
+
+def test_layers_lie_apart_and_their_colors_differ():
+    heights = [layer.height for layer in LAYERS.values()]
+    assert heights == sorted(set(heights))
+    signs = {(layer.color, layer.symbol) for layer in LAYERS.values()}
+    assert len(signs) == len(LAYERS)
+
+
+def test_a_parameter_out_of_range_is_named():
+    with pytest.raises(StarnavError, match=r"recording\.scan_rate is 0\.0; allowed: 0\.1 <= x <= 100 Hz"):
+        build(RecordingParameters, {"scan_rate": 0.0}, "recording")
+
+
+class TestVanishedFrontiers:
+    BEFORE = Frontiers(
+        stand=np.array([(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]),
+        probe=np.array([(1.0, 0.1), (2.0, 0.1), (3.0, 0.1)]),
+        owner=np.zeros(3, np.int64),
+    )
+
+    def roadmap(self, keep, retired=()):
+        empty = StarRoadmap.empty(PlannerParameters(), 0.25)
+        return replace(empty, frontiers=self.BEFORE.where(np.array(keep)), retired=np.reshape(retired, (-1, 3)))
+
+    def test_none_vanish(self):
+        covered, stuck = meshes.vanished_frontiers(self.BEFORE, self.roadmap([True] * 3))
+        assert covered.shape == stuck.shape == (0, 2)
+
+    def test_the_retired_are_stuck_and_the_others_covered(self):
+        after = self.roadmap([False, True, False], retired=[(3.1, 0.0, 0.2)])
+        covered, stuck = meshes.vanished_frontiers(self.BEFORE, after)
+        assert covered.tolist() == [[1.0, 0.0]]
+        assert stuck.tolist() == [[3.0, 0.0]]
+
+    def test_no_frontiers_before(self):
+        covered, stuck = meshes.vanished_frontiers(Frontiers.none(), self.roadmap([True] * 3))
+        assert covered.shape == stuck.shape == (0, 2)
+
+
+def test_every_layer_is_explained_to_users() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text(encoding="utf-8")
+    for layer in LAYERS:
+        assert f"`{layer}`" in text or f"`{layer.rpartition('/')[2]}`" in text, layer

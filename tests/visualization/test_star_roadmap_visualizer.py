@@ -1,0 +1,235 @@
+import dataclasses
+import gc
+import math
+from collections import defaultdict
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pydrake.common.value import Value
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
+from drake_starnav.planning.roadmap import rebuilt
+from drake_starnav.regions import Observation, scan_region
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.visualization.meshes import LAYERS
+from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
+
+ROBOT = RobotParameters()
+PLANNER = PlannerParameters()
+POSTS = np.array([(2.0, 1.2, 0.4), (2.5, -1.0, 0.5), (4.5, 0.4, 0.4), (0.0, 2.5, 0.5), (-1.0, -2.0, 0.6)])
+GOAL = np.array([8.0, 0.0])
+SPEED = 0.5
+
+
+class Script(list):
+    """Stands in for Meshcat: keeps the calls and answers what is visible when."""
+
+    def __getattr__(self, name):
+        if not hasattr(Meshcat, name):
+            raise AttributeError(name)
+        return lambda *args: self.append((name, *args))
+
+    def objects(self, layer):
+        made = [call[1] for call in self if call[0] in ("SetTriangleMesh", "SetTriangleColorMesh", "SetObject")]
+        return [path for path in made if path.startswith(f"/starnav/{layer}")]
+
+    def track(self, path, key):
+        """Keyframes of a property, by frame, in the order of the frames; the last of a frame counts."""
+        frames = {}
+        for name, *args in self:
+            if name == "SetProperty" and args[:2] == [path, key] and len(args) == 4:
+                frames[math.floor(20.0 * args[3])] = args[2]
+        return sorted(frames.items())
+
+    def visible(self, layer, frame):
+        """Paths of the layer's objects that are on stage in a frame."""
+        shown = []
+        for path in self.objects(layer):
+            track = self.track(path, "visible")
+            assert track[0][0] == 0, f"{path} is not told whether it is visible from the start"
+            if [value for k, value in track if k <= frame][-1]:
+                shown.append(path)
+        return shown
+
+
+def scan_at(pose, time, range_max=4.0, beams=180):
+    bearings = -math.pi + 2.0 * math.pi / beams * np.arange(beams)
+    ray = np.column_stack((np.cos(bearings + pose[2]), np.sin(bearings + pose[2])))
+    offset = POSTS[:, :2] - pose[:2]
+    along = ray @ offset.T
+    half = POSTS[:, 2] ** 2 - np.sum(offset**2, axis=1) + along**2
+    distance = np.where((half >= 0.0) & (along > 0.0), along - np.sqrt(np.maximum(half, 0.0)), np.inf).min(axis=1)
+    distance[distance >= range_max] = np.inf
+    return LaserScan(time, -math.pi, 2.0 * math.pi / beams, 0.0, range_max, distance)
+
+
+def run_log(duration=3.0, period=0.05):
+    """What the systems of a robot that drives along x would say, one row per period."""
+    state = PlannerState.initial(PLANNER, ROBOT.radius)
+    log = []
+    for k in range(round(duration / period) + 1):
+        pose = np.array([SPEED * period * k, 0.0, 0.0])
+        scan = scan_at(pose, period * k)
+        seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
+        state = plan_step(state, PlannerInput(seen, pose[:2], GOAL, period * k, PLANNER, ROBOT.radius))
+        braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
+        twist = np.array([SPEED, 0.0])
+        log.append({"pose": pose, "scan_pose": pose, "goal": GOAL, "twist": twist, "scan": scan})
+        log[-1].update(roadmap=state, certificate=braking)
+    return log
+
+
+class Replay(LeafSystem):
+    def __init__(self, log, period=0.05):
+        super().__init__()
+        for name, first in log[0].items():
+
+            def row(context, name=name):
+                return log[min(int(context.get_time() / period + 1e-6), len(log) - 1)][name]
+
+            if isinstance(first, np.ndarray):
+                self.DeclareVectorOutputPort(name, len(first), lambda c, out, row=row: out.SetFromVector(row(c)))
+            else:
+                self.DeclareAbstractOutputPort(
+                    name, lambda first=first: Value[object](first), lambda c, out, row=row: out.set_value(row(c))
+                )
+
+
+def play(log, ports=None, **parameters):
+    """The calls to Meshcat of a run."""
+    script = Script()
+    builder = DiagramBuilder()
+    replay = builder.AddSystem(Replay(log))
+    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(**parameters), ROBOT))
+    for name in log[0] if ports is None else ports:
+        builder.Connect(replay.GetOutputPort(name), visualizer.GetInputPort(name))
+    simulator = Simulator(builder.Build())
+    gc.collect()
+    simulator.Initialize()
+    simulator.AdvanceTo(0.05 * (len(log) - 1))
+    return script
+
+
+@pytest.fixture(scope="module")
+def log():
+    return run_log()
+
+
+@pytest.fixture(scope="module")
+def script(log):
+    return play(log)
+
+
+def test_regions_nodes_and_open_frontiers_are_those_of_the_roadmap(log, script):
+    assert len(log[-1]["roadmap"].roadmap) > 2
+    for frame in (0, 20, 45, 60):
+        roadmap = log[frame]["roadmap"].roadmap
+        assert len(script.visible("regions", frame)) == 2 * len(roadmap)  # a fan and its outline
+        shown = set(script.visible("frontiers/extendable", frame))
+        clouds = [call[2] for call in script if call[0] == "SetObject" and call[1] in shown]
+        assert sum(cloud.size() for cloud in clouds) == len(roadmap.frontiers)
+
+
+def test_one_scan_one_path_and_one_certificate_at_a_time(script):
+    for layer in ("scan", "path", "certificate"):
+        assert all(len(script.visible(layer, frame)) == 1 for frame in range(61))
+
+
+def test_scans_are_drawn_at_their_rate_and_thinned(log):
+    slow = play(log, scan_rate=2.0, scan_points=20)
+    assert len(slow.objects("scan")) == 7  # at 0, 0.5 ... 3 s
+    clouds = [call[2] for call in slow if call[0] == "SetObject" and call[1] in slow.objects("scan")]
+    assert all(0 < cloud.size() <= 20 for cloud in clouds)
+
+
+def test_the_newest_region_is_bright_and_fades_when_it_is_no_longer(log, script):
+    count = [len(row["roadmap"].roadmap) for row in log]
+    second = next(k for k, n in enumerate(count) if n > 1)
+    first_fan = script.objects("regions")[0]
+    defaults = RecordingParameters()
+    assert script.track(f"{first_fan}/<object>", "material.opacity") == [
+        (second, defaults.new_opacity),
+        (second + 20, defaults.old_opacity),
+    ]
+
+
+def test_no_keyframe_lies_ahead_of_the_run(script):
+    times = [call[4] for call in script if call[0] == "SetProperty" and len(call) == 5]
+    times += [call[3] for call in script if call[0] == "SetTransform"]
+    assert max(times) < 3.0 + 1e-3
+
+
+def test_a_rebuilt_roadmap_replaces_all_regions(log):
+    last = log[-1]["roadmap"]
+    less = dataclasses.replace(PLANNER, margin=PLANNER.margin - 0.01)
+    narrow = rebuilt(last.roadmap, less, ROBOT.radius)
+    after = {**log[-1], "roadmap": dataclasses.replace(last, roadmap=narrow)}
+    script = play([*log, after, after])
+    old, new = script.visible("regions", 60), script.visible("regions", 61)
+    assert len(old) == len(new) == 2 * len(narrow)
+    assert not set(old) & set(new)
+    assert not script.visible("frontiers/covered", 61)
+
+
+def test_a_goal_that_jumps_does_not_glide(log):
+    rows = [{**row, "goal": GOAL if k < 10 else -GOAL} for k, row in enumerate(log[:21])]
+    moves = [call for call in play(rows) if call[:2] == ("SetTransform", "/starnav/goal")]
+    frames = [(call[2].translation()[0], math.floor(20.0 * call[3])) for call in moves]
+    assert frames == [(8.0, 0), (8.0, 9), (-8.0, 10)]
+
+
+def test_what_is_unconnected_is_not_drawn(log):
+    script = play(log[:11], ports=("pose", "goal"))
+    assert script.visible("goal", 5) == ["/starnav/goal"]
+    for layer in ("scan", "regions", "path", "certificate", "short_term_goal", "frontiers"):
+        assert script.visible(layer, 5) == []
+
+
+def test_no_path_no_short_term_goal(log):
+    nothing = {"path": np.zeros((0, 2)), "target": None, "anticipated": None}
+    empty = dataclasses.replace(log[9]["roadmap"], **nothing)
+    script = play([*log[:10], *[{**log[9], "roadmap": empty}] * 11])
+    for layer in ("path", "short_term_goal", "frontiers/target"):
+        assert len(script.visible(layer, 8)) == 1
+        assert script.visible(layer, 18) == []
+
+
+def test_the_trail_follows_the_robot(log, script):
+    trail = [call for call in script if call[0] == "SetTriangleColorMesh"]
+    x = np.concatenate([call[2][0] for call in trail])
+    assert x.min() == pytest.approx(0.0)
+    assert x.max() == pytest.approx(SPEED * 3.0)
+    assert all(call[4].shape == call[2].shape for call in trail)
+
+
+def test_a_second_initialization_starts_anew(log):
+    script = Script()
+    builder = DiagramBuilder()
+    replay = builder.AddSystem(Replay(log))
+    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(), ROBOT))
+    for name in log[0]:
+        builder.Connect(replay.GetOutputPort(name), visualizer.GetInputPort(name))
+    diagram = builder.Build()
+    calls = []
+    for _ in range(2):
+        simulator = Simulator(diagram)
+        simulator.Initialize()
+        simulator.AdvanceTo(1.0)
+        calls.append([(call[0], call[1]) for call in script])
+        script.clear()
+    assert calls[0] == calls[1]
+    assert calls[0][0] == ("Delete", "/starnav")
+
+
+def test_every_object_belongs_to_a_layer(script):
+    count = defaultdict(int)
+    for path in script.objects(""):
+        layer = next(name for name in LAYERS if path.startswith(f"/starnav/{name}"))
+        count[layer] += 1
+    assert set(count) >= set(LAYERS) - {"frontiers/stuck"}

@@ -1,0 +1,39 @@
+"""Pictures of worlds show what moves and its way."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from drake_starnav.evaluation.report.figures import draw_world as draw_in_report
+from drake_starnav.evaluation.report.figures import new_figure
+from drake_starnav.robot import RobotParameters
+from drake_starnav.visualization.meshes import MOVERS
+from drake_starnav.visualization.world_figure import world_axes, write_html, write_png
+from drake_starnav.worlds import Crowd, make_world
+
+WORLD = make_world(Crowd(min_movers=3, max_movers=3), 0, 0.25)
+
+
+def test_movers_are_drawn_at_first_with_their_paths() -> None:
+    _, axis = world_axes(WORLD, "crowd")
+    discs = [patch for patch in axis.patches if to_rgb(patch.get_facecolor()) == MOVERS.color]
+    assert [(*disc.center, disc.radius) for disc in discs] == [
+        (*path[0, 1:], radius) for path, radius in zip(WORLD.movers.paths, WORLD.movers.radii, strict=True)
+    ]
+    for line, path in zip(axis.lines, WORLD.movers.paths, strict=True):
+        assert np.array_equal(np.transpose(line.get_data()), path[:, 1:])
+
+
+def test_reports_draw_them_too() -> None:
+    axes = new_figure(3.0).add_subplot()
+    draw_in_report(axes, WORLD)
+    (movers,) = [c for c in axes.collections if to_rgb(c.get_facecolor()[0]) == pytest.approx(MOVERS.color)]
+    assert len(movers.get_paths()) == 3
+
+
+def test_files_are_written(tmp_path) -> None:
+    path = np.array([WORLD.start[:2], WORLD.goal])
+    write_png(WORLD, RobotParameters(), path, "crowd", tmp_path / "x.png")
+    write_html(WORLD, RobotParameters(), path, "crowd", tmp_path / "x.html")
+    assert (tmp_path / "x.png").stat().st_size > 10_000
+    assert "<title>crowd</title>" in (tmp_path / "x.html").read_text(encoding="utf-8")

@@ -1,0 +1,183 @@
+"""Maps as ROS's map_server reads them, and what is said of those that cannot be read."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, occupancy, read_map, write_map
+
+KEYS = {"image": "m.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0], "occupied_thresh": 0.65, "free_thresh": 0.196}
+CODES = {FREE: ".", OCCUPIED: "#", UNKNOWN: "?"}
+PIXELS = np.array([[0, 254, 205], [254, 0, 254]], np.uint8)
+
+
+def write(folder: Path, image: bytes | np.ndarray, name: str = "m.pgm", /, **changes) -> Path:
+    """A map in a folder; a change to None leaves the key out."""
+    if isinstance(image, bytes):
+        (folder / name).write_bytes(image)
+    else:
+        Image.fromarray(image).save(folder / name)
+    keys = {**KEYS, "image": name, **changes}
+    path = folder / "m.yaml"
+    path.write_text("".join(f"{key}: {value}\n" for key, value in keys.items() if value is not None))
+    return path
+
+
+def rows_of(path: Path) -> list[str]:
+    """The map's cells as in the image, the upper row first."""
+    return ["".join(CODES[cell] for cell in row) for row in read_map(path).cells[::-1]]
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        PIXELS,
+        b"P5\n# a comment\n3 2\n255\n" + PIXELS.tobytes(),
+        b"P5 3 2 255\n" + PIXELS.tobytes() + b"\n",
+        b"P2\n3 2 # columns, rows\n255\n0 254 205\n254 0 254\n",
+        b"P2\n3 2\n510\n0 508 410\n508 0 508\n",
+    ],
+)
+def test_every_kind_of_pgm(tmp_path: Path, image) -> None:
+    assert rows_of(write(tmp_path, image)) == ["#.?", ".#."]
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        PIXELS,
+        np.dstack([PIXELS] * 3),
+        np.dstack([*[PIXELS] * 3, np.full_like(PIXELS, 255)]),
+        PIXELS.astype(np.uint16) * 257,
+    ],
+)
+def test_every_kind_of_png(tmp_path: Path, image) -> None:
+    assert rows_of(write(tmp_path, image, "m.png")) == ["#.?", ".#."]
+
+
+def test_a_palette_and_a_bit_map_are_read(tmp_path: Path) -> None:
+    path = write(tmp_path, PIXELS, "m.png")
+    Image.fromarray(PIXELS).convert("P").save(tmp_path / "m.png")
+    assert rows_of(path) == ["#.?", ".#."]
+    Image.fromarray(np.array([[True, False]])).save(tmp_path / "m.png")
+    assert rows_of(path) == [".#"]
+
+
+def test_written_maps_read_back(tmp_path: Path) -> None:
+    cells = np.random.default_rng(0).choice([FREE, OCCUPIED, UNKNOWN], (7, 11)).astype(np.int8)
+    grid = OccupancyMap(cells, 0.037, (-1.5, 2.25, 0.3))
+    write_map(grid, tmp_path / "again.yaml")
+    again = read_map(tmp_path / "again.yaml")
+    np.testing.assert_array_equal(again.cells, cells)
+    assert (again.resolution, again.origin) == (grid.resolution, grid.origin)
+
+
+@pytest.mark.parametrize(
+    ("mode", "negate", "expected"),
+    [
+        ("trinary", False, "#?..."),  # 0, 128, 205, 230 and 255 are occupied by 1, 0.5, 0.2, 0.1 and 0
+        ("trinary", True, ".?###"),
+        ("scale", False, "#?..."),
+        ("raw", False, ".????"),
+    ],
+)
+def test_modes_and_negation(mode: str, negate: bool, expected: str) -> None:
+    shade = np.array([0, 128, 205, 230, 255]) / 255.0
+    cells = occupancy(shade, None, mode=mode, negate=negate, occupied=0.65, free=0.25)
+    assert "".join(CODES[cell] for cell in cells) == expected
+
+
+def test_raw_values_are_percentages() -> None:
+    shade = np.array([0, 10, 30, 70, 100, 101, 255]) / 255.0
+    cells = occupancy(shade, None, mode="raw", negate=False, occupied=0.65, free=0.25)
+    assert "".join(CODES[cell] for cell in cells) == "..?##??"
+
+
+def test_what_is_transparent_is_unknown_in_a_scaled_map() -> None:
+    shade, opacity = np.array([0.0, 1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0, 0.5])
+    cells = occupancy(shade, opacity, mode="scale", negate=False, occupied=0.65, free=0.25)
+    assert "".join(CODES[cell] for cell in cells) == "#.??"
+    cells = occupancy(shade, opacity, mode="trinary", negate=False, occupied=0.65, free=0.25)
+    assert "".join(CODES[cell] for cell in cells) == "#.#."  # opacity counts as a fourth colour
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
+def test_places_follow_the_origin(yaw: float) -> None:
+    grid = OccupancyMap(np.zeros((4, 6), np.int8), 0.5, (1.0, -2.0, yaw))
+    center = grid.to_world(np.array([4.5, 1.5]))  # of cells[1, 4]
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    assert center == pytest.approx([1.0 + cosine * 2.25 - sine * 0.75, -2.0 + sine * 2.25 + cosine * 0.75])
+    assert grid.cell_at((center[0], center[1])) == (1, 4)
+    assert grid.cell_at((1.0 - cosine, -2.0 - sine)) is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"resolution": 0}, "resolution is 0; allowed: 0.001 <= x <= 100 m"),
+        ({"resolution": 10**400}, r"resolution is 10+\.\.\.; allowed: a finite number"),
+        ({"resolution": "fine"}, "resolution is 'fine'; allowed: a finite number"),
+        ({"origin": [0, 0]}, r"origin is \[0, 0\]; allowed: finite \[x, y, yaw\]"),
+        ({"origin": "[0, .nan, 0]"}, "origin"),
+        ({"occupied_thresh": 0.1}, "free_thresh is 0.196, occupied_thresh is 0.1; allowed: 0 <= free_thresh < occ"),
+        ({"occupied_thresh": 65}, "<= 1"),
+        ({"free_thresh": -0.1}, "free_thresh is -0.1"),
+        ({"free_thresh": "low"}, "free_thresh is 'low'"),
+        ({"negate": 2}, "negate is 2; allowed: 0 or 1"),
+        ({"mode": "binary"}, "mode is 'binary'; allowed: one of trinary, scale, raw"),
+        ({"image": None}, "has no key image"),
+        ({"image": 3}, "image is 3"),
+        ({"image": "other.pgm"}, r"other\.pgm: no such file; allowed: a complete PGM"),
+        ({"free_thresh": None}, "has no key free_thresh"),
+        ({"image": "[m.pgm"}, "line .*allowed: valid YAML"),
+    ],
+)
+def test_bad_keys_are_refused(tmp_path: Path, changes: dict, message: str) -> None:
+    path = write(tmp_path, PIXELS, **changes)
+    with pytest.raises(StarnavError, match=message) as error:
+        read_map(path)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        (b"P5\n3 2\n255\n" + PIXELS.tobytes()[:-1], "cannot be read: .*truncated"),
+        (b"P2\n3 2\n255\n0 254 205 254 0", "cannot be read"),
+        (b"P5\n3 2\n255\n" + PIXELS.tobytes() + b"\x00\x00\x00", "says 3 x 2 pixels and has 9; allowed: 6 pixels"),
+        (b"P2\n3 2\n255\n0 254 205 254 0 254 254 # 1 2", "says 3 x 2 pixels and has 7"),
+        (b"P5\n3\n", "cannot be read|another format"),
+        (b"P6\n1 1\n255\n\x00\x00\x00", "is a colour or bit map; allowed: .*PGM"),
+        (b"GIF89a and so on", "is of another format; allowed: .*PGM"),
+        (b"", "is of another format"),
+        (b"P5\n9000 9000\n255\n", "has 9000 x 9000 pixels; allowed: at most 25000000"),
+        (b"P5\n90000 90000\n255\n", "cannot be read: .*pixels"),
+    ],
+)
+def test_bad_images_are_refused(tmp_path: Path, image: bytes, message: str) -> None:
+    with pytest.raises(StarnavError, match=message) as error:
+        read_map(write(tmp_path, image))
+    assert "\n" not in str(error.value)
+
+
+def test_a_truncated_png_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, np.random.default_rng(0).integers(0, 255, (40, 40), np.uint8), "m.png")
+    content = (tmp_path / "m.png").read_bytes()
+    (tmp_path / "m.png").write_bytes(content[: len(content) // 2])
+    with pytest.raises(StarnavError, match="cannot be read"):
+        read_map(path)
+
+
+def test_a_missing_file_and_one_without_keys_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(StarnavError, match="nothing.yaml cannot be read: No such file"):
+        read_map(tmp_path / "nothing.yaml")
+    (tmp_path / "list.yaml").write_text("- 1\n")
+    with pytest.raises(StarnavError, match="holds no keys"):
+        read_map(tmp_path / "list.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(StarnavError, match="cannot be read"):
+        read_map(tmp_path / "binary.yaml")

@@ -1,0 +1,46 @@
+"""Our own worlds of the BARN benchmark's kind: the same from the same seed, and passable."""
+
+import json
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds import Barn, clearance, make_world, shortest_path
+from drake_starnav.worlds.generators.barn_like import barn_like
+from scripts.maintenance.make_barn_worlds import file_text
+
+RADIUS = 0.334
+
+
+def test_the_shipped_file_is_what_its_script_writes() -> None:
+    shipped = model_path("worlds", "barn_like.json").read_text(encoding="utf-8")
+    content = json.loads(shipped)
+    assert (
+        content["meta"]["source"]
+        == f"scripts/maintenance/make_barn_worlds.py --worlds {len(content['worlds'])} --seed 0"
+    )
+    few = json.loads(file_text(3, seed=0))["worlds"]
+    assert few == content["worlds"][:3]
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_passable_with_five_centimetres_to_spare(number: int) -> None:
+    world = make_world(Barn(id=number), 0, RADIUS)
+    assert shortest_path(world, RADIUS + 0.05) is not None
+    assert clearance(world, np.array([world.start[:2], world.goal])).min() > 1.0
+    length, path = shortest_path(world, RADIUS)
+    assert world.optimal_time == pytest.approx(length / 2.0, abs=1e-3)
+    assert -4.5 < path[:, 0].min() <= path[:, 0].max() < 0.0, "between the walls"
+
+
+def test_numbers_and_seeds_differ() -> None:
+    worlds = [barn_like(number, seed, RADIUS)["cylinders"] for number in range(2) for seed in (5, 6)]
+    assert len({json.dumps(cylinders) for cylinders in worlds}) == 4
+    assert worlds[0] == barn_like(0, 5, RADIUS)["cylinders"]
+
+
+def test_a_robot_that_does_not_fit_is_named() -> None:
+    with pytest.raises(StarnavError, match=r"robot_radius 3 m"):
+        barn_like(0, 0, 3.0)
