@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
+from drake_starnav.regions.parameters import SafetyParameters
 
 CERTIFIED = ("star", "mpc")
 """Kinds of controllers that follow the planner's guidance and can certify; the others are baselines."""
 
 
 @dataclass(frozen=True)
-class ControllerParameters:
+class ControllerParameters(SafetyParameters):
     """How guidance becomes a twist, and what certifies it."""
 
     kind: str = parameter(
@@ -112,14 +113,6 @@ class ControllerParameters:
         high=10.0,
     )
     certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
-    safety_margin: float = parameter(
-        0.01,
-        "clearance that the certificate keeps beyond the robot's radius",
-        unit="m",
-        low=0.0,
-        high=1.0,
-        when="raise it for a base that does not follow its commands well",
-    )
     margin_per_speed: float = parameter(
         0.0, "further clearance per speed that certified_by: points keeps", unit="s", low=0.0, high=1.0
     )
@@ -136,40 +129,6 @@ class ControllerParameters:
         unit="rad",
         low=0.0,
         high=3.2,
-    )
-    scan_memory: int = parameter(
-        5,
-        "scans that the safety star is made from",
-        low=1,
-        high=100,
-    )
-    smoothed_beams: int = parameter(
-        0,
-        "half width of a moving average, in beams, over the ranges that make the safety star, since the nearest "
-        "errs most; 0: none; declared noise raises it",
-        low=0,
-        high=10000,
-    )
-    average_scans: bool = parameter(
-        False,
-        "average ranges over the remembered scans, instead of counting the nearest hit of all; not with obstacles that "
-        "move; declared noise of 4 cm or more sets it",
-        when="for doors that leave the robot less than 4 cm on each side",
-    )
-    scan_spacing: float = parameter(
-        0.0,
-        "distance driven between two scans that are remembered; 0: the last ones, wherever taken",
-        unit="m",
-        low=0.0,
-        high=5.0,
-    )
-    safety_range: float = parameter(
-        1.2,
-        "extent of the safety star",
-        unit="m",
-        above=0.0,
-        high=20.0,
-        when="raise it for a fast robot in open space, above v^2 / (2 a)",
     )
     scan_patience: float = parameter(
         3.0,

@@ -1,4 +1,4 @@
-"""Parameters of the way from a laser scan to a star-shaped region."""
+"""Parameters of the way from laser scans to star-shaped regions: the planner's, and the controller's safety star."""
 
 from dataclasses import dataclass
 
@@ -68,4 +68,52 @@ class StarParameters:
     one_sided_fit: bool = parameter(True, "lower every cubic until it lies inside the measured free range")
     jump: float = parameter(
         0.12, "range step between neighbouring samples that separates surfaces", unit="m", above=0.0, high=10.0
+    )
+
+
+@dataclass(frozen=True)
+class SafetyParameters:
+    """How the last scans become the safety star, in which the controller's certificate moves."""
+
+    safety_margin: float = parameter(
+        0.01,
+        "clearance that the certificate keeps beyond the robot's radius",
+        unit="m",
+        low=0.0,
+        high=1.0,
+        when="raise it for a base that does not follow its commands well",
+    )
+    safety_range: float = parameter(
+        1.2,
+        "extent of the safety star",
+        unit="m",
+        above=0.0,
+        high=20.0,
+        when="raise it for a fast robot in open space, above v^2 / (2 a)",
+    )
+    scan_memory: int = parameter(
+        5,
+        "scans that the safety star is made from",
+        low=1,
+        high=100,
+    )
+    scan_spacing: float = parameter(
+        0.0,
+        "distance driven between two scans that are remembered; 0: the last ones, wherever taken",
+        unit="m",
+        low=0.0,
+        high=5.0,
+    )
+    smoothed_beams: int = parameter(
+        0,
+        "half width of a moving average, in beams, over the ranges that make the safety star, since the nearest "
+        "errs most; 0: none; declared noise raises it",
+        low=0,
+        high=10000,
+    )
+    average_scans: bool = parameter(
+        False,
+        "average ranges over the remembered scans, instead of counting the nearest hit of all; not with obstacles that "
+        "move; declared noise of 4 cm or more sets it",
+        when="for doors that leave the robot less than 4 cm on each side",
     )

@@ -5,15 +5,13 @@ import math
 
 import numpy as np
 
-from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.deskew import taken_at_once
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
-from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.erosion import free_range, smoothed_distances
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.parameters import SafetyParameters, StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import fit_region
@@ -81,8 +79,8 @@ def perceive(
     before: Perceived,
     scan: LaserScan,
     pose: np.ndarray,
-    planner: PlannerParameters,
-    controller: ControllerParameters,
+    planner: StarParameters,
+    controller: SafetyParameters,
     robot_radius: float,
     *,
     confirm: float | None = None,

@@ -47,7 +47,8 @@ def test_method_options_are_real_parameters(method: str) -> None:
 
 
 def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None:
-    kinds = dataclasses.fields(ControllerParameters)[0].metadata["choices"]
+    fields = {field.name: field for field in dataclasses.fields(ControllerParameters)}
+    kinds = fields["kind"].metadata["choices"]
     assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds)
     assert set(kinds) - {"star", "mpc"} <= set(SECTIONS)
 
