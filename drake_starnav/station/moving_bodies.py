@@ -15,8 +15,7 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Leaf
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.systems.release import weakly
-from drake_starnav.visualization import meshes
-from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+from drake_starnav.worlds.moving_obstacles import MOVER_COLOR, Movers, mover_states
 
 MOVERS = "movers"
 """Name of the model instance that all movers of a plant are in."""
@@ -55,7 +54,7 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
             parent = body
         shape, name = Cylinder(radius, OBSTACLE_HEIGHT), f"mover_{k}"
         plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
-        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*meshes.MOVERS.color, 1.0])
+        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*MOVER_COLOR, 1.0])
     robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]
     others = before - {g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)}
     moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - before))

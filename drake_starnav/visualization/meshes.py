@@ -1,4 +1,4 @@
-"""What a recording draws: its parameters, its layers with their colours, and flat triangle meshes for them."""
+"""What a recording draws: its layers with their colours, and flat triangle meshes for them."""
 
 import math
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_starnav.planning.frontiers import Frontiers, uncovered
 from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.worlds.moving_obstacles import MOVER_COLOR
 from drake_starnav.worlds.world import World
 
 MITRE_LIMIT = 2.0
@@ -53,7 +54,7 @@ LAYERS = {
 }
 """Name in Meshcat's panel -> what it is, lowest first."""
 
-MOVERS = Layer("obstacle that moves", (0.90, 0.75, 0.20), "disc", 0.5)
+MOVERS = Layer("obstacle that moves", MOVER_COLOR, "disc", 0.5)
 """They are part of the scene; see `with_movers`."""
 
 SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])

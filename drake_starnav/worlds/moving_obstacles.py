@@ -9,6 +9,9 @@ from numba import njit
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.snapshot import snapshot
 
+MOVER_COLOR = (0.90, 0.75, 0.20)
+"""Red, green, blue of a disc in every picture; the other colours are chosen beside it (`meshes.LAYERS`)."""
+
 
 def _frozen(value: object, columns: int) -> np.ndarray:
     array = np.array(value, dtype=float).reshape((-1, columns) if columns > 1 else -1)
