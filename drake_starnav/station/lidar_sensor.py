@@ -197,7 +197,7 @@ class LidarSensor(LeafSystem):
         return _Measurement(self._scan(context.get_time(), self._cast(context, query, X_WS)), X_WS)
 
     def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
-        if not begins_run(context, _unpacked(context.get_discrete_state(self._swept).value())[0]):
+        if not begins_run(context.get_time(), _unpacked(context.get_discrete_state(self._swept).value())[0]):
             return EventStatus.DidNothing()
         return self._update(context, values)
 

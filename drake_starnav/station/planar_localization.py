@@ -80,7 +80,7 @@ class PlanarLocalization(LeafSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
     def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
-        if not begins_run(context, context.get_discrete_state(self._updated)[0]):
+        if not begins_run(context.get_time(), context.get_discrete_state(self._updated)[0]):
             return EventStatus.DidNothing()
         values.set_value(self._updated, [context.get_time()])
         pose = self._true_pose(context)

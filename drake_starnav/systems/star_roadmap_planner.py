@@ -78,7 +78,7 @@ class StarRoadmapPlanner(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
-        if not begins_run(context, context.get_discrete_state(self._changed)[2]):
+        if not begins_run(context.get_time(), context.get_discrete_state(self._changed)[2]):
             return EventStatus.DidNothing()
         pose = self._pose.Eval(context)
         state.get_mutable_discrete_state(0).set_value(pose[:2])

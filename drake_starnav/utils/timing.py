@@ -2,8 +2,6 @@
 
 import math
 
-from pydrake.systems.framework import Context, LeafSystem
-
 from drake_starnav.errors import StarnavError
 
 EARLY = 1e-6
@@ -11,7 +9,7 @@ EARLY = 1e-6
 
 
 def checked_period(
-    system: LeafSystem, *, period: float | None = None, rate: float | None = None, offset: float = 0.0
+    system: object, *, period: float | None = None, rate: float | None = None, offset: float = 0.0
 ) -> float:
     """The period of a system's updates, s.
 
@@ -31,11 +29,11 @@ def checked_period(
     return value if rate is None else 1.0 / value
 
 
-def begins_run(context: Context, last: float) -> bool:
+def begins_run(time: float, last: float) -> bool:
     """Whether an initialization event begins a run, rather than finding one under way, as in the clone of a context.
 
     Args:
-        context: at the time of the event.
+        time: of the event, s.
         last: when the system was initialized or updated last, s; NaN for never. Time that was set back begins a run.
     """
-    return not last < context.get_time()
+    return not last < time

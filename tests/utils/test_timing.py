@@ -72,4 +72,4 @@ def test_the_period_is_that_given_or_of_the_rate() -> None:
 def test_a_run_begins_without_a_past_or_when_time_was_set_back(last: float, begins: bool) -> None:
     context = ArrivalMonitor(tolerance=0.1, period=1.0).CreateDefaultContext()
     context.SetTime(1.0)
-    assert begins_run(context, last) is begins
+    assert begins_run(context.get_time(), last) is begins
