@@ -84,7 +84,7 @@ def add_navigation(
     ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move, the tracker
     takes the first of these steps and the others follow one later.
 
-    Margins, the certificate and the perception allow for the faults that the scenario declares; see `tolerance`.
+    Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.
 
     Args:
         builder: to which the systems are added.

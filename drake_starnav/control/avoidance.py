@@ -2,8 +2,8 @@
 
 A manoeuvre is held for SEGMENT steps: follow the path, stand, keep the present twist, or head somewhere, forwards or
 backwards, as the law does (omega = gain error, v = v_max cos^3 error): for a robot that must turn before it can step
-aside, that is one manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that both
-certificates accept. Of each generation the BEAM best ways on that differ are continued, up to the horizon.
+aside, that is one manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that
+both certificates accept. Of each generation the BEAM best ways on that differ are continued, up to the horizon.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The braking certificate against points: as `braking_certificate`, but every sample of the motion is compared with every hit.
+"""The braking certificate against points: as `braking_certificate`, but with every hit at every sample of the motion.
 
 The safety star asks that the robot's centre stays in straight sight of where the last scan was taken; a motion along
 a curved gap between obstacles may be safe without. Here a motion passes if the robot's disc, along all of it, keeps a

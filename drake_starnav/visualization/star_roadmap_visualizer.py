@@ -17,7 +17,7 @@ from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
-from drake_starnav.visualization import meshes as drawing
+from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
 from drake_starnav.visualization.meshes import LAYERS, Mesh
 
@@ -99,12 +99,12 @@ class StarRoadmapVisualizer(LeafSystem):
         self._stage.clear()
         self._drawn = _Drawn(self._nothing)
         node, here = self._parameters.node_radius, np.zeros(2)
-        meshes = {
-            "goal": drawing.five_pointed_star(here, 0.9 * self._robot.radius, LAYERS["goal"].height),
-            "short_term_goal": drawing.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
-            "frontiers/target": drawing.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
+        hidden = {
+            "goal": meshes.five_pointed_star(here, 0.9 * self._robot.radius, LAYERS["goal"].height),
+            "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
+            "frontiers/target": meshes.ring(here, 2.4 * node, 3.1 * node, LAYERS["frontiers/target"].height),
         }
-        for layer, mesh in meshes.items():
+        for layer, mesh in hidden.items():
             self._stage.prepare(layer, mesh)
         return EventStatus.Succeeded()
 
@@ -151,9 +151,9 @@ class StarRoadmapVisualizer(LeafSystem):
         for k in range(known, len(roadmap)):
             self._add_region(k, roadmap, time)
         nodes, radius, width = roadmap.stack.center, self._parameters.node_radius, 1.5 * self._parameters.line_width
-        dots = drawing.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
+        dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
         self._grow("roadmap/nodes", dots, time)
-        lines = drawing.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
+        lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
         self._grow("roadmap/edges", lines, time)
         self._draw_open_frontiers(last.frontiers, roadmap.frontiers, time)
 
@@ -165,12 +165,12 @@ class StarRoadmapVisualizer(LeafSystem):
                 self._stage.swap_points("frontiers/extendable", stands, time, key=str(owner))
 
     def _draw_spent_frontiers(self, last: Frontiers, now: StarRoadmap, time: float) -> None:
-        covered, stuck = drawing.vanished_frontiers(last, now)
+        covered, stuck = meshes.vanished_frontiers(last, now)
         path = self._stage.add_points("frontiers/covered", covered, time)
         if path:
             self._drawn.growing.append(path)
         size = 1.5 * self._parameters.node_radius
-        self._grow("frontiers/stuck", drawing.crosses(stuck, size, LAYERS["frontiers/stuck"].height), time)
+        self._grow("frontiers/stuck", meshes.crosses(stuck, size, LAYERS["frontiers/stuck"].height), time)
 
     def _add_region(self, k: int, roadmap: StarRoadmap, time: float) -> None:
         region, height = roadmap.regions[k], LAYERS["regions"].height
@@ -178,11 +178,11 @@ class StarRoadmapVisualizer(LeafSystem):
         newest = k == len(roadmap) - 1
         new = (self._parameters.new_opacity, OUTLINE_OPACITY[0])
         old = (self._parameters.old_opacity, OUTLINE_OPACITY[1])
-        meshes = (
-            drawing.fan(region.center, rim, height),
-            drawing.ribbon(rim, 0.5 * self._parameters.line_width, height, closed=True),
+        parts = (
+            meshes.fan(region.center, rim, height),
+            meshes.ribbon(rim, 0.5 * self._parameters.line_width, height, closed=True),
         )
-        for mesh, bright, faint in zip(meshes, new, old, strict=True):
+        for mesh, bright, faint in zip(parts, new, old, strict=True):
             path = self._grow("regions", mesh, time, bright if newest else faint)
             if newest and path:
                 self._drawn.bright.append(_Fading(path, k, bright, faint))
@@ -220,7 +220,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if np.array_equal(points, self._drawn.path):
             return
         self._drawn.path = points
-        self._stage.swap("path", drawing.ribbon(points, self._parameters.line_width, LAYERS["path"].height), time)
+        self._stage.swap("path", meshes.ribbon(points, self._parameters.line_width, LAYERS["path"].height), time)
 
     def _draw_scan(self, scan: LaserScan | None, pose: np.ndarray | None, time: float) -> None:
         if scan is None or pose is None or scan is self._drawn.scan:
@@ -238,7 +238,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if len(path):
             kept = np.unique(np.linspace(0, len(path) - 1, min(CERTIFICATE_POINTS, len(path))).round().astype(int))
             path = path[kept]
-        mesh = drawing.swath(path, self._robot.radius, LAYERS["certificate"].height)
+        mesh = meshes.swath(path, self._robot.radius, LAYERS["certificate"].height)
         self._stage.swap("certificate", mesh, time, CERTIFICATE_OPACITY)
 
     def _draw_trail(self, time: float) -> None:
@@ -250,9 +250,9 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         # One quad per step, so that each shows its own speed.
         ends = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
-        steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > drawing.SAME_POINT
-        mesh = drawing.segments(ends[steps], self._parameters.line_width, LAYERS["trail"].height)
-        colors = np.repeat(drawing.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
+        steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > meshes.SAME_POINT
+        mesh = meshes.segments(ends[steps], self._parameters.line_width, LAYERS["trail"].height)
+        colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
         self._stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]
 

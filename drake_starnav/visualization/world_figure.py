@@ -9,8 +9,7 @@ import numpy as np
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.files import replacing, write_text
-from drake_starnav.visualization import meshes as drawing
-from drake_starnav.visualization.meshes import LAYERS, five_pointed_star, ribbon
+from drake_starnav.visualization.meshes import LAYERS, MOVERS, five_pointed_star, ribbon
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
 OBSTACLES, WALLS = "0.62", "0.35"
@@ -38,7 +37,7 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
     axis.add_collection(
         PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2, zorder=1)
     )
-    movers, color = world.movers, drawing.MOVERS.color
+    movers, color = world.movers, MOVERS.color
     for radius, path in zip(movers.radii, movers.paths, strict=True):
         axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
         axis.add_patch(Circle(path[0, 1:], radius, facecolor=color, zorder=1))
@@ -98,7 +97,7 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
     draw_robot(axis, world.start, robot.radius, START, "start: the robot")
     draw_goal(axis, world.goal)
     if len(world.movers):
-        color, label = drawing.MOVERS.color, f"{drawing.MOVERS.label}, its path"
+        color, label = MOVERS.color, f"{MOVERS.label}, its path"
         axis.plot([], [], "o-", color=color, markersize=10.0, linewidth=0.6, label=label)
     save_figure(figure, file, dpi=150)
 
@@ -129,12 +128,12 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     context = diagram.CreateDefaultContext()
     station.GetInputPort("drive.twist_command").FixValue(station.GetMyMutableContextFromRoot(context), [0.0, 0.0])
     diagram.ForcedPublish(context)
-    meshes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
+    shapes = {"goal": five_pointed_star(np.array(world.goal), max(robot.radius, 0.15), LAYERS["goal"].height)}
     if path is not None:
-        meshes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
-    looks = {name: (mesh, LAYERS[name].color) for name, mesh in meshes.items()}
+        shapes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
+    looks = {name: (mesh, LAYERS[name].color) for name, mesh in shapes.items()}
     for k, way in enumerate(world.movers.paths):
-        looks[f"movers/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), drawing.MOVERS.color
+        looks[f"movers/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), MOVERS.color
     for name, (mesh, color) in looks.items():
         meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*color))
     set_look(meshcat)

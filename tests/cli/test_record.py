@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from drake_starnav.cli import record as record_command
 from drake_starnav.cli.main import benchmark, simulate
-from drake_starnav.cli.record import chosen_run, read_trial, record
+from drake_starnav.cli.record import Run, chosen_run, read_trial, record
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import make_cases, make_header
 from drake_starnav.visualization.browser import browser_missing
@@ -182,7 +181,7 @@ def test_both_renderers_show_the_same_picture(scenario) -> None:
 
 
 def test_the_names_of_files_tell_what_they_show() -> None:
-    run = record_command.Run({"star": _named("forest"), "foa": _named("forest")}, 4)
+    run = Run({"star": _named("forest"), "foa": _named("forest")}, 4)
     assert run.name == "forest-star-foa-4"
 
 

@@ -41,7 +41,8 @@ def place(tmp_path: Path, monkeypatch) -> Path:
     (tmp_path / "docs").mkdir()
     for page in ("README.md", "docs/benchmark.md"):
         (tmp_path / page).write_text(
-            "before\n<!-- results: written by `python scripts/maintenance/record_results.py` -->old<!-- end of results -->\nafter\n"
+            "before\n<!-- results: written by `python scripts/maintenance/record_results.py` -->old"
+            "<!-- end of results -->\nafter\n"
         )
     return tmp_path
 
