@@ -22,7 +22,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import PortDataType, System
 
+import drake_starnav.station
 import drake_starnav.systems
+import drake_starnav.visualization
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.parameters import allowed_text
 from drake_starnav.scenario import METHODS, Scenario
@@ -50,6 +52,8 @@ from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisua
 from drake_starnav.worlds import WORLD_KINDS, World
 from drake_starnav.worlds.moving_obstacles import Movers
 
+ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
+"""Packages whose modules define systems."""
 DOCS = Path(__file__).parents[2] / "docs"
 WRITTEN = "Written by `python scripts/maintenance/write_tables.py`; change the code, not this file."
 DIAGRAMS = DOCS / "images" / "diagrams"
@@ -92,9 +96,10 @@ def all_systems() -> list[System]:
 
 
 def system_classes() -> set[type[System]]:
-    """Every public system that a module of `drake_starnav.systems` defines, but for the controllers' base."""
+    """Every public system that a module of `ROOMS` defines, but for the controllers' base."""
     found = set()
-    for info in pkgutil.iter_modules(drake_starnav.systems.__path__, f"{drake_starnav.systems.__name__}."):
+    infos = (info for room in ROOMS for info in pkgutil.iter_modules(room.__path__, f"{room.__name__}."))
+    for info in infos:
         module = importlib.import_module(info.name)
         for name, member in vars(module).items():
             defined_here = inspect.isclass(member) and member.__module__ == module.__name__
