@@ -1,4 +1,4 @@
-"""`python -m drake_starnav`: list what there is, or run a command."""
+"""`python -m drake_starnav`, as `starnav`: list what there is, or run a command."""
 
 import sys
 

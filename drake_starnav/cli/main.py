@@ -1,4 +1,4 @@
-"""The command lines of the package: what scripts/ and `python -m drake_starnav` call."""
+"""The command lines of the package: what scripts/ and `starnav` call; `python -m drake_starnav` is the same."""
 
 import argparse
 import inspect
@@ -164,15 +164,15 @@ def _table(record: dict) -> str:
 COMMANDS = {
     "simulate": simulate, "record": record, "benchmark": benchmark, "report": report, "show_world": show_world,
 }  # fmt: skip
-"""Commands of `python -m drake_starnav`; scripts/ has one file for each."""
+"""Commands of `starnav`; scripts/ has one file for each."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """`python -m drake_starnav [COMMAND ...]`: run a command, or list commands, scenarios, methods and worlds."""
+    """`starnav [COMMAND ...]`: run a command, or list commands, scenarios, methods and worlds."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in COMMANDS:
         return COMMANDS[arguments[0]](arguments[1:])
-    return exit_code("python -m drake_starnav", lambda: _list(arguments))
+    return exit_code(program_name(), lambda: _list(arguments))
 
 
 def _list(arguments: Sequence[str]) -> int:
@@ -189,7 +189,7 @@ def _listing() -> str:
     width = max(map(len, (*commands, *worlds)))
     return "\n".join(
         (
-            "usage: python -m drake_starnav COMMAND ...   (COMMAND --help for its options)",
+            f"usage: {program_name()} COMMAND ...   (COMMAND --help for its options)",
             "",
             "commands",
             *(f"  {name:<{width}}  {text}" for name, text in commands.items()),

@@ -12,6 +12,13 @@ from drake_starnav.errors import StarnavError, one_line, said_by, shown
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
+ENTRY_POINT = "starnav"
+"""The installed command; `python -m drake_starnav` does the same."""
+
+
+def program_name() -> str:
+    """What the package was called by: its entry point, or its name."""
+    return ENTRY_POINT if Path(sys.argv[0]).stem == ENTRY_POINT else "python -m drake_starnav"
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -23,8 +30,8 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def command_name(name: str) -> str:
-    """What a command was called by: its script, or the package."""
-    return f"python -m drake_starnav {name}" if Path(sys.argv[0]).name == "__main__.py" else f"{name}.py"
+    """What a command was called by: the package, or the command's own script."""
+    return f"{program_name()} {name}" if Path(sys.argv[0]).stem in (ENTRY_POINT, "__main__") else f"{name}.py"
 
 
 def run_command(

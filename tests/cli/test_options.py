@@ -1,13 +1,16 @@
 """How a command ends."""
 
+import importlib
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.options import BAD_INPUT, INTERRUPTED, exit_code
+from drake_starnav.cli.main import main
+from drake_starnav.cli.options import BAD_INPUT, ENTRY_POINT, INTERRUPTED, command_name, exit_code, program_name
 from drake_starnav.errors import StarnavError
 
 
@@ -24,6 +27,25 @@ def test_bad_input_and_interruption_are_told_in_a_line(capsys: pytest.CaptureFix
     assert exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
     assert exit_code("name", lambda: raising(KeyboardInterrupt()), "interrupted; half is kept") == INTERRUPTED
     assert capsys.readouterr().err == "name: x is 1; allowed: 2\nname: interrupted; half is kept\n"
+
+
+@pytest.mark.parametrize(
+    ("called", "program", "command"),
+    [
+        ("/venv/bin/starnav", "starnav", "starnav simulate"),
+        ("/package/__main__.py", "python -m drake_starnav", "python -m drake_starnav simulate"),
+        ("scripts/simulate.py", "python -m drake_starnav", "simulate.py"),
+    ],
+)
+def test_a_command_has_the_name_it_was_called_by(called: str, program: str, command: str, monkeypatch) -> None:
+    monkeypatch.setattr(sys, "argv", [called, "forest"])
+    assert (program_name(), command_name("simulate")) == (program, command)
+
+
+def test_the_entry_point_is_the_package_s_main() -> None:
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    module, _, function = project["scripts"][ENTRY_POINT].partition(":")
+    assert getattr(importlib.import_module(module), function) is main
 
 
 def test_other_errors_are_not_hidden() -> None:

@@ -9,6 +9,8 @@ from unittest.mock import patch
 
 import pytest
 
+from drake_starnav.cli.main import COMMANDS
+from drake_starnav.cli.options import ENTRY_POINT
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.worlds import WORLD_KINDS
 
@@ -66,7 +68,8 @@ def test_commands_name_real_scripts_targets_and_options(page: Path) -> None:
     commands = [line for line in lines if line]
     assert commands
     for command in commands:
-        program, target, *rest = command.split()
+        program, target, *rest = *command.split(), ""
+        rest = [word for word in rest if word]
         if program == "make":
             assert f"\n{target}:" in makefile
         elif program == "pip":
@@ -74,6 +77,9 @@ def test_commands_name_real_scripts_targets_and_options(page: Path) -> None:
             assert f"\n{extra} = [" in project
         elif command == "source .venv/bin/activate":
             assert "VENV ?= .venv\n" in makefile
+        elif program == ENTRY_POINT:
+            assert target in ("", *COMMANDS)
+            assert_has_options(("-m", "drake_starnav", *([target] if target else [])), rest)
         elif target == "-m":
             module = ROOT / rest[0].replace(".", "/")
             assert program == "python" and (module.with_suffix(".py").is_file() or (module / "__main__.py").is_file())
