@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.errors import LONGEST_VALUE, one_line, said_by, shown
+from drake_starnav.errors import LONGEST_VALUE, StarnavError, UnsupportedError, one_line, said_by, shown
 from tests.helpers.inputs import fuzzed, values
 
 HERSELF: list = []
@@ -43,3 +43,8 @@ def test_a_line_is_one() -> None:
     assert one_line("a\nb\x1b[2J\u2028ä\udcff") == "a\\nb\\x1b[2J\\u2028ä\\udcff"
     assert said_by(ValueError("a\n  b")) == "a b"
     assert len(said_by(ValueError("x" * 9999))) == 5 * LONGEST_VALUE
+
+
+def test_what_cannot_be_tried_is_refused_too() -> None:
+    assert issubclass(UnsupportedError, StarnavError)
+    assert str(StarnavError("x is 1; allowed: 2")) == "x is 1; allowed: 2"

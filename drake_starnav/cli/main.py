@@ -20,6 +20,7 @@ from drake_starnav.cli.options import (
     check_seed,
     command_name,
     exit_code,
+    program_name,
     run_command,
 )
 from drake_starnav.cli.record import record

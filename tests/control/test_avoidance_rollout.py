@@ -1,0 +1,93 @@
+"""A foreseen way on among discs: what it wants, where it brakes, and what it costs."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_starnav.control.avoidance_rollout import (
+    CONTACT_COST,
+    ENDED,
+    HEADING,
+    LEAST,
+    LOST,
+    PATH,
+    SPENT,
+    STEP,
+    TWIST,
+    WALL_COST,
+    Discs,
+    Settings,
+    V,
+    X,
+    Y,
+    drive,
+    start_row,
+    wanted_twist,
+    way_cost,
+)
+from drake_starnav.control.rollout import KnownSpace, times_left
+from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.worlds.world import World
+from tests.helpers.scans import cast
+
+LIMITS = np.array((0.8, 2.0, 1.0, 4.0))
+LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
+SETTINGS = Settings(
+    horizon=3.0, heading_gain=4.0, slowdown=1.2, radius=0.25, margin=0.03, caution=0.5, comfort=0.4
+)  # fmt: skip
+NO_HITS = np.zeros((0, 2))
+
+
+def known() -> KnownSpace:
+    """An empty floor, seen 5 m far."""
+    world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
+    regions = RegionStack.of([scan_region(cast(world), np.zeros(3), 0.25, StarParameters())])
+    return KnownSpace.of(regions, SafetyStar.none())
+
+
+def discs(*places: tuple[float, float], speed: float = 0.0) -> Discs:
+    """Discs of 0.3 m that stay where they are."""
+    course = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
+    return Discs(course, np.full(len(places), 0.3), np.full(len(places), speed), 0.0)
+
+
+def begun(v: float = 0.0) -> np.ndarray:
+    return start_row(np.zeros(3), np.array((v, 0.0)), NO_HITS, SETTINGS.radius)
+
+
+def test_each_manoeuvre_wants_its_twist() -> None:
+    wants = (begun(), LINE, LIMITS, SETTINGS.heading_gain, SETTINGS.slowdown)
+    assert wanted_twist(TWIST, 0.3, -0.5, *wants) == (0.3, -0.5)
+    assert wanted_twist(PATH, 1.0, 0.0, *wants) == pytest.approx((0.8, 0.0))
+    v, omega = wanted_twist(HEADING, 0.5 * math.pi, 0.8, *wants)
+    assert v == pytest.approx(0.0, abs=1e-12) and omega == LIMITS[1]
+    backwards = wanted_twist(HEADING, math.pi, -0.8, *wants)
+    assert backwards == pytest.approx((-0.8, 0.0))
+
+
+def test_among_no_discs_it_follows_the_path_to_its_end() -> None:
+    row = begun()
+    drive(row, PATH, 1.0, 0.0, 60, LINE, known(), discs(), LIMITS, SETTINGS)
+    assert (row[X], row[Y]) == pytest.approx((2.0, 0.0), abs=0.15)
+    assert row[SPENT] == pytest.approx(60 * STEP) and row[LEAST] == np.inf and row[LOST] == 0.0
+    assert way_cost(row, LINE, times_left(LINE, LIMITS), LIMITS) < WALL_COST + row[SPENT]
+
+
+def test_it_brakes_before_a_disc_that_stands_in_its_way() -> None:
+    row = begun(0.4)  # a step of it is shorter than the margins
+    drive(row, TWIST, 0.4, 0.0, 17, LINE, known(), discs((1.2, 0.0)), LIMITS, SETTINGS)
+    assert row[X] < 1.2 - 0.3 - SETTINGS.radius and row[V] < 0.05
+    assert row[ENDED] == 0.0 and 0.0 < row[LOST] < CONTACT_COST
+
+
+def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
+    costs = []
+    for x in (0.6, 0.9):
+        row = begun(0.8)
+        drive(row, TWIST, 0.8, 0.0, 30, LINE, known(), discs((x, 0.0)), LIMITS, SETTINGS)
+        assert row[ENDED] == 1.0
+        costs.append(row[LOST])
+    assert costs[0] > costs[1] > CONTACT_COST

@@ -1,0 +1,82 @@
+"""Steps of foreseen motions, and the times that they are judged by, against plain computations."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.control.rollout import (
+    clearance_within,
+    foreseen_step,
+    heading_loss,
+    next_way_point,
+    time_to_go,
+    times_left,
+    turning_time,
+)
+
+LIMITS = np.array((0.8, 2.0, 1.0, 4.0))
+"""Speed, yaw rate, acceleration and yaw acceleration."""
+LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
+
+
+def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
+    x, y, yaw, v, omega, travelled = foreseen_step(1.0, 2.0, 0.0, 0.4, 0.0, 9.0, 0.0, 0.1, LIMITS)
+    assert (v, omega) == pytest.approx((0.5, 0.0))
+    assert (x, y, yaw, travelled) == pytest.approx((1.045, 2.0, 0.0, 0.045))
+
+
+def test_a_step_follows_an_arc() -> None:
+    x, y, yaw, *_ = foreseen_step(0.0, 0.0, 0.0, 0.5, 1.0, 0.5, 1.0, 0.1, LIMITS)
+    chord = 2.0 * 0.5 * math.sin(0.05)
+    assert yaw == pytest.approx(0.1)
+    assert math.atan2(y, x) == pytest.approx(0.05)
+    assert math.hypot(x, y) == pytest.approx(chord, rel=1e-3)
+
+
+def test_the_clearance_is_that_of_the_nearest_hit_up_to_the_zone() -> None:
+    hits = np.array(((1.0, 0.0), (0.0, 0.4)))
+    assert clearance_within(0.0, 0.0, hits, 0.25, 0.3) == pytest.approx(0.15)
+    assert clearance_within(0.0, 0.0, hits, 0.25, 0.1) == pytest.approx(0.1)
+    assert clearance_within(0.0, 0.0, hits, 0.5, 0.1) == 0.0
+
+
+def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg() -> None:
+    assert next_way_point(LINE, 1, 0.5, 0.0) == 1
+    assert next_way_point(LINE, 1, 1.0, 0.0) == 2
+    assert next_way_point(LINE, 3, 2.0, 1.0) == 3  # the last one stays
+
+
+def fastest_turn(angle: float, rate: float) -> float:
+    """`turning_time` step by step: towards where it would stop too soon, or too late, then brake, s."""
+    step, turned, omega, time = 1e-3, 0.0, rate, 0.0
+    sign = 1.0 if rate * abs(rate) / (2.0 * LIMITS[3]) < angle else -1.0
+    while sign * (turned + omega * abs(omega) / (2.0 * LIMITS[3]) - angle) < 0.0:
+        omega = min(max(omega + sign * LIMITS[3] * step, -LIMITS[1]), LIMITS[1])
+        turned, time = turned + omega * step, time + step
+    return time + abs(omega) / LIMITS[3]
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.7, 3.0])
+@pytest.mark.parametrize("rate", [-1.0, 0.0, 0.6])
+def test_the_turning_time_is_that_of_the_fastest_turn(angle: float, rate: float) -> None:
+    assert turning_time(angle, rate, LIMITS[1], LIMITS[3]) == pytest.approx(fastest_turn(angle, rate), abs=0.01)
+    assert turning_time(-angle, -rate, LIMITS[1], LIMITS[3]) == turning_time(angle, rate, LIMITS[1], LIMITS[3])
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.8), st.floats(-2.0, 2.0))
+def test_no_heading_gains_time(error: float, v: float, omega: float) -> None:
+    assert heading_loss(error, v, omega, LIMITS) >= 0.0
+    assert heading_loss(0.0, LIMITS[0], 0.0, LIMITS) == 0.0
+
+
+def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
+    left = times_left(LINE, LIMITS)
+    corner = heading_loss(0.5 * math.pi, LIMITS[0], 0.0, LIMITS)
+    assert left[2] == pytest.approx(1.0 / 0.8)
+    assert left[1] == pytest.approx(2.0 / 0.8 + corner)
+    at_full_speed = time_to_go(LINE, left, 1, 0.0, 0.0, 0.0, LIMITS[0], 0.0, LIMITS)
+    assert at_full_speed == pytest.approx(3.0 / 0.8 + 2.0 * corner)
+    assert time_to_go(LINE, left, 1, 0.0, 0.0, 1.0, LIMITS[0], 0.0, LIMITS) > at_full_speed

@@ -1,0 +1,39 @@
+"""What the planner remembers, and what a new goal leaves of it."""
+
+import dataclasses
+
+import numpy as np
+
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.state import PlannerState, PlannerStatus
+from tests.helpers.scans import RADIUS
+
+INITIAL = PlannerState.initial(PlannerParameters(), RADIUS)
+PATH = np.array(((1.0, 0.0), (2.0, 0.0)))
+
+
+def test_before_the_first_scan_nothing_is_told() -> None:
+    assert INITIAL.status is PlannerStatus.WAITING
+    assert len(INITIAL.roadmap) == 0 and len(INITIAL.guidance.path) == 0
+
+
+def test_the_guidance_is_the_path_and_whether_it_ends_at_the_goal() -> None:
+    exploring = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.EXPLORING)
+    np.testing.assert_array_equal(exploring.guidance.path, PATH)
+    approaching = dataclasses.replace(exploring, status=PlannerStatus.APPROACHING)
+    assert exploring.guidance != approaching.guidance
+
+
+def test_what_is_anticipated_comes_before_the_path() -> None:
+    other = Guidance(PATH + 1.0, False, INITIAL.roadmap.stack)
+    state = dataclasses.replace(INITIAL, path=PATH, anticipated=other)
+    assert state.guidance is other
+    assert state.with_new_goal().anticipated is None
+
+
+def test_a_new_goal_leaves_the_map_and_begins_the_search_anew() -> None:
+    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, rounds=3, plans=7)
+    after = given_up.with_new_goal()
+    assert after.roadmap is given_up.roadmap and after.plans == 7
+    assert after.status is PlannerStatus.WAITING and after.rounds == 0 and len(after.path) == 0
