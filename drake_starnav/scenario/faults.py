@@ -1,4 +1,4 @@
-"""What may go wrong with localisation and drive: declared bounds, and the seeded errors they stand for.
+"""What may go wrong with localisation and drive: declared bounds of the errors that `fault_models` draws.
 
 The faults of the lidar are parameters of the lidar, `mass_error` one of the robot. A declared fault is simulated, and
 navigation allows for it (see `margins`); what is not declared is neither simulated nor allowed for.
