@@ -30,7 +30,7 @@ from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_na
 from drake_starnav.scenario.schema import scenario_text
 from drake_starnav.scenario.source_files import input_files
 from drake_starnav.utils.files import check_outputs, file_name, write_text
-from drake_starnav.worlds import WORLD_KINDS
+from drake_starnav.worlds import WORLD_KINDS, make_world
 
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
@@ -64,6 +64,7 @@ def _simulate(options: argparse.Namespace) -> int:
     check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
+    world = make_world(scenario.world, options.seed, scenario.robot.radius)
     from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
 
     with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
@@ -73,7 +74,14 @@ def _simulate(options: argparse.Namespace) -> int:
             bar.n = now / limit
             bar.refresh()
 
-        trial = run_trial(scenario, method=options.method, seed=options.seed, html=options.html, progress=progress)
+        trial = run_trial(
+            scenario,
+            method=options.method,
+            seed=options.seed,
+            world=world if world.model is None else None,  # only Drake can read a model's footprints
+            html=options.html,
+            progress=progress,
+        )
     if options.json is not None:
         fields = {**trial_record(trial), "text": scenario_text(scenario)}
         write_text(options.json, json.dumps(fields, indent=2) + "\n")
@@ -130,6 +138,7 @@ def _show_world(options: argparse.Namespace) -> int:
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
     check_outputs([file], input_files(options.scenario, scenario))
+    make_world(scenario.world, options.seed, scenario.robot.radius)  # first: bad input is told before Drake is loaded
     from drake_starnav.simulation import omniscient_path
     from drake_starnav.station.model_world import make_world_with_footprints
     from drake_starnav.visualization.world_figure import write_html, write_png

@@ -273,14 +273,15 @@ def test_the_file_is_small_and_alone_in_its_folder(recording):
     assert os.listdir(recording.parent) == ["posts.html"]
 
 
-def test_a_folder_that_does_not_exist_is_named(tmp_path):
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "nowhere").touch()
     meshcat = quiet_meshcat()
     with pytest.raises(StarnavError, match=r"cannot write .*nowhere.run\.html"):
         write_html(meshcat, tmp_path / "nowhere" / "run.html", CAPTION, CAMERAS)
     (tmp_path / "taken").mkdir()
     with pytest.raises(StarnavError, match="cannot write"):
         write_html(meshcat, tmp_path / "taken", CAPTION, CAMERAS)
-    assert os.listdir(tmp_path) == ["taken"]
+    assert sorted(os.listdir(tmp_path)) == ["nowhere", "taken"]
 
 
 def test_an_unknown_view_is_named():
