@@ -60,7 +60,8 @@ def test_without_retries_the_roadmap_is_never_rebuilt():
     states = drive(VAULT, WITHOUT_RETRIES, steps=3000)
     assert states[-1].status is PlannerStatus.UNREACHABLE and not len(states[-1].retries)
     assert all(
-        len(after.roadmap.scans) >= len(before.roadmap.scans) and len(after.roadmap.closed) >= len(before.roadmap.closed)
+        len(after.roadmap.scans) >= len(before.roadmap.scans)
+        and len(after.roadmap.closed) >= len(before.roadmap.closed)
         for before, after in zip(states, states[1:], strict=False)
     )
 
