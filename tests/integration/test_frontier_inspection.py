@@ -26,7 +26,7 @@ DOOR = World(
     "door",
     (1.0, 1.01, 0.0),
     (4.0, 1.0),
-    polygons=door(0.62),
+    polygons=door(0.58),
     bounds=(-1.0, -1.0, 5.0, 3.0),
 )
 BESIDE_A_CORNER = np.array(((1.4, 1.01), (1.62, 0.9)))

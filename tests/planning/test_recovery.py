@@ -6,6 +6,8 @@ import numpy as np
 
 from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.planner import RETRY_DISTANCE
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -81,6 +83,29 @@ def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help(
     assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
     assert not len(states[again].roadmap.blocked) and len(states[again].retries) == 1
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
+
+
+def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_place():
+    wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 2))]
+    world = World("door", (0, 0, 0), (4, 0), polygons=wall, bounds=(-2, -2, 5, 2))
+    parameters = dataclasses.replace(PARAMETERS, retries=2)
+    states = drive(world, parameters, 1200, refused=lambda place: place[0] > 1.9)
+    tries = [len(state.retries) for state in states]
+    assert tries[-1] >= 2 and set(np.diff(tries)) == {0, 1}
+    places = states[-1].retries
+    for place in places:
+        near = np.hypot(*(places - place).T) < 0.5 * RETRY_DISTANCE
+        assert near.sum() <= parameters.retries
+    for k in np.flatnonzero(np.diff(tries)) + 1:
+        again = states[k]
+        scan, pose = again.roadmap.scans[-1]
+        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+        assert scan.time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
+        assert not len(again.roadmap.retired) and not len(again.roadmap.closed) and not len(again.roadmap.blocked)
+        hopeless = dataclasses.replace(again.roadmap, frontiers=Frontiers.none(), blocked=np.array([(2.05, 0.0)]))
+        lost = dataclasses.replace(again, roadmap=hopeless, path=again.path[:0], target=None)
+        now = PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, parameters, RADIUS)
+        assert len(plan_step(lost, now).retries) == len(again.retries)
 
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():

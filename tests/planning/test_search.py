@@ -131,7 +131,8 @@ def test_the_cheapest_frontier_is_chosen(seed, gates):
             if segment_covered(*roadmap.stack.arrays, *position, *stand, LINE_STEP):
                 cost[k] = min(cost[k], np.hypot(*(stand - position)))
         cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
-        cost += estimates(optimistic_cost(roadmap, moment(position, goal)), frontiers, goal)
+        known = dataclasses.replace(roadmap, closed=route.closed)
+        cost += estimates(optimistic_cost(known, moment(position, goal)), frontiers, goal)
         if current is not None:
             cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
         chosen = np.flatnonzero((frontiers.stand == route.target.stand).all(axis=1))[0]
@@ -156,7 +157,6 @@ def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
     assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + HALF_CELL + 1e-9
     np.testing.assert_array_equal(way[-1], gate.stand[0])
-    assert not len(optimistic_gate(retire(roadmap, gate.stand[0], 0.2, gate.probe[0]), path)[0])
 
 
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
@@ -172,6 +172,9 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
     assert find_route(bare, region, moment(position, goal, WITHOUT_GATES)) is None
     route = find_route(bare, region, moment(position, goal))
     assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
+    tried = retire(bare, route.target.stand[0], 0.2, route.target.probe[0])
+    other = find_route(tried, region, moment(position, goal))
+    assert other is None or np.hypot(*(other.target.stand - route.target.stand).T)[0] > 0.2
 
 
 def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
@@ -220,6 +223,20 @@ def test_a_way_on_that_leads_back_past_the_robot_has_no_next_part_but_the_probe(
     route = find_route(roadmap, here(world, position), moment(position, goal, WITHOUT_GATES))
     np.testing.assert_array_equal(route.next_on, route.target.probe)
     assert length(route.way_on) > 3.0
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.25])
+def test_a_goal_beside_a_wall_is_approached_as_near_as_the_tolerance_lets(tolerance):
+    world = World("wall", (0, 0, 0), (1.85, 0.3), bounds=(-1.0, -2.0, 2.0, 2.0))
+    roadmap, goal = explored(world, np.zeros((1, 2)), PARAMETERS), np.array(world.goal)
+    now = moment(np.zeros(2), goal)._replace(goal_tolerance=tolerance)
+    route = find_route(roadmap, here(world, np.zeros(2)), now)
+    if tolerance:
+        assert not len(route.target) and np.hypot(*(route.path[-1] - goal)) < tolerance
+        assert distance(world, route.path[-1:])[0] > RADIUS + PARAMETERS.margin
+        assert abs(route.path[-1, 1] - goal[1]) < 0.1
+    else:
+        assert route is None or len(route.target)
 
 
 def split_room(door: float) -> World:

@@ -12,6 +12,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import (
     WORLD_KINDS,
+    Channel,
     Corridor,
     Crowd,
     Forest,
@@ -69,7 +70,7 @@ def test_seeds_and_kinds_differ():
     assert len({world.start[2] for world in worlds}) == len(worlds)
 
 
-@pytest.mark.parametrize("kind", GENERATORS)
+@pytest.mark.parametrize("kind", [kind for kind in GENERATORS if kind is not Channel])  # it is as wide as any robot
 def test_a_robot_that_fits_nowhere_is_named(kind):
     with pytest.raises(StarnavError, match=r"robot_radius 2\.5 m"):
         make_world(kind(), 0, 2.5)

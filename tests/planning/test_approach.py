@@ -1,0 +1,104 @@
+"""Where a robot arrives at a goal that lies closer to a wall than it may drive."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from drake_starnav.planning.approach import INSIDE, SIGHT, SPARE, approach
+from drake_starnav.planning.cost_field import HitMemory
+from tests.helpers.scans import RADIUS, seeds
+
+RESOLUTION = 0.05
+CLEARANCE = RADIUS + 0.03
+NEEDED = CLEARANCE + SPARE
+
+
+def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> HitMemory:
+    """Hits along straight walls, each given by its ends, m."""
+    points = [np.linspace(a, b, int(np.hypot(*np.subtract(b, a)) / 0.02) + 1) for a, b in walls]
+    return HitMemory.empty(RESOLUTION, RADIUS).stamped(np.vstack(points))
+
+
+WALL = ((0.0, -2.0), (0.0, 2.0))
+CORNER = (((0.0, 0.0), (0.0, 2.0)), ((0.0, 0.0), (2.0, 0.0)))
+
+
+def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    return np.hypot(*(places - goal).T)
+
+
+@pytest.mark.parametrize("hits", [HitMemory.empty(RESOLUTION, RADIUS), memory(WALL)])
+def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
+    goal = np.array((0.4, 0.0))
+    found = approach(hits, goal, 0.3, CLEARANCE)
+    assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
+
+
+@pytest.mark.parametrize("tolerance", [0.0, INSIDE])
+def test_without_tolerance_there_is_only_the_goal(tolerance):
+    goal = np.array((0.2, 0.0))
+    found = approach(memory(WALL), goal, tolerance, CLEARANCE)
+    assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
+
+
+def test_beside_a_wall_it_is_the_nearest_clear_place_straight_off_it():
+    goal, tolerance = np.array((0.2, 0.1)), 0.3
+    found = approach(memory(WALL), goal, tolerance, CLEARANCE)
+    assert NEEDED - 0.5 * RESOLUTION <= found.goal[0] < NEEDED + 1.5 * RESOLUTION
+    assert abs(found.goal[1] - goal[1]) < RESOLUTION
+
+
+def test_in_a_corner_it_is_off_both_walls():
+    goal, tolerance = np.array((0.2, 0.2)), 0.3
+    found = approach(memory(*CORNER), goal, tolerance, CLEARANCE)
+    assert (found.goal >= NEEDED - 0.5 * RESOLUTION).all() and (found.goal < NEEDED + 1.5 * RESOLUTION).all()
+    assert away(found.goal[None], goal)[0] <= tolerance - INSIDE
+
+
+def test_where_none_is_clear_it_is_the_one_farthest_from_hits():
+    """A niche hardly wider than the robot: its middle."""
+    niche = memory(((0.0, -0.27), (1.0, -0.27)), ((0.0, 0.27), (1.0, 0.27)), ((0.0, -0.27), (0.0, 0.27)))
+    goal = np.array((0.5, 0.1))
+    found = approach(niche, goal, 0.25, CLEARANCE)
+    assert niche.distance(found.places).max() < NEEDED
+    assert abs(found.goal[1]) < RESOLUTION
+    assert niche.distance(found.goal[None])[0] == niche.distance(found.places).max()
+
+
+def test_places_behind_a_thin_wall_are_none():
+    """Behind it there is room, within the tolerance; before it a second wall leaves too little."""
+    hits = memory(WALL, ((0.5, -2.0), (0.5, 2.0)))
+    goal = np.array((0.2, 0.0))
+    behind = np.array((-0.35, 0.0))
+    assert hits.distance(behind[None])[0] >= NEEDED and away(behind[None], goal)[0] < 0.65 - INSIDE
+    found = approach(hits, goal, 0.65, CLEARANCE)
+    assert (found.places[:, 0] > 0.0).all() and (found.places[:, 0] < 0.5).all()
+    assert 0.2 <= found.goal[0] <= 0.3
+
+
+def test_a_goal_at_a_wall_is_seen_from_nowhere():
+    goal = np.array((0.5 * SIGHT, 0.0))
+    found = approach(memory(WALL), goal, 0.3, CLEARANCE)
+    assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
+
+
+@settings(max_examples=50)
+@given(seeds)
+def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.5, 1.5, (25, 2))
+    hits = HitMemory.empty(RESOLUTION, RADIUS).stamped(points)
+    goal, tolerance = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(0.0, 0.6))
+    found = approach(hits, goal, tolerance, CLEARANCE)
+    if found.places.tolist() == [goal.tolist()]:
+        assert found.goal.tolist() == goal.tolist()
+        return
+    distance, lengths = hits.distance(found.places), away(found.places, goal)
+    assert hits.distance(goal[None])[0] < NEEDED
+    assert lengths.max() <= tolerance - INSIDE + 1e-9 and (np.diff(lengths) >= -1e-9).all()
+    middle = 0.5 * (found.places + goal)
+    nearest = np.hypot(*np.moveaxis(middle[:, None] - points, -1, 0)).min(axis=1)
+    assert nearest.min() > SIGHT - 2.0 * RESOLUTION
+    clear = np.flatnonzero(distance >= NEEDED)
+    chosen = clear[0] if len(clear) else np.argmax(distance)
+    assert found.goal.tolist() == found.places[chosen].tolist()

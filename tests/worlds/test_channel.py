@@ -1,0 +1,88 @@
+"""Channels have a way by construction, as wide as asked everywhere."""
+
+import math
+
+import numpy as np
+import pytest
+from drake_starnav.worlds.channel import _SHAPES, Channel, _middle_line
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds import clearance, make_world, shortest_path
+
+RADIUS = 0.25
+
+
+def middle_line(kind: Channel, world, step: float = 0.02) -> tuple[np.ndarray, np.ndarray]:
+    """Places on the middle line of a channel of fixed size, and the direction there, each shape (n, 2), W."""
+    pitch = 2.0 * (RADIUS + kind.clearance) + kind.min_wall
+    line = _middle_line(kind.shape, kind.min_length, kind.min_lanes, pitch)
+    edge = world.polygons[0][1] - world.polygons[0][0]  # along the channel's x axis
+    x = edge / np.hypot(*edge)
+    line = line @ np.array((x, (-x[1], x[0])))
+    places, directions = [], []
+    for a, b in zip(line, line[1:], strict=False):
+        length = float(np.hypot(*(b - a)))
+        places.append(a + (b - a) * np.linspace(0.0, 1.0, int(length / step) + 2)[:, None])
+        directions.append(np.broadcast_to((b - a) / length, places[-1].shape))
+    return np.vstack(places), np.vstack(directions)
+
+
+def fixed(shape: str, length: float, lanes: int, wall: float, spare: float) -> Channel:
+    return Channel(shape, spare, length, length, lanes, lanes, wall, wall)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("length", "lanes", "wall", "spare"),
+    [(2.0, 3, 0.4, 0.05), (5.0, 8, 0.03, 0.05), (4.0, 5, 0.1, 0.3), (2.5, 9, 0.1, 0.05)],
+)
+@pytest.mark.parametrize("shape", _SHAPES)
+def test_the_way_is_exactly_as_wide_as_asked(shape, length, lanes, wall, spare, seed):
+    kind = fixed(shape, length, lanes, wall, spare)
+    world = make_world(kind, seed, RADIUS)
+    half = RADIUS + spare
+    places, direction = middle_line(kind, world)
+    np.testing.assert_allclose(places[[0, -1]], (world.start[:2], world.goal), atol=1e-9)
+    np.testing.assert_allclose(clearance(world, places), half, atol=1e-6)
+    ends = np.min([np.hypot(*(places - p).T) for p in corners(places, direction)], axis=0)
+    straight = ends > half + wall + 0.01  # beside a corner the other run is open
+    normal = direction[:, ::-1] * (-1.0, 1.0)
+    for side in (-1.0, 1.0):
+        edge = clearance(world, (places + side * (half + 0.005) * normal)[straight])
+        assert (edge < 0.0).all(), "there is a wall on both sides"
+        assert (clearance(world, (places + side * (half - 0.005) * normal)[straight]) > 0.0).all()
+
+
+def corners(places: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    turns = np.flatnonzero(np.abs(np.diff(direction, axis=0)).max(axis=1) > 1e-9)
+    return places[np.concatenate(([0], turns, [len(places) - 1]))]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_channel_is_solvable_and_its_walls_close_it(seed):
+    world = make_world(Channel(), seed, RADIUS)
+    length, path = shortest_path(world, RADIUS + 0.02, 0.02)
+    assert clearance(world, path).min() >= RADIUS + 0.02 - 1e-6
+    assert length < 0.05 * (world.timeout - 60.0) + 1e-6, "the time limit allows for the middle line"
+    ends = clearance(world, np.array((world.start[:2], world.goal)))
+    np.testing.assert_allclose(ends, RADIUS + Channel().clearance, atol=1e-6)
+    assert -math.pi <= world.start[2] < math.pi
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_equal_seeds_make_equal_channels(seed):
+    one, other = (make_world(Channel(), seed, RADIUS) for _ in range(2))
+    assert (one.start, one.goal, one.timeout) == (other.start, other.goal, other.timeout)
+    assert len(one.polygons) == len(other.polygons)
+    for a, b in zip(one.polygons, other.polygons, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [(Channel(shape="ring"), "one of any, corridor"), (Channel(clearance=0.0), r"Channel\.clearance"),
+     (Channel(min_lanes=9), "min_lanes <= max_lanes"), (Channel(min_wall=1.0), "min_wall <= max_wall")],
+)  # fmt: skip
+def test_bad_parameters_are_refused(kind, message):
+    with pytest.raises(StarnavError, match=message):
+        make_world(kind, 0, RADIUS)
