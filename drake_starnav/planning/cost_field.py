@@ -141,6 +141,7 @@ class CostField:
         source: cell (i, j) towards which the search went; (-1, -1) if it went all ways alike.
         f_limit: cells that were not reached have at least this sum of the cost and the heuristic from `source`, in
             hundredths of a cell; -1 if the whole box was searched.
+        memory: the hits, which tell the freest place in a cell.
     """
 
     cost: np.ndarray
@@ -149,6 +150,7 @@ class CostField:
     cell: float
     source: tuple[int, int]
     f_limit: int
+    memory: HitMemory
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """From each point to the goal, shape (n, 2) in W -> (n,), m.
@@ -158,8 +160,17 @@ class CostField:
         return _nearest_cost(self.cost, points, self.origin, self.cell, self.f_limit, *self.source)
 
     def path(self, start: np.ndarray) -> np.ndarray:
-        """Cell centres of the shortest path from near `start` (2,) to the goal, shape (k, 2), W, m; maybe none."""
-        return self.origin + (_descent(self.cost, self.weight, (start - self.origin) / self.cell + 1.0) - 1) * self.cell
+        """The shortest path from near `start` (2,) to the goal, shape (k, 2), W, m, maybe without a point.
+
+        One point a cell: its centre, or in a narrow place the centre of that cell of the memory in it which is freest.
+        """
+        cells = _descent(self.cost, self.weight, (start - self.origin) / self.cell + 1.0) - 1
+        centers = self.origin + cells * self.cell
+        parts = (np.arange(STRIDE) - 0.5 * (STRIDE - 1)) * self.memory.resolution
+        places = centers[:, None] + np.stack(np.meshgrid(parts, parts), axis=-1).reshape(-1, 2)
+        clear = self.memory.distance(places.reshape(-1, 2)).reshape(places.shape[:2])
+        freest = places[np.arange(len(places)), clear.argmax(axis=1)]
+        return np.where((np.ptp(clear, axis=1) > 0.0)[:, None], freest, centers)
 
 
 def cost_to_go(
@@ -204,7 +215,10 @@ def cost_to_go(
     blocked = robot_radius - BLOCKED_SLACK
     weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
     if closed is not None:
-        _close(weight, distance, (closed[:, :2] - origin) / cell + 1.0, closed[:, 2], CLOSED_RADIUS / cell)
+        radius = (
+            CLOSED_RADIUS + math.hypot(0.5, 0.5) * memory.resolution
+        )  # the freest place is off the centre by so much
+        _close(weight, distance, (closed[:, :2] - origin) / cell + 1.0, closed[:, 2], radius / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
     cost_to_come_grid = _cost_to_come_grid(weight.shape, points, origin, cell, cost_to_come)
     source_cell = (-1, -1)
@@ -213,7 +227,7 @@ def cost_to_go(
         source_cell = (int(p), int(q))
     margin_in_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
     cost, f_limit = bucket_dijkstra(weight, i + 1, j + 1, cost_to_come_grid, margin_in_cells, *source_cell)
-    return CostField(cost, weight, origin, cell, source_cell, f_limit)
+    return CostField(cost, weight, origin, cell, source_cell, f_limit, memory)
 
 
 @njit(cache=True)

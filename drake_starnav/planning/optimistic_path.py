@@ -8,7 +8,7 @@ from drake_starnav.planning.frontiers import Frontiers
 
 NEXT = 1.0
 """So much of the optimistic path is the next part of it, to which the robot may turn, m."""
-BARRED_SLACK = 0.05
+BARRED_SLACK = 0.06
 """A hit bars a path that it is nearer to than the robot's radius minus this, m; less is noise and size of cells."""
 
 

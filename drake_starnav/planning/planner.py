@@ -30,6 +30,8 @@ NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
 """A target whose probe is seen makes a node only this far from the last one, m."""
+RETRIED_PLACES = 4
+"""There are no more retries in all than at so many places."""
 RETRY_DISTANCE = 0.5
 """Retries this near to each other are at one place, m."""
 BARRED_AFTER = 0.1
@@ -290,20 +292,22 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
     route = find_route(state.roadmap, region, now, current)
     if route is not None and not route.hopeless:
         return route, state
-    tried = len(state.retries) > 0 and state.roadmap.scans[-1][0].time >= seen.scan.time
+    tried = bool((state.retries[:, 2] >= seen.scan.time).any())
     if tried or not _may_retry(state, route, now):
         return route, state
     assert seen.region is not None
     roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
     roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
-    state = dataclasses.replace(state, roadmap=roadmap, retries=np.vstack((state.retries, now.position)))
+    retries = np.vstack((state.retries, (*now.position, seen.scan.time)))
+    state = dataclasses.replace(state, roadmap=roadmap, retries=retries)
     return find_route(roadmap, seen.region, now), state
 
 
 def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
-    """Whether there may be a way all the same, and the robot has not often retried hereabouts."""
-    near = np.hypot(*(state.retries - now.position).T) < RETRY_DISTANCE
-    if int(near.sum()) >= now.parameters.retries:
+    """Whether there may be a way all the same, and the robot has not often retried hereabouts, nor altogether."""
+    near = np.hypot(*(state.retries[:, :2] - now.position).T) < RETRY_DISTANCE
+    most = now.parameters.retries
+    if int(near.sum()) >= most or len(near) >= RETRIED_PLACES * most:
         return False
     return hits_leave_a_way(state.roadmap, now) if route is None else barred_in_vain(state.roadmap, now)
 

@@ -36,11 +36,13 @@ def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
     """The roadmap once a target (stand and probe) was tried, its newest region made there.
 
-    A target that the robot has arrived at is kept if the newest region, from there, shows its probe. If much depends
-    on it, it is kept at the first look all the same, to be looked at from its very stand. Otherwise it is retired.
+    If the newest region, from there, shows the probe of a target that the robot has arrived at, the target is dropped:
+    the region leads on. Else, if much depends on it, the first look is not the last: it is kept to be inspected from its
+    very stand. Otherwise it is retired.
     """
     if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
-        return roadmap
+        others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9
+        return dataclasses.replace(roadmap, frontiers=roadmap.frontiers.where(others))
     parameters = now.parameters
     first_look = arrived and not _has_looked(roadmap, now)
     given_up = retire(roadmap, target[0], parameters.retired_radius, target[1])

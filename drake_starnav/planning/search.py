@@ -93,16 +93,17 @@ def find_route(
             )
             path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    target, gates = Frontiers.none(), parameters.gates
-    for _ in range(MOST_CLOSED + 1):
+    target, gates, tries = Frontiers.none(), parameters.gates, 0
+    while True:
         best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, gates)
         if not gates or to_go is None or not to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
             break
         gate, path = optimistic_gate(roadmap, to_go.path(position))
-        if not len(gate):  # the search may have ended at the robot, where the frontiers' costs are lower bounds
-            gates = False
+        if not len(gate) or tries == MOST_CLOSED:
+            gates = False  # the search may have ended at the robot, where the frontiers' costs are lower bounds
         elif _is_retired(roadmap, gate.stand)[0]:  # the way that was tried in vain there is still open
             roadmap = dataclasses.replace(roadmap, closed=np.vstack((roadmap.closed, gate.probe)))
+            tries += 1
         else:
             target, path = gate_in_sight(roadmap, here, to_go, gate, path)
             break

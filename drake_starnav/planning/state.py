@@ -17,6 +17,7 @@ from drake_starnav.utils.snapshot import snapshot
 NOWHERE = np.full(2, np.inf)
 """Infinitely far from every place, m."""
 NO_PATH = np.zeros((0, 2))
+NO_RETRIES = np.zeros((0, 3))
 
 
 class PlannerStatus(Enum):
@@ -40,7 +41,8 @@ class PlannerState:
         node_position: where a node was last added, or nothing new was seen for one, shape (2,).
         progress_position: where progress was last made, shape (2,).
         progress_time: when, s.
-        retries: shape (k, 2), where the robot was when the roadmap was rebuilt to try again what was tried in vain.
+        retries: shape (k, 3), where and at which scan's time the roadmap was rebuilt to try again what was tried in
+            vain, (x, y) in W and s.
         plans: how often a path was planned.
         headway: the watch over a robot on the fastest path.
         began_with_map: whether the goal was set when the roadmap had nodes already.
@@ -77,7 +79,7 @@ class PlannerState:
             node_position=NOWHERE,
             progress_position=NOWHERE,
             progress_time=0.0,
-            retries=NO_PATH,
+            retries=NO_RETRIES,
             plans=0,
         )
 
@@ -89,7 +91,7 @@ class PlannerState:
             path=NO_PATH,
             target=None,
             progress_position=NOWHERE,
-            retries=NO_PATH,
+            retries=NO_RETRIES,
             headway=Headway(),
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
