@@ -34,7 +34,7 @@ from benchmarks.kinematic_drive import (
 from drake_starnav.baselines import foa_velocity
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.planning import StarRoadmap
-from drake_starnav.planning.cost_field import cost_to_go
+from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.regions.erosion import free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.safe_region import NEAR_HIT_RANGE
@@ -108,7 +108,7 @@ def package_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:
     """The cost-to-go of all frontiers, without the early end that a plan allows itself."""
     box = cost_arguments(roadmap, goal)
     probe = roadmap.frontiers.probe
-    return cost_to_go(roadmap.hits, probe, goal, *box, ROBOT.radius, PLANNER.near_wall_cost).at(probe)
+    return cost_to_go(roadmap.hits, goal, *box, Terrain(ROBOT.radius, PLANNER.near_wall_cost)).at(probe)
 
 
 def numpy_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:

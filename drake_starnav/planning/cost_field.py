@@ -6,6 +6,7 @@ in square tiles that are never changed once made: an updated memory shares all u
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -28,6 +29,7 @@ UNREACHED = 2**30
 """The cost of a cell that is blocked or was not reached."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this; each that is reached takes some 110 bytes."""
+NO_PLACES = np.zeros((0, 3))
 NEIGHBOURHOOD = 150
 """The margin of a search that reaches all 3 x 3 cells about a point, hundredths of a cell."""
 
@@ -173,38 +175,55 @@ class CostField:
         return np.where((np.ptp(clear, axis=1) > 0.0)[:, None], freest, centers)
 
 
+class Terrain(NamedTuple):
+    """Which cells the robot may cross, and at what cost.
+
+    Attributes:
+        robot_radius: cells nearer than this to a hit are blocked, m.
+        near_wall_cost: within SOFT_ZONE beyond that a metre costs up to `1 + near_wall_cost` metres.
+        closed: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
+            third number; all in m.
+    """
+
+    robot_radius: float
+    near_wall_cost: float
+    closed: np.ndarray = NO_PLACES
+
+
+class Origins(NamedTuple):
+    """Where ways to the goal may begin: the search ends once the best of them is known.
+
+    The others' cost-to-go may then be a lower bound, with which their sums of both costs are no smaller.
+
+    Attributes:
+        points: shape (n, 2), W, m.
+        cost_to_come: shape (n,), to each point, m; no less than the straight line from `source`.
+        source: shape (2,), W, m: the search goes towards it. None: all ways alike.
+        margin: points whose sums exceed the least by no more than this are known too, m.
+    """
+
+    points: np.ndarray
+    cost_to_come: np.ndarray
+    source: np.ndarray | None = None
+    margin: float = 0.0
+
+
 def cost_to_go(
     memory: HitMemory,
-    points: np.ndarray,
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    robot_radius: float,
-    near_wall_cost: float,
-    closed: np.ndarray | None = None,
-    cost_to_come: np.ndarray | None = None,
-    source: np.ndarray | None = None,
-    margin: float = 0.0,
+    terrain: Terrain,
+    origins: Origins | None = None,
 ) -> CostField:
     """Length of the shortest path to the goal if all unknown space were free.
 
-    Cells nearer than the robot's radius to a hit are blocked; within SOFT_ZONE beyond it a metre costs up to
-    `1 + near_wall_cost` metres.
-
     Args:
         memory: the hits.
-        points: shape (n, 2), W, m, where the cost will be asked for.
         goal: shape (2,), W, m.
         low, high: corners of the box that is searched, W, m; it must contain the goal.
-        robot_radius: m.
-        near_wall_cost: share.
-        closed: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
-            third number; all in m.
-        cost_to_come: shape (n,), m, to each point. With it the search ends once the point with the least sum of both
-            costs is known; the others' cost-to-go may then be a lower bound, with which their sums are no smaller.
-        source: shape (2,), W, m: the search goes towards it. No cost-to-come may be less than the straight line from
-            there.
-        margin: points whose sums exceed the least by no more than this are known too, m.
+        terrain: which cells may be crossed.
+        origins: where the ways begin; without them the whole box is searched.
 
     Raises:
         StarnavError: the box has too many cells.
@@ -212,22 +231,24 @@ def cost_to_go(
     cell = memory.resolution * STRIDE
     distance, first = memory.window(low, high)
     origin = (first + 0.5 * (STRIDE - 1)) * memory.resolution
-    blocked = robot_radius - BLOCKED_SLACK
-    weight = _cell_weights(distance, blocked, robot_radius + SOFT_ZONE, near_wall_cost)
-    if closed is not None:
+    blocked, soft = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE
+    weight = _cell_weights(distance, blocked, soft, terrain.near_wall_cost)
+    closed = terrain.closed
+    if len(closed):
         radius = (
             CLOSED_RADIUS + math.hypot(0.5, 0.5) * memory.resolution
-        )  # the freest place is off the centre by so much
+        )  # a path is up to so far off its cells' centres
         _close(weight, distance, (closed[:, :2] - origin) / cell + 1.0, closed[:, 2], radius / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
-    cost_to_come_grid = _cost_to_come_grid(weight.shape, points, origin, cell, cost_to_come)
-    source_cell = (-1, -1)
-    if source is not None:
-        p, q = np.rint((source - origin) / cell).astype(np.int64) + 1
-        source_cell = (int(p), int(q))
-    margin_in_cells = NEIGHBOURHOOD + round(100.0 * margin / cell)
-    cost, f_limit = bucket_dijkstra(weight, i + 1, j + 1, cost_to_come_grid, margin_in_cells, *source_cell)
-    return CostField(cost, weight, origin, cell, source_cell, f_limit, memory)
+    grid = _cost_to_come_grid(weight.shape, origin, cell, origins)
+    source, margin = (-1, -1), NEIGHBOURHOOD
+    if origins is not None:
+        margin += round(100.0 * origins.margin / cell)
+        if origins.source is not None:
+            p, q = np.rint((origins.source - origin) / cell).astype(np.int64) + 1
+            source = (int(p), int(q))
+    cost, f_limit = bucket_dijkstra(weight, i + 1, j + 1, grid, margin, *source)
+    return CostField(cost, weight, origin, cell, source, f_limit, memory)
 
 
 @njit(cache=True)
@@ -279,12 +300,11 @@ def _close(weight, distance, places, clearance, radius):
                     weight[i, j] = 0
 
 
-def _cost_to_come_grid(
-    shape: tuple[int, int], points: np.ndarray, origin: np.ndarray, cell: float, cost_to_come: np.ndarray | None
-) -> np.ndarray:
+def _cost_to_come_grid(shape: tuple[int, int], origin: np.ndarray, cell: float, origins: Origins | None) -> np.ndarray:
     """The least cost-to-come of the points in each cell, in hundredths of a cell; UNREACHED where there are none."""
     out = np.full(shape, UNREACHED, np.int32)
-    if cost_to_come is not None:
+    if origins is not None:
+        points, cost_to_come = origins.points, origins.cost_to_come
         index = np.rint((points - origin) / cell).astype(np.int64) + 1
         good = np.isfinite(cost_to_come) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
         i, j = index[good].T

@@ -36,9 +36,8 @@ def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
     """The roadmap once a target (stand and probe) was tried, its newest region made there.
 
-    If the newest region, from there, shows the probe of a target that the robot has arrived at, the target is dropped:
-    the region leads on. Else, if much depends on it, the first look is not the last: it is kept to be inspected from its
-    very stand. Otherwise it is retired.
+    If the robot has arrived and the newest region shows the probe, the target is dropped: the region leads on. Else, if
+    much depends on it, it is kept at the first look, to be inspected from its very stand. Otherwise it is retired.
     """
     if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
         others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.approach import Approach, approach
-from drake_starnav.planning.cost_field import STRIDE, CostField, cost_to_go
+from drake_starnav.planning.cost_field import STRIDE, CostField, Origins, Terrain, cost_to_go
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import next_part, optimistic_path
 from drake_starnav.planning.parameters import PlannerParameters
@@ -219,24 +219,17 @@ def optimistic_cost(
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
-    points = np.vstack((roadmap.frontiers.probe, position))
     clearance = np.full(len(roadmap.closed), robot_radius + parameters.margin + CLOSED_SLACK)
     closed = np.column_stack(
         (np.vstack((roadmap.closed, roadmap.blocked)), np.append(clearance, np.full(len(roadmap.blocked), np.inf)))
     )
-    return cost_to_go(
-        roadmap.hits,
-        points,
-        goal,
-        low,
-        high,
-        robot_radius,
-        parameters.near_wall_cost,
-        closed,
-        None if cost_to_come is None else np.append(cost_to_come, 0.0 if at_robot else np.inf),
-        None if cost_to_come is None else position,
-        parameters.hysteresis,
-    )
+    origins = None
+    if cost_to_come is not None:
+        points = np.vstack((roadmap.frontiers.probe, position))
+        costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
+        origins = Origins(points, costs, position, parameters.hysteresis)
+    terrain = Terrain(robot_radius, parameters.near_wall_cost, closed)
+    return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 
 def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
