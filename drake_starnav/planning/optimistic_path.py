@@ -1,4 +1,4 @@
-"""The way on past the target: the optimistic path from there to the goal, and whether a new scan bars it."""
+"""The optimistic path from the target to the goal, and whether a new scan blocks it."""
 
 import numpy as np
 from numba import njit
@@ -7,20 +7,20 @@ from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.frontiers import Frontiers
 
 NEXT = 1.0
-"""So much of the optimistic path is the next part of it, to which the robot may turn, m."""
+"""Length of the next part of the optimistic path, to which the robot may turn, m."""
 BARRED_SLACK = 0.06
-"""A hit bars a path that it is nearer to than the robot's radius minus this, m; less is noise and size of cells."""
+"""A hit blocks a path if it is nearer than the robot's radius minus this, m: noise and the size of cells."""
 
 
 def optimistic_path(to_go: CostField | None, target: Frontiers) -> np.ndarray:
-    """From the probe of a target, a single row, to the goal, shape (k, 2), W, m; the probe alone where none leads."""
+    """From the probe of a target (a single row) to the goal, shape (k, 2), W, m; only the probe if there is no way."""
     return target.probe if to_go is None else np.vstack((target.probe, to_go.path(target.probe[0])))
 
 
 def next_part(path: np.ndarray, to_go: CostField | None, position: np.ndarray) -> np.ndarray:
     """The next part of an optimistic path (k, 2), for a robot at `position` (2,).
 
-    Only the probe where that is no nearer to the goal than the robot: the path would lead back past the robot.
+    Only the probe if that is no nearer to the goal than the robot, since the path would lead back past the robot.
     """
     if to_go is None or to_go.at(path[:1])[0] >= to_go.at(position[None, :])[0]:
         return path[:1]
@@ -29,16 +29,16 @@ def next_part(path: np.ndarray, to_go: CostField | None, position: np.ndarray) -
 
 
 def is_barred(path: np.ndarray, points: np.ndarray, robot_radius: float) -> bool:
-    """Whether points (n, 2) that the robot must not touch bar an optimistic path (k, 2), all in W, m.
+    """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
 
-    The path's first point, the probe, may lie near what the target was found at.
+    The path's first point, the probe, does not count: it may lie near the obstacle at which the target was found.
     """
     return bool(_is_near(path[1:], points, robot_radius - BARRED_SLACK))
 
 
 @njit(cache=True)
 def _is_near(path, points, distance):
-    """Whether a point is nearer than so much to every other point of a path, whose steps are shorter than that."""
+    """Whether any point is nearer than `distance` to every second point of a path with shorter steps than that."""
     for i in range(0, len(path), 2):
         for j in range(len(points)):
             dx, dy = points[j, 0] - path[i, 0], points[j, 1] - path[i, 1]

@@ -1,4 +1,4 @@
-"""The planner as a pure step: what is known, one more scan, and out comes what is known now and where to go."""
+"""The planner as a pure step: planner state and a new scan in, planner state with a path out."""
 
 import dataclasses
 from enum import Flag, auto
@@ -19,27 +19,27 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
 
 OUTSIDE_TOLERANCE = 0.03
-"""The robot has left the regions only when it is this far outside, m."""
+"""The robot counts as outside the regions only when it is this far out, m."""
 AT_GOAL = 0.3
-"""A robot this near to its goal is there, m."""
+"""A robot this near to its goal may stand there without counting as stalled, m."""
 SILENT_SHARE = 0.5
-"""A robot whose latest scan is older than this share of `progress_timeout` gets none."""
+"""The sensor counts as silent when the latest scan is older than this share of `progress_timeout`."""
 GIVING_WAY = 1.5
-"""While something that moves is this near, the robot may be giving way, m."""
+"""While a moving obstacle is this near, the robot may be giving way, m."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
-"""A target whose probe is seen makes a node only this far from the last one, m."""
+"""Seeing the probe of the target adds a node only this far from the last node, m."""
 RETRIED_PLACES = 4
-"""There are no more retries in all than at so many places."""
+"""The total number of retries is limited to that of this many places."""
 RETRY_DISTANCE = 0.5
-"""Retries this near to each other are at one place, m."""
+"""Retries closer together than this count as made at one place, m."""
 BARRED_AFTER = 0.1
-"""A way on that is barred is cause for another plan only this far from where the last was made, m."""
+"""A blocked optimistic path triggers a new plan only this far from where the last plan was made, m."""
 
 
 class Cause(Flag):
-    """Why the roadmap may grow; there may be several causes at once.
+    """Why the roadmap grows; several triggers may hold at once.
 
     Attributes:
         ARRIVED: the robot is at its target.
@@ -60,10 +60,11 @@ class Cause(Flag):
 
 
 def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
-    """One update of the planner: the roadmap grows if there is cause, and where that leaves no path one is planned.
+    """One update of the planner: grow the roadmap if anything triggers it, and plan a path if there is none.
 
-    With `replanning` one is planned, too, as soon as the latest scan bars the way on past the target frontier. With
-    `anticipation` the robot turns, on its way to that, towards the way on as soon as the latest scan shows it.
+    With `replanning` a new path is also planned as soon as the latest scan blocks the optimistic path beyond the target
+    frontier. With `anticipation` the robot turns towards that path, on its way to the frontier, as soon as the latest
+    scan shows it to be free.
 
     Args:
         state: before; it is not changed.
@@ -103,9 +104,9 @@ def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
 
 
 def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
-    """The state with its progress watch brought up to date, and whether the robot has stalled.
+    """The state with its progress monitor updated, and whether the robot has stalled.
 
-    A robot at its goal, one that gets no scans, or one that may be giving way has reason to stand.
+    A robot may stand at its goal, without scans, and where it may be giving way.
     """
     scan, timeout = now.seen.scan, now.parameters.progress_timeout
     moved = not _distance(now.position, state.progress_position) <= now.parameters.progress_distance
@@ -124,7 +125,7 @@ def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool
 
 
 def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> Cause:
-    """The causes for the roadmap to grow."""
+    """The triggers that hold now."""
     cause = Cause.STALLED if stalled else Cause.NONE
     if state.target is not None:
         if has_arrived(state.roadmap, state.target, now):
@@ -139,10 +140,10 @@ def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: Plann
 
 
 def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: PlannerInput) -> tuple[PlannerState, StarRegion]:
-    """The state with one more node if there is cause, and then without path; and what is left of the scan's region.
+    """The state with a new node and no path, if anything triggers one; and what is left of the scan's region.
 
-    What the scan contradicts is dropped first. A target that was tried is no target any more, and may be retired; where
-    the robot has stalled, the place ahead may be blocked.
+    Regions that the scan contradicts are dropped first. A target that was tried is given up, and may be retired. If the
+    robot has stalled, the place ahead may be blocked.
     """
     if not cause:
         return state, region
@@ -166,10 +167,10 @@ def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: PlannerIn
 
 
 def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether a node is wanted where the robot is, with the region of the latest scan.
+    """Whether to add a node here, with the region of the latest scan.
 
-    It is at the start; and, where `growth` is continuous, every `node_spacing` (with a map from an earlier goal only
-    if enough of the region is new), when the target's probe is seen, and outside of all regions.
+    A node is due at the start. If `growth` is continuous, one is also due every `node_spacing` (with a map from an
+    earlier goal only if enough of the region is new), when the target's probe is seen, and outside all regions.
     """
     if not len(state.roadmap):
         return True
@@ -187,7 +188,7 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
 
 
 def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot is `node_spacing` from where a node was last added, or nothing new was seen for one."""
+    """Whether the robot is `node_spacing` away from where a node was last added or found unnecessary."""
     return _distance(position, state.node_position) > parameters.node_spacing
 
 
@@ -206,7 +207,7 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
 
 
 def _unless_barred(state: PlannerState, now: PlannerInput) -> PlannerState:
-    """The state; where the latest scan bars the way on from the target, with the scan's hits and without path."""
+    """The state; if the latest scan blocks the optimistic path from the target, with its hits and without a path."""
     if not now.parameters.replanning or len(state.way_on) < 2:  # there is nothing beyond the probe
         return state
     if _distance(now.position, state.plan_position) <= BARRED_AFTER:
@@ -219,7 +220,7 @@ def _unless_barred(state: PlannerState, now: PlannerInput) -> PlannerState:
 
 
 def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> PlannerState:
-    """The state with what is left of its path; without path if the robot has lost sight of it."""
+    """The state with the path still ahead; without a path if the robot has lost sight of it."""
     path = _path_ahead(state.roadmap, state.path, position, parameters)
     if parameters.string_pulling and _strayed(state.roadmap, path, position):
         path = NO_PATH
@@ -229,7 +230,7 @@ def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerPa
 def _path_ahead(
     roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray, parameters: PlannerParameters
 ) -> np.ndarray:
-    """The path without the way points that are passed, or (when pulling strings) that the robot can see past."""
+    """The path without way points already passed, or (with string pulling) that the robot can see past."""
     passed = PASSED_DISTANCE if parameters.string_pulling else parameters.arrival_distance
     while len(path) > 1 and (
         _distance(path[0], position) < passed
@@ -246,7 +247,7 @@ def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bo
 
 
 def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: PlannerInput) -> PlannerState:
-    """The state with a new path; where there is none the goal is unreachable.
+    """The state with a new path; if there is none and no retry is left, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
@@ -282,10 +283,10 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
 
 
 def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
-    """The route if there is one, and the state with the roadmap in which it was found.
+    """The route, if there is one, and the state with the roadmap in which it was found.
 
-    Where there is none, or only what was tried in vain bars the goal, the roadmap is rebuilt to try that again, before
-    all else is explored that cannot help; at most once for each scan.
+    If there is none, or if only targets tried in vain block the goal, the roadmap is rebuilt so that they are tried
+    again before the rest is explored, which could not help. This happens at most once per scan.
     """
     seen, parameters = now.seen, now.parameters
     current = None if state.target is None else state.target[0]
@@ -304,7 +305,7 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
 
 
 def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
-    """Whether there may be a way all the same, and the robot has not often retried hereabouts, nor altogether."""
+    """Whether there may still be a way, and retries are left, both around here and in total."""
     near = np.hypot(*(state.retries[:, :2] - now.position).T) < RETRY_DISTANCE
     most = now.parameters.retries
     if int(near.sum()) >= most or len(near) >= RETRIED_PLACES * most:
@@ -313,15 +314,15 @@ def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> b
 
 
 def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:
-    """The state with what the latest scan's region shows of the way on past the target."""
+    """The state with what the latest region shows of the optimistic path beyond the target."""
     anticipated = _anticipated(state, region, now)
     return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
 
 
 def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> Guidance | None:
-    """The last point of the way on that is in straight sight inside the region of the latest scan, as guidance.
+    """Guidance to the last point of the optimistic path in line of sight inside the latest region.
 
-    None on the way to another way point, to the goal, and while nothing of the way on is seen.
+    None on the way to another way point or to the goal, and while none of that path is in sight.
     """
     if not now.parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None

@@ -1,4 +1,4 @@
-"""Where trying leads nowhere: which targets are given up, and which place a stalled robot takes as blocked."""
+"""Recovery from dead ends: which targets are given up, and which place a stalled robot marks as blocked."""
 
 import dataclasses
 import math
@@ -14,30 +14,31 @@ from drake_starnav.planning.state import PlannerInput
 from drake_starnav.regions.star_region import StarRegion
 
 BLOCKED_AHEAD = 0.05
-"""A place that the robot could not drive to lies this far before it, beyond its radius and the margin, m."""
+"""A blocked place lies this far ahead of the robot, beyond radius and margin, m."""
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
 CAME_ALONG_NODES = 40
-"""What the robot drove over between the latest so many nodes is not blocked."""
+"""Places that the robot drove over between this many latest nodes are not blocked."""
 CAME_STRAIGHT = 1.5
 """Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
 AT_STAND = 0.04
-"""Where the robot has looked at a target in vain, it arrives at one only this near to its stand, m."""
+"""After a first inspection in vain, the robot has arrived only this near to the stand, m."""
 LOOKED_AROUND = 2.0
-"""The robot has looked within this many arrival distances of a place from which it looked."""
+"""An inspection counts within this many arrival distances of where it was made."""
 
 
 def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
-    """Whether the robot is at a target (stand and probe): at its very stand where it has looked in vain."""
+    """Whether the robot has arrived at a target (stand and probe); after an inspection in vain, at its very stand."""
     near = AT_STAND if _has_looked(roadmap, now) else np.inf
     return bool(np.hypot(*(now.position - target[0])) < min(near, now.parameters.arrival_distance))
 
 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
-    """The roadmap once a target (stand and probe) was tried, its newest region made there.
+    """The roadmap after a target (stand and probe) was tried; its newest region was made there.
 
-    If the robot has arrived and the newest region shows the probe, the target is dropped: the region leads on. Else, if
-    much depends on it, it is kept at the first look, to be inspected from its very stand. Otherwise it is retired.
+    If the robot has arrived and the newest region shows the probe, the target is dropped, since the region leads on.
+    Otherwise the target is retired, except at the first inspection if much depends on it: the robot then inspects it
+    from its very stand.
     """
     if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
         others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9
@@ -66,19 +67,19 @@ def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) ->
 
 
 def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
-    """Whether a region contains a probe (2,) in W, or a place about a cell (m) from it: gates lie on a grid's cells."""
+    """Whether a region contains a probe (2,) in W or a place one cell (m) from it, since gates lie on grid cells."""
     ring = np.arange(8) * (math.pi / 4.0)
     return bool(region.contains(np.vstack((probe, probe + cell * np.column_stack((np.cos(ring), np.sin(ring)))))).any())
 
 
 def _has_looked(roadmap: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether the robot is about where it has looked in vain at a target that was kept."""
+    """Whether the robot is near where it has inspected a target in vain."""
     away = np.hypot(*(roadmap.looked - now.position).T)
     return bool((away < LOOKED_AROUND * now.parameters.arrival_distance).any())
 
 
 def _lengthens_the_way(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether the optimistic path to the goal is longer by more than `closer_look` in one roadmap than in another."""
+    """Whether the optimistic path to the goal is longer by more than `closer_look` in `after` than in `before`."""
     if now.parameters.cost_to_go != "grid":
         return False
     here = now.position[None, :]
@@ -105,9 +106,9 @@ def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerPara
 
 
 def _shut_in(position: np.ndarray, place: np.ndarray, blocked: np.ndarray) -> bool:
-    """Whether a place ahead, and a blocked one behind, would hold the robot between them.
+    """Whether blocking a place ahead would enclose the robot between it and a blocked place behind.
 
-    It came here by one of the two ways, and can leave by that.
+    The robot came by one of the two ways and can leave by it.
     """
     way, others = place - position, blocked - position
     behind = others @ way < 0.0

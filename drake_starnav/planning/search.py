@@ -1,4 +1,4 @@
-"""Search of the roadmap: which frontier next, and by which path."""
+"""Search of the roadmap: which frontier to drive to next, and along which path."""
 
 import dataclasses
 import heapq
@@ -19,23 +19,23 @@ from drake_starnav.planning.string_pulling import string_pulled
 from drake_starnav.regions.star_region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
 
 OFF_MAP_PENALTY = 0.1
-"""Extra length where the robot is in no region and must first drive to the nearest node, m."""
+"""Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
 UNREACHABLE_PENALTY = 20.0
-"""A frontier from which no way leads to the goal counts as this much farther away than the straight line, m."""
+"""A frontier from which the goal cannot be reached counts as this much farther than the straight line, m."""
 GATE_ADVANTAGE = 0.25
-"""The optimistic path must promise to be shorter than the best frontier by this much to open a gate, m."""
+"""A gate opens only if the optimistic path is shorter than the way over the best frontier by this much, m."""
 GATE_LENGTH = 0.2
-"""The optimistic path leaves the regions where it stays outside for this long, m."""
+"""The optimistic path leaves the regions where it stays outside for this length, m."""
 GATE_INSET = 0.95
-"""A gate at the edge of the latest region stands at this share of the way from its centre to its boundary."""
+"""A gate at the edge of the latest region stands at this fraction of the distance from its centre."""
 GATE_BEARINGS = 180
-"""So many places of that boundary are looked at."""
+"""Number of bearings at which such gates are considered."""
 GATE_DETOUR = 0.15
-"""The way over it is longer by no more than this, m."""
+"""Such a gate may lengthen the way by no more than this, m."""
 MOST_CLOSED = 4
-"""So many places are closed in one search at most."""
+"""Largest number of places closed in one search."""
 CLOSED_SLACK = 0.02
-"""About a target tried in vain, what leaves the robot its margin and so much more is not taken for closed, m."""
+"""Around a target tried in vain, openings wider than the margin by this much stay open, m."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Route:
     Attributes:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
-        hopeless: whether no way leads from the target to the goal, even if all unknown space were free.
+        hopeless: whether the goal cannot be reached from the target even if all unknown space were free.
         way_on: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone where none
             leads, nothing where the target is the goal.
         next_on: shape (n, 2), the part of it to which the robot may turn.
-        closed: shape (k, 2), the roadmap's closed places, and those that had to be closed as the optimistic path still
-            led through where it was tried in vain; None if there are no more.
+        closed: shape (k, 2), the roadmap's closed places and those added because the optimistic path still led through
+            a retired target; None if none were added.
     """
 
     path: np.ndarray
@@ -64,9 +64,9 @@ class Route:
 def find_route(
     roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, current: np.ndarray | None = None
 ) -> Route | None:
-    """The goal if a region contains it, else the frontier with the least cost g + h; None if nothing is left.
+    """A route to the goal if a region contains it, else to the frontier of least cost g + h; None if none is left.
 
-    For a goal beside a wall, the place nearest to it that a region contains; see `approach`.
+    For a goal beside a wall, the target is the place nearest to it that a region contains; see `approach`.
 
     g is the length in the graph from the robot to the frontier (or the straight line, where it stays inside the
     union of regions), h the optimistic cost-to-go from the frontier's probe to the goal.
@@ -119,18 +119,18 @@ def find_route(
 
 
 def _is_retired(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
-    """Which of some places (n, 2) in W are retired, shape (n,)."""
+    """Which places of shape (n, 2) in W lie in a retired disc, shape (n,)."""
     away = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T)
     return (away <= roadmap.retired[:, 2:]).any(axis=0)
 
 
 def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
-    """Where the robot may arrive, as far as the hits are known."""
+    """The places at which the robot may arrive, given the hits known so far."""
     return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
 
 
 def barred_in_vain(roadmap: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether only closed and blocked places bar the way from the robot to the goal: the hits leave one."""
+    """Whether only closed and blocked places, and not hits, block the way from the robot to the goal."""
     return bool(len(roadmap.closed) or len(roadmap.blocked)) and hits_leave_a_way(roadmap, now)
 
 
@@ -145,8 +145,8 @@ def hits_leave_a_way(roadmap: StarRoadmap, now: PlannerInput) -> bool:
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
 
-    The robot is joined to the nodes whose region contains it and to those that the latest scan's region contains; if
-    there are none, to the one whose region it is the least outside of.
+    The robot is connected to nodes whose region contains it and to nodes inside the latest region. If there are none,
+    it is connected to the node whose region it is the least outside of.
     """
     first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
     length = np.hypot(*(roadmap.stack.center[first] - position).T)
@@ -180,9 +180,10 @@ def _cheapest(
     current: np.ndarray | None,
     at_robot: bool,
 ) -> tuple[int, float, bool, CostField | None]:
-    """The frontier with the least g + h: its index or -1, that sum, whether the way there is the straight line.
+    """The frontier of least g + h.
 
-    And the cost-to-go, if there is one; `at_robot` as for `optimistic_cost`.
+    Returns:
+        Its index or -1, that sum, whether the straight line leads there, and the cost-to-go, if it was computed.
     """
     frontiers, to_go, position, parameters = roadmap.frontiers, None, now.position, now.parameters
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
@@ -209,10 +210,14 @@ def _cheapest(
 def optimistic_cost(
     roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray | None = None, at_robot: bool = True
 ) -> CostField:
-    """The cost-to-go; with a cost-to-come (n,), m, of the frontiers, only until the cheapest of them is known.
+    """The cost-to-go field.
 
-    With `at_robot`, the search may also stop once the cost at the robot itself is the least; frontier costs are then
-    lower bounds.
+    Args:
+        roadmap: hits, closed and blocked places.
+        now: robot, goal and parameters.
+        cost_to_come: of the frontiers, shape (n,), m; the search ends once the cheapest of them is known.
+        at_robot: whether it may also end once the cost at the robot is the least; the frontiers' costs are then lower
+            bounds.
     """
     position, parameters, robot_radius = now.position, now.parameters, now.robot_radius
     goal = goal_approach(roadmap, now).goal
@@ -241,8 +246,8 @@ def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.nd
 def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
     """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
 
-    Edge frontiers show where a scan's boundary jumps; a gap seen at a slant, or thinner than the fit resolves, shows
-    none, though the hits leave it open. And the way to a frontier over the nodes may be far longer than it need be.
+    Edge frontiers appear where the boundary of a region jumps. A gap that is seen at a slant, or is thinner than the
+    fit resolves, has none although the hits leave it open. The way to a frontier over nodes may also be a detour.
 
     Args:
         roadmap: its regions.
@@ -267,10 +272,10 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
 def gate_in_sight(
     roadmap: StarRoadmap, here: StarRegion, to_go: CostField, gate: Frontiers, path: np.ndarray
 ) -> tuple[Frontiers, np.ndarray]:
-    """The gate, or one at the edge of the latest region, if that leads farther without a detour; and the path there.
+    """The gate, or one at the edge of the latest region if that leads farther without a detour; and the path there.
 
-    The optimistic path cuts corners as closely as cells allow, and may leave the regions beside the robot although they
-    lead on.
+    The optimistic path cuts corners as closely as the cells allow. It may leave the regions beside the robot although
+    they lead on.
 
     Args:
         roadmap: its retired places.
@@ -310,7 +315,7 @@ def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parame
 
 @njit(cache=True)
 def _inside_where_possible(path, half_cell, center, bearing_0, values, reach):
-    """The centres of a path's cells, each moved to a place in its cell that the regions cover, if there is one."""
+    """The path with each point moved to a covered place in its cell, if there is one."""
     out = path.copy()
     for i in range(len(path)):
         for k in range(9):  # the centre, then around it
