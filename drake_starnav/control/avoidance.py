@@ -122,14 +122,14 @@ def encounter(
     robot: RobotParameters,
     movers: MoverParameters,
 ) -> Encounter:
-    """Whether the path leads the robot too near to something that moves, and what it had better do.
+    """Whether the path leads the robot too near to what moves, or might start, and what it had better do.
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
         guidance: where to go.
         star: what the last scans certify.
-        tracks: of the last scan; those that count are predicted.
+        tracks: of the last scan; those that count are predicted, and what stands stays.
         rows: `threats` that the certificate in time counts with.
         age: time since the scan, s.
         controller, robot, movers: parameters.

@@ -170,7 +170,7 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
     course, radius, standing, age = discs
     distance = settings.radius + settings.margin + FORESEEN_MARGIN
-    near, growth = settings.radius + settings.margin, settings.caution * settings.max_speed
+    near = settings.radius + settings.margin
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
@@ -178,7 +178,7 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
         want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
         if _must_brake(x, y, yaw, v, course, radius, time, limits, distance, settings.caution, settings.max_speed):
             want_v = 0.0
-        if _held(x, y, yaw, v, standing, limits, near, growth):
+        if _held(x, y, yaw, v, standing, limits, near, settings.max_speed):
             want_v = 0.0
             row[HELD] = 1.0
         x, y, yaw, v, omega, _ = foreseen_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)

@@ -13,9 +13,9 @@ A place q at the time of the scan is taken to be anywhere within
 a time t later, with the caution c. With c = 1 that is all directions. The places are
 
     hits of tracks                              trusted by 1 - c to go on with u
-    hits that neither are tracked nor stand     c = 1: nothing is known to trust in
-    hits on what stands and is small enough     u = 0: it may start
-    the edges of where no beam has looked       u = 0: something may come out
+    hits that neither are tracked nor stand     always with c = 1: nothing is known to trust in
+    hits on what stands and is small enough     with c = 1 only: it may start
+    the edges of where no beam has looked       with c = 1 only: something may come out
 
 What is part of a convex surface wider than 2 max_radius stays where it is (`surfaces`). What may hit the robot while it
 stands is beyond any certificate.
@@ -57,12 +57,11 @@ def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
     still = np.zeros(2)
     rows = [
         _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
+        _rows(tracks.standing, still, parameters.max_speed, 0.0),
+        _rows(tracks.hidden, still, parameters.max_speed, 0.5 * HIDDEN_SPACING),
         _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
         _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
     ]
-    if cautious > 0.0:  # else they stay, and the other certificate is about them
-        rows.append(_rows(tracks.standing, still, cautious, 0.0))
-        rows.append(_rows(tracks.hidden, still, cautious, 0.5 * HIDDEN_SPACING))
     return np.vstack(rows)
 
 

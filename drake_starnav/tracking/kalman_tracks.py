@@ -60,10 +60,11 @@ class Tracks:
         motion: shape (n,), share of its beams that hit what was free before, smoothed.
         pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
         hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
-        standing: shape (l, 2), those that do, but are of something that might start.
+        standing: shape (l, 2), those that do, but are of something that might start; none unless `guarded`.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
         course: shape (n, k, 2), where each is foreseen to be now and every `COURSE_STEP` from now on.
-        hidden: shape (m, 2), places at the edges of what was seen, where something may come out of hiding.
+        hidden: shape (m, 2), places at the edges of what was seen, where something may come out of hiding; none
+            unless `guarded`.
     """
 
     time: float = -math.inf
@@ -119,7 +120,7 @@ def updated(
         scan: the latest, in S.
         motion, may_start: shape (n,), as from `MotionGrid`.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: max_speed, max_radius, agility, horizon.
+        parameters: max_speed, max_radius, caution, agility, horizon.
         walls: shape (m, 2), points that stay, W, m.
     """
     before = _predicted(tracks, scan.time, parameters.agility)
@@ -172,7 +173,7 @@ def updated(
         owner=owner_of_beam[doubtful],
         standing=points[may_start & ~doubtful],
         course=courses(position, velocity, radius, walls, parameters.horizon + COURSE_LEAD),
-        hidden=hidden_places(scan, pose),
+        hidden=hidden_places(scan, pose) if parameters.guarded else np.zeros((0, 2)),
     )
 
 

@@ -19,16 +19,17 @@ class MoverParameters:
     )
     max_radius: float = parameter(
         0.6,
-        "radius of the largest; what is seen to be larger stays where it is, what is smaller may start at any time",
+        "radius of the largest; what is seen to be larger stays where it is",
         unit="m",
         above=0.0,
         high=5.0,
-        when="smaller where columns or furniture are wider than anything that moves: they cost the robot room",
+        when="smaller, with `caution: 1`, where all that moves is: the robot keeps away from what might be such a one",
     )
     caution: float = parameter(
         0.5,
-        "which share of `max_speed` the certificate counts with in all directions, for what is tracked, stands, or may "
-        "come out of hiding; the rest is trusted to be tracked motion. 1: no contact while driving, whatever it does",
+        "which share of `max_speed` the certificate counts with in all directions for what is tracked; the rest is "
+        "trusted to be its tracked motion. 1: no contact while driving, whatever it does: then what stands may start, "
+        "and what is hidden come out, at `max_speed`",
         low=0.0,
         high=1.0,
         when="1 for the guarantee; less where being run into while standing is as bad as running into something",
@@ -51,6 +52,11 @@ class MoverParameters:
     sidestep: bool = parameter(
         True, "also try the direction that dynamical system modulation finds in the frames of moving obstacles"
     )
+
+    @property
+    def guarded(self) -> bool:
+        """Whether nothing is trusted: what is small enough may start, and what is hidden may come out."""
+        return self.caution == 1.0
 
     def __post_init__(self) -> None:
         check_parameters(self, "movers")

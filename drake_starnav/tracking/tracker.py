@@ -48,7 +48,7 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverP
     grid = before.grid or MotionGrid.about(pose[:2], parameters.cell)
     motion = grid.told(scan, pose, parameters)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius)
-    may_start = grid.may_start(scan, pose, large)
+    may_start = grid.may_start(scan, pose, large) & parameters.guarded
     walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose)))
     tracks = updated(before.tracks, scan, motion, may_start, pose, parameters, walls)
     told = motion.copy()

@@ -138,11 +138,9 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
 
 def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
     tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0)]), hidden=np.array([(3.0, 1.0)]))
-    for caution in (1.0, 0.5):
-        stands, hides = threats(tracks, MoverParameters(max_speed=0.8, caution=caution))
-        np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8 * caution, 0.0))
-        np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8 * caution, 0.5 * HIDDEN_SPACING))
-    assert len(threats(tracks, MoverParameters(max_speed=0.8, caution=0.0))) == 0
+    stands, hides = threats(tracks, MOVERS)
+    np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8, 0.0))
+    np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * HIDDEN_SPACING))
 
 
 def test_what_is_not_known_for_long_may_do_anything() -> None:

@@ -24,6 +24,18 @@ def test_all_beams_of_a_track_that_counts_move() -> None:
     np.testing.assert_array_equal(scan.motion == MOVES, own)
 
 
+def test_with_full_caution_what_stands_may_start_and_else_is_trusted_to_stay() -> None:
+    scene = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
+    for caution in (1.0, 0.99, 0.0):
+        movers, known = MoverParameters(max_speed=1.0, caution=caution), Tracked()
+        for k in range(60):
+            known = track(known, scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), movers)
+        standing, hidden = known.tracks.standing, known.tracks.hidden
+        assert len(known.tracks.hits) == 0
+        assert (len(standing) > 10 and len(hidden) > 10) if caution == 1.0 else (len(standing) == len(hidden) == 0)
+        assert np.abs(np.hypot(standing[:, 0] - 1.5, standing[:, 1]) - 0.3).max(initial=0.0) < 1e-6
+
+
 def test_what_was_known_before_is_not_changed() -> None:
     scene = Scene(hall(), (0.3,), straight((1.5, -1.0), (0.0, 0.5)))
     first = track(Tracked(), scene.scan(0.0, np.zeros(3)), np.zeros(3), MOVERS)

@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.moving_obstacles import Movers
-from drake_starnav.worlds.solvable import check_order, check_robot_radius
+from drake_starnav.worlds.solvable import check_order, check_robot_radius, random_yaw
 from drake_starnav.worlds.world import World
 
 _RADII = (0.15, 0.3)  # m, of the movers
@@ -40,16 +40,19 @@ class StopAndGo:
         check_order(self, "min_speed", "max_speed")
         check_order(self, "min_wait", "max_wait")
         if robot_radius >= _INSET:
-            raise StarnavError(f"StopAndGo: robot_radius is {robot_radius:g} m; allowed: below {_INSET:g} m")
+            raise StarnavError(
+                f"StopAndGo: robot_radius {robot_radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
+            )
         start = np.array((_INSET, 0.5 * self.height))
         radii = rng.uniform(*_RADII, self.movers)
+        movers = Movers(radii, tuple(self._draw_path(start, radius, rng) for radius in radii))
         return World(
             name="stop_and_go",
-            start=(*start, 0.0),
+            start=(*start, random_yaw(rng)),
             goal=(self.width - _INSET, 0.5 * self.height),
             bounds=(0.0, 0.0, self.width, self.height),
             timeout=self.timeout,
-            movers=Movers(radii, tuple(self._draw_path(start, radius, rng) for radius in radii)),
+            movers=movers,
         )
 
     def _draw_path(self, start: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
