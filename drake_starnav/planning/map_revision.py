@@ -16,7 +16,8 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
-from drake_starnav.regions.erosion import eroded_range, half_gaps, point_hits
+from drake_starnav.regions.bearing_hits import half_gaps, point_hits
+from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.star_region import StarRegion
 

@@ -9,15 +9,8 @@ from dataclasses import field
 import numpy as np
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import (
-    CONNECTED_CHORD,
-    bearing_count,
-    eroded_range,
-    free_limit,
-    half_gaps,
-    point_hits,
-    sight_limit,
-)
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps, point_hits
+from drake_starnav.regions.erosion import bearing_count, eroded_range, free_limit, sight_limit
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.utils.snapshot import snapshot
 

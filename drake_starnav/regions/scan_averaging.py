@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import CONNECTED_CHORD
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.safe_region import ScanMemory
 
 SAME_SURFACE = 0.04

@@ -1,4 +1,4 @@
-"""What the planner remembers, and what a new goal leaves of it."""
+"""The planner's state, and what a new goal resets of it."""
 
 import dataclasses
 
@@ -33,7 +33,7 @@ def test_what_is_anticipated_comes_before_the_path() -> None:
 
 
 def test_a_new_goal_leaves_the_map_and_begins_the_search_anew() -> None:
-    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, rounds=3, plans=7)
+    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, retries=PATH, plans=7)
     after = given_up.with_new_goal()
     assert after.roadmap is given_up.roadmap and after.plans == 7
-    assert after.status is PlannerStatus.WAITING and after.rounds == 0 and len(after.path) == 0
+    assert after.status is PlannerStatus.WAITING and len(after.retries) == 0 and len(after.path) == 0

@@ -9,22 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.regions.bearing_hits import half_gaps, point_hits, scan_hits
 from drake_starnav.regions.erosion import (
     FreeRange,
     bearing_count,
     eroded_range,
     free_limit,
     free_range,
-    half_gaps,
-    point_hits,
-    scan_hits,
     smoothed_distances,
 )
 from drake_starnav.regions.parameters import StarParameters
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
 RAW = StarParameters(smoothing="none", least_margin=StarParameters.margin)
-"""One margin everywhere; what passages get is in test_passages.py."""
+"""One margin everywhere; for passages see test_passages.py."""
 INFLATED = RADIUS + RAW.margin
 
 

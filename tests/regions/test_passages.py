@@ -1,4 +1,4 @@
-"""What a passage gets of the margin: less where the margin would shut it, and all of it everywhere else."""
+"""The margin is reduced in passages that it would close, and kept everywhere else."""
 
 import dataclasses
 import math
@@ -9,19 +9,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import (
-    PASSAGE_DEPTH,
-    SHUT,
-    FreeRange,
-    _with_passages,
-    eroded_range,
-    free_limit,
-    free_range,
-    half_gaps,
-    scan_hits,
-    sight_limit,
-)
+from drake_starnav.regions.bearing_hits import half_gaps, scan_hits
+from drake_starnav.regions.erosion import FreeRange, eroded_range, free_limit, free_range, sight_limit
 from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.passages import PASSAGE_DEPTH, SHUT, with_passages
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
@@ -192,7 +183,7 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
     free = rng.choice((0.0, 0.2, 0.45, 0.8, 2.0), n)
     narrow = free + rng.choice((0.0, 0.1, 1.0), n)
     before = free.copy(), narrow.copy()
-    out, opened = _with_passages(free, narrow)
+    out, opened = with_passages(free, narrow)
     np.testing.assert_array_equal(free, before[0])
     np.testing.assert_array_equal(narrow, before[1])
     expected = free.copy()
@@ -206,6 +197,6 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
 
 def test_an_equal_free_range_has_no_passages():
     free = np.linspace(0.0, 2.0, 50)
-    out, opened = _with_passages(free, free)
+    out, opened = with_passages(free, free)
     np.testing.assert_array_equal(out, free)
     assert not opened

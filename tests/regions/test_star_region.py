@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.regions.erosion import FreeRange, half_gaps
+from drake_starnav.regions.bearing_hits import half_gaps
+from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.star_region import (
     RegionStack,
