@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import LaserScan, chord
 
 CONNECTED_CHORD = 0.15
 """Neighbouring hits nearer than this belong to one surface: no robot fits between them, m."""
@@ -64,24 +64,23 @@ def point_hits(
 
 
 @njit(cache=True)
-def _half_gaps(distance, lost, range_max, increment, wrap):
+def _half_gaps(distance, silent, range_max, increment, wrap):
     n = len(distance)
     out = np.zeros(n)
     for i in range(n):
         steps = 1
-        while steps < n and lost[(i + steps) % n]:
+        while steps < n and silent[(i + steps) % n]:
             steps += 1
         j = (i + steps) % n
-        if lost[i] or (j <= i and not wrap):
+        if silent[i] or (j <= i and not wrap):
             continue
         a, b = distance[i], distance[j]
         if a >= range_max or b >= range_max:
             continue
-        cosine = math.cos(steps * increment)
-        chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
-        if chord < CONNECTED_CHORD:
-            out[i] = max(out[i], 0.5 * chord)
-            out[j] = max(out[j], 0.5 * chord)
+        length = chord(a, b, steps * increment)
+        if length < CONNECTED_CHORD:
+            out[i] = max(out[i], 0.5 * length)
+            out[j] = max(out[j], 0.5 * length)
     return out
 
 

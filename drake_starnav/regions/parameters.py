@@ -1,4 +1,4 @@
-"""Parameters of the way from laser scans to star-shaped regions: the planner's, and the controller's safety star."""
+"""Parameters of star-shaped regions: of the planner's region and of the controller's safety star."""
 
 from dataclasses import dataclass
 
@@ -73,7 +73,7 @@ class StarParameters:
 
 @dataclass(frozen=True)
 class SafetyParameters:
-    """How the last scans become the safety star, in which the controller's certificate moves."""
+    """How the last scans become the safety star, within which the certificate keeps the robot."""
 
     safety_margin: float = parameter(
         0.01,

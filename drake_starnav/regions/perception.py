@@ -45,8 +45,8 @@ def check_view(angle_min: float, angle_max: float, angle_increment: float, beams
     if not all_around and least < 0.5 * view - 1e-6:
         raise StarnavError(
             f"lidar.angle_min {angle_min:g} and lidar.angle_max {angle_max:g} with controller.certificate; "
-            f"allowed: a view of {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as space "
-            "that no beam has observed is not certified"
+            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
+            "space that no beam has observed is not certified"
         )
     if angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
         raise StarnavError(
