@@ -50,15 +50,17 @@ class LidarParameters:
     dropout: float = parameter(0.0, "probability that a beam is lost and reports NaN", low=0.0, high=1.0)
     outliers: float = parameter(
         0.0,
-        "probability that a beam reports a random distance short of the true one; where it is declared, a hit without "
-        "a neighbour counts once two earlier scans confirm it",
+        "probability that a beam reports a random distance short of the true one; if declared, a hit without a "
+        "neighbour counts once two earlier scans confirm it",
         low=0.0,
         high=1.0,
     )
     delay: float = parameter(0.0, "time from a scan to its arrival", unit="s", low=0.0, high=1.0)
     scan_loss: float = parameter(0.0, "probability that a whole scan does not arrive", low=0.0, high=1.0)
-    silence_start: float = parameter(0.0, "when the sensor falls silent", unit="s", low=0.0, high=1e6)
-    silence_duration: float = parameter(0.0, "for how long no scan is taken then", unit="s", low=0.0, high=1e6)
+    silence_start: float = parameter(0.0, "when an outage of the sensor begins", unit="s", low=0.0, high=1e6)
+    silence_duration: float = parameter(
+        0.0, "duration of that outage, in which no scans are taken", unit="s", low=0.0, high=1e6
+    )
     quantisation: float = parameter(
         0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0, high=1.0
     )

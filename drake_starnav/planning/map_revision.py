@@ -15,7 +15,7 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.planning.roadmap import StarRoadmap, with_nodes
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits
 from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
@@ -163,7 +163,7 @@ def _remade(
     It also keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
     forgets, empty = parameters.drop_seen_through, StarRoadmap.empty(parameters, robot_radius)
-    out = dataclasses.replace(
+    kept = dataclasses.replace(
         empty,
         hits=empty.hits if forgets else roadmap.hits,
         retired=roadmap.retired,
@@ -171,6 +171,4 @@ def _remade(
         looked=roadmap.looked,
         blocked=roadmap.blocked,
     )
-    for region, scan, pose in nodes:
-        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=forgets)
-    return out
+    return with_nodes(kept, nodes, parameters, robot_radius, stamp=forgets)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numba import njit
@@ -138,6 +139,20 @@ def extended(
     )
 
 
+def with_nodes(
+    roadmap: StarRoadmap,
+    nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
+    parameters: PlannerParameters,
+    robot_radius: float,
+    *,
+    stamp: bool,
+) -> StarRoadmap:
+    """The roadmap extended by nodes (region, scan, pose) in turn; arguments as for `extended`."""
+    for region, scan, pose in nodes:
+        roadmap = extended(roadmap, region, scan, pose, parameters, robot_radius, stamp)
+    return roadmap
+
+
 def impassable_points(
     scan: LaserScan, pose: np.ndarray, parameters: PlannerParameters, robot_radius: float
 ) -> np.ndarray:
@@ -173,11 +188,9 @@ def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.nda
 
 def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans without retired, closed, inspected or blocked places."""
-    out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
-    for scan, pose in roadmap.scans:
-        region = scan_region(scan, pose, robot_radius, parameters)
-        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=False)
-    return out
+    empty = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
+    nodes = ((scan_region(scan, pose, robot_radius, parameters), scan, pose) for scan, pose in roadmap.scans)
+    return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
 
 
 def uncovered_share(region: StarRegion, others: RegionStack) -> float:
