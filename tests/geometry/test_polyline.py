@@ -1,4 +1,4 @@
-"""Polylines keep their shape with fewer points."""
+"""Polylines keep their shape with fewer or more points."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 @given(LINES, st.floats(0.0, 3.0))
-def test_what_is_left_out_lies_near_what_is_left(points: np.ndarray, tolerance: float) -> None:
+def test_omitted_points_lie_near_the_simplified_polyline(points: np.ndarray, tolerance: float) -> None:
     left = simplified(points, tolerance)
     assert (left[0] == points[0]).all() and (left[-1] == points[-1]).all()
     if len(points) > 1:

@@ -149,7 +149,7 @@ def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
     assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
 
 
-def test_what_moves_was_seen_up_to_but_is_no_hit():
+def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
     ranges = np.array([2.0, 1.0, np.nan, 2.0, np.inf, 2.0, 1.5, 2.0])
     told = scan(
         ranges=ranges, lost_beams=True, motion=np.array([STAYS, MOVES, STAYS, STAYS, STAYS, STAYS, UNKNOWN, STAYS])
@@ -162,7 +162,7 @@ def test_what_moves_was_seen_up_to_but_is_no_hit():
     assert len(told.points()) == 5
 
 
-def test_without_being_told_nothing_moves():
+def test_without_motion_everything_is_static():
     seen = scan()
     assert not seen.moving.any()
     assert seen.hits.all() and seen.lasting.all() and not seen.silent.any()

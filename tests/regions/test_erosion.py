@@ -204,7 +204,7 @@ def test_ranges_beyond_the_clip_are_no_returns():
         assert samples.max() <= limit.max() == 2.0 - RADIUS
 
 
-def test_what_moves_hides_what_is_behind_it_but_takes_no_room_beside_it() -> None:
+def test_moving_obstacles_occlude_the_space_behind_them_but_are_not_eroded() -> None:
     n = 360
     bearing = -math.pi + 2.0 * math.pi / n * np.arange(n)
     shown = np.abs(bearing) < 0.1

@@ -19,7 +19,7 @@ POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
 
 
 def looks(*poses: np.ndarray) -> list[Perceived]:
-    """What is known after each scan of `POST` from these poses."""
+    """Perception's state after each scan of `POST` from these poses."""
     known = [Perceived.nothing()]
     for number, pose in enumerate(poses):
         scan = dataclasses.replace(cast(POST, pose), time=0.1 * number)
@@ -38,7 +38,7 @@ def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() ->
     assert (second.safety.values <= alone.safety.values + 1e-12).all()
 
 
-def test_looking_again_gives_the_same_and_leaves_what_was_known() -> None:
+def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> None:
     first, second = looks(*POSES)
     kept = first.safety.values.copy()
     again = perceive(first, second.observation.scan, POSES[1], SETTINGS)
