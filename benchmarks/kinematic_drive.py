@@ -12,7 +12,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.perception import Perceived, perceive
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds import World
@@ -20,6 +20,7 @@ from drake_starnav.worlds.view import scan_from, visible_shapes
 
 LIDAR, ROBOT, PLANNER, CONTROLLER = LidarParameters(), RobotParameters(), PlannerParameters(), ControllerParameters()
 SAFE_RADIUS = ROBOT.radius + CONTROLLER.safety_margin
+SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
 ARRIVED = 0.3
 """At the goal the drive ends this far from it, m."""
 SAMPLED = 10
@@ -73,7 +74,7 @@ class Drive:
 
 def scan_processing(moment: ScanMoment) -> Perceived:
     """All that happens to a scan before anybody uses it."""
-    return perceive(moment.before, moment.scan, moment.pose, PLANNER, CONTROLLER, ROBOT.radius)
+    return perceive(moment.before, moment.scan, moment.pose, SETTINGS)
 
 
 def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:

@@ -26,7 +26,8 @@ from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import RegionStack, StarParameters
-from drake_starnav.regions.erosion import CONNECTED_CHORD, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
+from drake_starnav.regions.erosion import SMOOTHING_JUMP, SMOOTHING_LIMIT
 from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
 from drake_starnav.regions.star_region import LINE_STEP, segment_covered
@@ -34,7 +35,7 @@ from drake_starnav.robot import RobotParameters
 
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
-    """As `stars.free_range.smoothed_distances`."""
+    """As `regions.erosion.smoothed_distances`."""
     distance = scan.distances
     hit = distance < scan.range_max
     jump, limit = SMOOTHING_JUMP + parameters.smoothing_slack, SMOOTHING_LIMIT + parameters.smoothing_slack

@@ -1,4 +1,4 @@
-"""The triangles of a glTF 2.0 file: positions and indices only, which is all that a lidar sees of it."""
+"""The triangles of a glTF 2.0 file: only positions and indices, as a lidar sees nothing else."""
 
 import base64
 import json
@@ -20,13 +20,13 @@ def gltf_triangles(text: bytes | str, load: Callable[[str], bytes]) -> tuple[np.
 
     Args:
         text: content of the .gltf file.
-        load: content of another file that it names.
+        load: returns the content of another file by its URI.
 
     Returns:
         vertices, shape (n, 3), and triangles, shape (m, 3), indices of vertices.
 
     Raises:
-        StarnavError: the file is broken or its meshes are compressed; to be completed with the file's name.
+        StarnavError: the file is invalid or its meshes are compressed; the caller adds the file's name.
     """
     try:
         gltf = json.loads(text)
@@ -85,7 +85,7 @@ def _corners(order: np.ndarray, mode: int) -> np.ndarray:
 def _transform(node: dict[str, Any]) -> np.ndarray:
     """Pose and scale of a node in its parent, shape (4, 4)."""
     if "matrix" in node:
-        return np.array(node["matrix"], dtype=float).reshape(4, 4).T  # by columns
+        return np.array(node["matrix"], dtype=float).reshape(4, 4).T  # column-major
     x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
     rotation = np.array(
         [

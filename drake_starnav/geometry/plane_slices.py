@@ -1,8 +1,8 @@
-"""What a plane cuts out of solids, as rows for `drake_starnav.geometry.raycast`.
+"""Slices of solids by a plane, as rows for `drake_starnav.geometry.raycast`.
 
-Solids come in two exact forms: solids of revolution and ellipsoids as (clipped) quadrics, whose slices are (clipped)
-conics, and everything flat-faced as convex faces, whose slices are segments. So a tipped cylinder's slice is exact, an
-ellipse cut by its two end faces. A face within the plane is cut when the solid is below it, not when it is above.
+Solids have two exact forms: solids of revolution and ellipsoids are (clipped) quadrics, whose slices are (clipped)
+conics; polyhedra are convex faces, whose slices are segments. Hence the slice of a tilted cylinder is exact, an ellipse
+clipped by its two end faces. A face within the plane is cut if the solid is below it, not if it is above.
 """
 
 import math
@@ -15,12 +15,12 @@ from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT
 from drake_starnav.geometry.raycast import COLUMNS
 
 RESOLUTION = 1e-6
-"""Of the rounded plane: of its unit normal, and of its distance from the origin in metres."""
+"""Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
 
 
 @dataclass(frozen=True)
 class Solids:
-    """The shapes that move with one frame F, in F.
+    """The shapes fixed to one frame F, in F.
 
     Attributes:
         quadrics: shape (n, 15): centre c (3), upper triangle of the matrix M (6), axis (3), low, high, cap radius:
@@ -37,7 +37,7 @@ class Solids:
 
 
 def slice_solids(solids: Solids, plane: np.ndarray) -> np.ndarray:
-    """What a plane cuts out of solids, as rows for `drake_starnav.geometry.raycast`.
+    """The slice of solids by a plane, as rows for `drake_starnav.geometry.raycast`.
 
     Args:
         solids: in a frame F.
@@ -74,11 +74,11 @@ def scan_planes(X_WF, X_WS, known):
     Args:
         X_WF: shape (m, 3, 4), poses of the frames, m.
         X_WS: shape (3, 4), pose of the sensor, m.
-        known: shape (m, 4), keys from before; NaN for none.
+        known: shape (m, 4), keys of the previous call; NaN for none.
 
     Returns:
         keys (m, 4): the rounded normal and distance; planes (m, 3, 3), as `slice_solids` takes them;
-        poses (m, 3), as from `planar_poses`; indices of the frames whose keys are not the known ones.
+        poses (m, 3), as from `planar_poses`; indices of the frames whose keys have changed.
     """
     keys, planes = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3))
     normal, origin = np.empty(3), np.empty(3)
@@ -125,7 +125,7 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
                 below = True
         crossing += above and below
     rows = np.zeros((3 * len(quadrics) + crossing, COLUMNS))
-    count = np.int64(0)  # a literal would have its callees compiled twice
+    count = np.int64(0)  # a literal would compile its callees twice
     for q in quadrics:
         count = _slice_quadric(q, plane, normal, rows, count)
     for f in range(len(face_starts) - 1):
@@ -141,7 +141,7 @@ def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
         i, j = corners[k], corners[k + 1 if k + 1 < last else first]
         if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 4:
             continue
-        if heights[i] > heights[j]:  # always upwards: two faces that share an edge share the very same point
+        if heights[i] > heights[j]:  # always upwards: two faces that share an edge get exactly the same point
             i, j = j, i
         share = heights[i] / (heights[i] - heights[j])
         point = vertices[i] + share * (vertices[j] - vertices[i]) - plane[2]
@@ -163,7 +163,7 @@ def _put_segment(x1, y1, x2, y2, rows, count):
 
 @njit(cache=True)
 def _slice_quadric(q, plane, normal, rows, count):
-    """Put the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
+    """Write the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
     e1, e2 = plane[0], plane[1]
     height = ((q[0:3] - plane[2]) * normal).sum()
     x0, y0 = ((q[0:3] - plane[2]) * e1).sum(), ((q[0:3] - plane[2]) * e2).sum()
@@ -216,7 +216,7 @@ def _slice_quadric(q, plane, normal, rows, count):
         begin, end = max(begin, u0 * cx + u1 * cy - radius), min(end, u0 * cx + u1 * cy + radius)
         half = math.sqrt(size / across)
     else:
-        half = 1.0 / math.sqrt(across)  # a lying cylinder, whose slice is at most as wide as itself
+        half = 1.0 / math.sqrt(across)  # a horizontal cylinder, whose slice is at most as wide as itself
     if begin < end:
         row = rows[count]
         px, py = u0 * (begin + end) / 2.0 - u1 * side, u1 * (begin + end) / 2.0 + u0 * side
@@ -230,7 +230,7 @@ def _slice_quadric(q, plane, normal, rows, count):
     if cap > 0.0:  # the plane meets the disc of an end face in a chord
         lean = (axis * normal).sum()
         for bound in (q[12], q[13]):
-            rise = height + bound * lean  # of the disc's centre over the plane
+            rise = height + bound * lean  # of the disc's centre above the plane
             away = rise / slope  # from the disc's centre to the chord, within the disc
             if abs(away) < cap:
                 half = math.sqrt(cap * cap - away * away)

@@ -1,17 +1,19 @@
-"""Polylines: a driven path with as few corners as it can be drawn with."""
+"""Polylines: simplified, resampled and subdivided."""
+
+import math
 
 import numpy as np
 
 
 def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """The corners that a polyline keeps if none of its points may lie farther than `tolerance` from what is left.
+    """The polyline with the fewest corners from which none of its points is farther than `tolerance`.
 
     Args:
         points: shape (n, 2), m; n >= 1.
         tolerance: m, >= 0.
 
     Returns:
-        Shape (k, 2), 1 <= k <= n: the first point, the last, and those between that are needed.
+        Shape (k, 2), 1 <= k <= n: a subset of the points with the first and the last.
 
     Source: D. H. Douglas and T. K. Peucker, Algorithms for the reduction of the number of points, 1973.
     """
@@ -40,7 +42,7 @@ def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) 
 
 
 def resampled(points: np.ndarray, step: float) -> np.ndarray:
-    """Points along a polyline at even distances of at most `step`, both ends among them.
+    """Points along a polyline at equal distances of at most `step`, both ends included.
 
     Args:
         points: shape (n, 2), m; n >= 1.
@@ -49,6 +51,28 @@ def resampled(points: np.ndarray, step: float) -> np.ndarray:
     Returns:
         Shape (k, 2), m.
     """
-    travelled = np.concatenate(([0.0], np.hypot(*np.diff(points, axis=0).T).cumsum()))
+    travelled = arc_lengths(points)
     at = np.linspace(0.0, travelled[-1], int(np.ceil(travelled[-1] / step)) + 1)
     return np.column_stack([np.interp(at, travelled, coordinate) for coordinate in points.T])
+
+
+def subdivided(points: np.ndarray, step: float) -> np.ndarray:
+    """The polyline with points at most `step` apart, all of its corners included.
+
+    Args:
+        points: shape (n, 2), m; n >= 1.
+        step: m, > 0.
+
+    Returns:
+        Shape (k, 2), m.
+    """
+    pieces = [points[:1]]
+    for a, b in zip(points[:-1], points[1:], strict=True):
+        count = int(math.hypot(b[0] - a[0], b[1] - a[1]) / step) + 1
+        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
+    return np.vstack(pieces)
+
+
+def arc_lengths(points: np.ndarray) -> np.ndarray:
+    """Length of a polyline up to each of its points; shape (n, 2) -> (n,), m."""
+    return np.concatenate(([0.0], np.hypot(*np.diff(points, axis=0).T).cumsum()))

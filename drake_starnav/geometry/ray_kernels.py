@@ -1,6 +1,6 @@
-"""Where a fan of beams first crosses circles, segments and clipped conics, one shape after the other.
+"""Compiled ray casting: the first crossing of each beam of a fan with circles, segments and clipped conics.
 
-The shapes are rows as `drake_starnav.geometry.raycast` describes them; everything here is compiled.
+The shapes are rows as described in `drake_starnav.geometry.raycast`.
 """
 
 import math
@@ -16,7 +16,7 @@ _LENGTH_PAD = 1e-9  # m; the same for the seam between a clipped conic and the s
 def cast_rows(rows, first, last, x, y, cy, sy, directions, angle_min, increment, reach, ranges):
     """Shorten `ranges` to the first crossing with `rows[first:last]`, for a sensor at (x, y), m.
 
-    Its yaw is given by cosine and sine. Each shape is brought into the sensor frame S once, so that beams need no
+    Its yaw is given by cosine and sine. Each shape is transformed into the sensor frame S once, so that beams need no
     rotation.
     """
     turn = 2.0 * math.pi
@@ -103,10 +103,10 @@ def _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges):
         a = p00 * ux * ux + 2.0 * p01 * ux * uy + p11 * uy * uy
         b = g0 * ux + g1 * uy
         under = b * b - a * c
-        if a <= flat or under < 0.0:  # flat: the beam runs along the sides of a lying cylinder
+        if a <= flat or under < 0.0:  # flat: the beam is parallel to the sides of a horizontal cylinder
             continue
         root = math.sqrt(under)
-        if b < 0.0:  # the form without cancellation
+        if b < 0.0:  # form without cancellation
             near, far = c / (root - b), (root - b) / a
         else:
             near, far = -(root + b) / a, (-c / (root + b) if root + b > 0.0 else 0.0)

@@ -1,7 +1,7 @@
 """Exact ray casting of a fan of beams against circles, segments and clipped conics in a plane.
 
-Every shape is one row of 14 numbers, so that one kernel serves all of them and shapes near one another
-lie near one another in memory:
+Every shape is one row of 14 numbers, so that one kernel serves all of them and neighbouring shapes are close
+in memory:
 
 | column | holds |
 |---|---|
@@ -12,8 +12,8 @@ lie near one another in memory:
 | 10:14 | conic: m0, m1, low, high; only the part with low <= m^T d <= high exists |
 
 A beam measures the first curve it crosses, from either side: a sensor inside a closed shape sees its inner wall.
-Each shape is tested against only those beams whose bearings it can cover, and only shapes in grid cells
-within reach are looked at.
+Each shape is tested only against the beams whose bearings it can cover, and only shapes in grid cells within reach
+are tested.
 """
 
 import math
@@ -44,7 +44,7 @@ class Fan:
 
     @staticmethod
     def regular(angle_min: float, increment: float, beams: int) -> "Fan":
-        """Beams evenly spaced by `increment` from `angle_min` on, rad."""
+        """Beams at equal steps of `increment` from `angle_min` on, rad."""
         angles = angle_min + increment * np.arange(beams)
         return Fan(angle_min, increment, np.column_stack((np.cos(angles), np.sin(angles))))
 
@@ -65,18 +65,18 @@ class ShapeBins:
 
     @staticmethod
     def grouped(groups: list[np.ndarray]) -> "ShapeBins":
-        """One bin per array of rows, in the given order."""
+        """One bin for each array of rows, in the given order."""
         starts = np.zeros(len(groups) + 1, dtype=np.int64)
         np.cumsum([len(group) for group in groups], out=starts[1:])
         return ShapeBins(np.vstack([*groups, np.zeros((0, COLUMNS))]), starts)
 
     @staticmethod
     def grid(rows: np.ndarray, cell: float) -> "ShapeBins":
-        """Shapes by the grid cell of their centres; cells are hashed, so the plane has no edge.
+        """Shapes by the grid cell of their centres; cells are hashed, so the grid is unbounded.
 
         Args:
             rows: shape (n, 14).
-            cell: edge of a cell, m. Shapes of a larger radius go to a last bin that every cast looks at.
+            cell: edge of a cell, m. Shapes of a larger radius go to a last bin that every cast tests.
         """
         buckets = 1
         while buckets < 2 * len(rows):
@@ -147,7 +147,7 @@ def cast_grid(
         reach: shapes farther than this are ignored, m.
 
     Raises:
-        StarnavError: bins are not a grid.
+        StarnavError: the bins are not a grid.
     """
     if bins.cell <= 0.0:
         raise StarnavError(f"ray cast: grid cell is {bins.cell:g}; allowed: bins made by ShapeBins.grid, 0 < cell")
@@ -169,12 +169,12 @@ def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray
 
 
 def cast_sweep(bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
-    """Shorten `ranges` to what beams measure one after the other, evenly in time, while the sensor moves.
+    """Shorten `ranges` to those of a rolling scan: beams measure one after the other while the sensor moves.
 
     Args:
         bins: made by `ShapeBins.grouped`, g groups.
         begin: shape (g, 3): (x, y, yaw) of S in the frame of each group one beam before the first beam, m and rad.
-        end: the same for the last beam; in between, position and yaw change evenly, yaw by at most half a turn.
+        end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
         fan, ranges, reach: as in `cast_grid`.
     """
     _cast_sweep(bins.rows, bins.starts, begin, end, fan.directions, fan.angle_min, fan.increment, reach, ranges)
@@ -187,7 +187,7 @@ def rows_near(bins: ShapeBins, x: float, y: float, reach: float) -> np.ndarray:
 
 @njit(cache=True)
 def _bucket(i, j, buckets):
-    # Cells of one column i follow one another; columns lie as far apart as the golden section can spread them.
+    # Cells of one column i are consecutive; multiples of the golden ratio spread the columns evenly.
     return (i * (int(0.6180339887498949 * buckets) | 1) + j) & (buckets - 1)
 
 
@@ -204,11 +204,11 @@ def _cell_keys(rows, cell, buckets):
 
 @njit(cache=True)
 def _near_runs(starts, cell, x, y, reach):
-    """The rows of a grid that can be within reach, as runs [first, last), shape (k, 2); a row may be in several."""
+    """The rows of a grid that may be within reach, as runs [first, last), shape (k, 2); a row may be in several."""
     buckets = len(starts) - 2
     i0, i1 = math.floor((x - reach) / cell) - 1, math.floor((x + reach) / cell) + 1
     j0, j1 = math.floor((y - reach) / cell) - 1, math.floor((y + reach) / cell) + 1
-    if (i1 - i0 + 1.0) * (j1 - j0 + 1.0) >= buckets:  # more cells than buckets: look at every shape once
+    if (i1 - i0 + 1.0) * (j1 - j0 + 1.0) >= buckets:  # more cells than buckets: test every shape once
         return np.array([[0, starts[-1]]])
     runs = np.empty((2 * int(i1 - i0) + 3, 2), dtype=np.int64)
     runs[0, 0], runs[0, 1] = starts[buckets], starts[buckets + 1]
@@ -218,7 +218,7 @@ def _near_runs(starts, cell, x, y, reach):
         end = begin + length
         runs[count, 0], runs[count, 1] = starts[begin], starts[min(end, buckets)]
         count += 1
-        if end > buckets:  # the column goes on at the first bucket
+        if end > buckets:  # the column continues at the first bucket
             runs[count, 0], runs[count, 1] = 0, starts[end - buckets]
             count += 1
     return runs[:count]

@@ -1,4 +1,4 @@
-"""Where a robot was when."""
+"""A robot's trajectory: its poses over time."""
 
 import numpy as np
 
@@ -23,6 +23,6 @@ class Motion:
         return float(self.times[-1])
 
     def at(self, time: float) -> np.ndarray:
-        """The pose at a time, shape (3,); before the first and after the last time the robot stands."""
+        """The pose at a time, shape (3,); constant before the first and after the last time."""
         turning = np.unwrap(self.poses[:, 2])
         return np.array([np.interp(time, self.times, track) for track in (*self.poses[:, :2].T, turning)])

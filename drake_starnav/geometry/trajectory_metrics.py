@@ -1,7 +1,7 @@
-"""How a robot drove, beside whether it arrived: figures of one trajectory.
+"""Metrics of one trajectory, beside its outcome.
 
-All take samples at equal time steps. Speeds are first averaged over windows of `WINDOW`: the wheels' servo and the
-contact solver shake them a little at every step, which derivatives would make the most of.
+All take samples at equal time steps. Speeds are first averaged over windows of `WINDOW`: wheel servo and contact solver
+add a small ripple at every step, which derivatives would amplify.
 """
 
 import math
@@ -10,23 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 
 WINDOW = 0.1
-"""Speeds are averaged over this time, s; what is left at the end is dropped."""
+"""Speeds are averaged over this time, s; an incomplete window at the end is dropped."""
 STANDING, DRIVING = 0.02, 0.1
-"""A robot slower than the first speed stands; it has driven when it was faster than the second, m/s."""
+"""A robot slower than the first speed stands; one faster than the second drives, m/s."""
 STUCK_RADIUS, STUCK_TIME = 0.25, 5.0
-"""A robot is stuck that stays within this distance of a place for at least this time, m and s."""
+"""A robot is stuck if it stays within this distance of a place for at least this time, m and s."""
 
 
 @dataclass(frozen=True)
 class MotionMetrics:
-    """What users compare controllers by; all of it is better the smaller, but for the clearance.
+    """Metrics for comparing controllers; except for the clearance, smaller is better.
 
     Attributes:
-        mean_clearance_m: distance of the hull to the nearest obstacle, mean over time; infinite with no obstacle.
+        mean_clearance_m: distance of the hull from the nearest obstacle, mean over time; infinite without obstacles.
         jerk_mps3: root mean square of the forward speed's second derivative.
-        yaw_rate_change_radps2: mean size of the turning rate's derivative.
+        yaw_rate_change_radps2: mean absolute derivative of the yaw rate.
         twist_energy_m2ps: integral over time of v^2 + (radius omega)^2/2, twice the kinetic energy of a disc per mass.
-        stops: how often the robot came to stand after it had driven.
+        stops: number of times the robot came to a stop after driving.
         stuck_s: time spent stuck.
     """
 
@@ -41,7 +41,7 @@ class MotionMetrics:
 def motion_metrics(
     positions: np.ndarray, twists: np.ndarray, clearances: np.ndarray, *, time_step: float, robot_radius: float
 ) -> MotionMetrics:
-    """All figures of one trajectory.
+    """All metrics of one trajectory.
 
     Args:
         positions: of the robot's centre, shape (n, 2), W, m.
@@ -64,7 +64,7 @@ def motion_metrics(
 
 
 def window_means(values: np.ndarray, count: int) -> np.ndarray:
-    """Means of every `count` values in turn; what is left at the end is dropped."""
+    """Means of consecutive groups of `count` values; an incomplete group at the end is dropped."""
     whole = len(values) // count
     return values[: whole * count].reshape(whole, count).mean(axis=1)
 
@@ -81,7 +81,7 @@ def jerk(v: np.ndarray, time_step: float) -> float:
 
 
 def yaw_rate_change(omega: np.ndarray, time_step: float) -> float:
-    """Mean size of the difference quotient of the turning rate, rad/s^2; arguments as for `jerk`."""
+    """Mean absolute difference quotient of the yaw rate, rad/s^2; arguments as for `jerk`."""
     first = np.diff(omega) / time_step
     return float(np.abs(first).mean()) if len(first) else 0.0
 
@@ -90,28 +90,28 @@ def twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radiu
     """Integral of v^2 + (radius omega)^2/2 over time, m^2/s.
 
     Args:
-        v, omega: forward speed and turning rate, shape (n,), m/s and rad/s.
+        v, omega: forward speed and yaw rate, shape (n,), m/s and rad/s.
         time_step: s.
-        robot_radius: of the disc that turns, m.
+        robot_radius: radius of the disc, m.
     """
     return float((v @ v + 0.5 * robot_radius**2 * (omega @ omega)) * time_step)
 
 
 def stops(v: np.ndarray) -> int:
-    """How often the speed fell below STANDING after it had risen above DRIVING.
+    """Number of times the speed fell below STANDING after it had risen above DRIVING.
 
     Args:
-        v: forward speed, shape (n,), m/s; driving backwards is driving.
+        v: forward speed, shape (n,), m/s; reversing counts as driving.
     """
     speed = np.abs(v)
-    clear = speed[(speed < STANDING) | (speed > DRIVING)]  # what lies between changes nothing
+    clear = speed[(speed < STANDING) | (speed > DRIVING)]  # speeds in between change nothing
     return int(np.count_nonzero((clear[:-1] > DRIVING) & (clear[1:] < STANDING)))
 
 
 def time_stuck(positions: np.ndarray, time_step: float) -> float:
-    """Total time of the stretches of at least STUCK_TIME in which the robot stays within STUCK_RADIUS of their start.
+    """Total time of the intervals of at least STUCK_TIME in which the robot stays within STUCK_RADIUS of their start.
 
-    A stretch begins where the one before it ended, as in Nav2's `SimpleProgressChecker`.
+    An interval begins where the one before ended, as in Nav2's `SimpleProgressChecker`.
 
     Args:
         positions: shape (n, 2), W, m.

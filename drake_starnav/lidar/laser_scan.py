@@ -10,9 +10,9 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.utils.snapshot import snapshot
 
 LARGEST_UNSEEN = 0.25
-"""Between two beams that say something, a thing of this width is taken to stand where the gap would hide it, m."""
+"""Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
 STAYS, UNKNOWN, MOVES = 0, 1, 2
-"""What is known about the motion of what a beam hit."""
+"""What is known about the motion of the obstacle that a beam hit."""
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
 
@@ -21,11 +21,11 @@ class LaserScan:
     """Ranges measured in the x-y plane of the sensor frame S, counter-clockwise from `angle_min`.
 
     Range values follow REP-117: `+inf` no return within `range_max`, `-inf` an object nearer than
-    `range_min`. NaN, REP-117's invalid measurement, is refused unless `lost_beams` says that the sensor may lose
-    beams: a lost beam says nothing, neither hit nor free.
+    `range_min`. NaN, REP-117's invalid measurement, is rejected unless `lost_beams` declares that the sensor may lose
+    beams: a lost beam is neither a hit nor free.
 
     Attributes:
-        time: time of the measurement on the simulation's clock, s; of the last beam, if beams have their own times.
+        time: time of the measurement on the simulation's clock, s; that of the last beam in a rolling scan.
         angle_min: bearing of the first beam, rad.
         angle_increment: bearing step between beams, rad, positive.
         range_min, range_max: limits of the sensor, m.
@@ -33,18 +33,18 @@ class LaserScan:
         time_increment: time from beam to beam, s; 0 when all are measured at once.
         scan_time: time between scans, s; 0 when there is no rate.
         lost_beams: whether ranges may be NaN.
-        motion: shape (n,), what somebody has told about what each beam hit: STAYS, UNKNOWN or MOVES. Beams of the last
-            kind saw free space as far as that, but no obstacle that stays. None: nothing moves.
+        motion: shape (n,), motion of the obstacle that each beam hit: STAYS, UNKNOWN or MOVES. A beam of the last kind
+            saw free space up to the obstacle, but no static obstacle. None: everything is static.
 
-    What the properties count a beam as, by where it ended:
+    How the properties classify a beam, by where it ended:
 
     ```
-                                   hits  moving  lost  silent  lasting
-    on what stays                   x                             x
-    on what may move (UNKNOWN)      x
-    on what moves (MOVES)                  x              x
-    nowhere (+inf)                                                x
-    nobody knows (NaN)                             x      x
+                                      hits  moving  lost  silent  lasting
+    static obstacle (STAYS)            x                             x
+    possibly moving one (UNKNOWN)      x
+    moving obstacle (MOVES)                   x              x
+    no return (+inf)                                                 x
+    no measurement (NaN)                              x      x
     ```
     """
 
@@ -91,7 +91,7 @@ class LaserScan:
 
     @staticmethod
     def nothing() -> "LaserScan":
-        """A scan that saw nothing, as the model value of ports."""
+        """A scan without returns, as the model value of ports."""
         return LaserScan(0.0, -math.pi, 0.5 * math.pi, 0.0, 1.0, np.full(4, math.inf))
 
     @property
@@ -111,41 +111,46 @@ class LaserScan:
 
     @cached_property
     def hits(self) -> np.ndarray:
-        """Which beams came back from something that stays, shape (n,), bool; -inf (too close) is a hit, NaN is none."""
+        """Beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN."""
         hits = self.ranges < self.range_max
         return hits if self.motion is None else hits & ~self.moving
 
     @cached_property
     def lost(self) -> np.ndarray:
-        """Which beams say nothing (NaN), shape (n,), bool."""
+        """Beams without a measurement (NaN), shape (n,), bool."""
         return np.isnan(self.ranges)
 
     @cached_property
     def silent(self) -> np.ndarray:
-        """Which beams say nothing of what stays: lost, or stopped by something that moves; shape (n,), bool."""
+        """Beams without information about static obstacles: lost, or on a moving obstacle; shape (n,), bool."""
         return self.lost if self.motion is None else self.lost | self.moving
 
     @cached_property
     def moving(self) -> np.ndarray:
-        """Which beams were stopped by something that moves, shape (n,), bool."""
+        """Beams on a moving obstacle, shape (n,), bool."""
         return np.zeros(len(self.ranges), bool) if self.motion is None else self.motion == MOVES
 
     @cached_property
     def lasting(self) -> np.ndarray:
-        """Which beams are worth remembering: not lost, nor stopped by what moves or may move; shape (n,), bool."""
+        """Beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool."""
         return ~self.lost if self.motion is None else ~self.lost & (self.motion == STAYS)
 
     @cached_property
+    def lasting_hits(self) -> np.ndarray:
+        """Beams that hit a static obstacle, shape (n,), bool."""
+        return self.hits & self.lasting
+
+    @cached_property
     def complete(self) -> bool:
-        """Whether every beam says something."""
-        return not math.isnan(np.minimum.reduce(self.ranges))  # NaN is the least of all
+        """Whether no beam is lost."""
+        return not math.isnan(np.minimum.reduce(self.ranges))  # a NaN anywhere makes the minimum NaN
 
     @cached_property
     def distances(self) -> np.ndarray:
         """Ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0.
 
-        A lost beam is bounded by its neighbours: it counts as free no farther than the nearer of the beams on both
-        sides of the run of lost ones, nor than where a thing of LARGEST_UNSEEN could stand between these two.
+        A lost beam is bounded by its neighbours. It counts as free up to the shorter of the beams on both sides of
+        the run of lost beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
         """
         distance = np.minimum(np.maximum(self.ranges, 0.0), self.range_max)
         if self.complete:
@@ -156,9 +161,20 @@ class LaserScan:
         """The hits as points, shape (k, 2), m.
 
         Args:
-            pose: (x, y, yaw) of S in the frame wanted, W for the world; default S itself.
+            pose: (x, y, yaw) of S in the requested frame, m and rad; default S itself.
         """
         return self.points_at(self.distances, self.hits, pose)
+
+    def polar(self, points: np.ndarray, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance of points from the sensor and the beam towards each, both of shape (k,); m, and a real beam index.
+
+        Args:
+            points: shape (k, 2), in the frame of the pose, m.
+            pose: (x, y, yaw) of S, m and rad.
+        """
+        offset = points - pose[:2]
+        bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - self.angle_min, 2.0 * math.pi)
+        return np.hypot(offset[:, 0], offset[:, 1]), bearing / self.angle_increment
 
     def points_at(
         self, distance: np.ndarray, chosen: np.ndarray, pose: np.ndarray | tuple[float, float, float]
@@ -168,11 +184,17 @@ class LaserScan:
         Args:
             distance: shape (n,), m, one a beam.
             chosen: shape (n,), bool.
-            pose: (x, y, yaw) of S in the frame wanted.
+            pose: (x, y, yaw) of S in the requested frame, m and rad.
         """
         x, y, yaw = pose
         directions = _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
         return _placed(directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
+
+
+@njit(cache=True)
+def chord(a, b, angle):
+    """Distance between the ends of two beams of lengths a and b with an angle between them, m and rad."""
+    return math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(angle), 0.0))
 
 
 @njit(cache=True)
@@ -216,7 +238,7 @@ def _placed(directions, distance, chosen, x, y, cosine, sine):
 
 @lru_cache(maxsize=16)
 def _beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Bearings (n,) and unit vectors (n, 2) of the beams in S, the same for every scan of a sensor."""
+    """Bearings (n,) and unit vectors (n, 2) of the beams in S; computed once per sensor."""
     bearings = angle_min + angle_increment * np.arange(count)
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
     bearings.flags.writeable = directions.flags.writeable = False

@@ -1,10 +1,9 @@
-"""Stray returns told from thin obstacles: a hit without a neighbour counts once two earlier scans confirm it.
+"""Outliers distinguished from thin obstacles: a hit without a neighbour counts once two earlier scans confirm it.
 
-What lets a hit count are others near it: of a neighbouring beam of the same scan, or of two of the last scans, since
-among the strays of several scans there is often one near. Anything that two neighbouring beams hit is thus never
-doubted, a thinner obstacle for two scans only; but what seems to lie inside the robot is a stray, since the robot is
-there. A beam whose hit is doubted counts as lost, not as free: its neighbours
-bound it, and so what the certificate allows behind it.
+A hit is confirmed by other hits near it: by one of a neighbouring beam in the same scan, or by hits in two of the last
+scans, since one outlier among several scans is often near. Hence an obstacle that two neighbouring beams hit is never
+doubted, and a thinner one only for two scans. A hit inside the robot's own footprint is always an outlier. A beam whose
+hit is doubted counts as lost, not as free: its neighbours bound it, and thus what the certificate allows behind it.
 """
 
 import dataclasses
@@ -17,26 +16,26 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.utils.snapshot import snapshot
 
 NEIGHBOUR_BEAMS = 2
-"""Neighbours are looked for so many beams to either side."""
+"""Neighbours are searched among this many beams to each side."""
 NEIGHBOUR_DISTANCE = 0.05
-"""A hit nearer than this to another one of the same scan lies on the same surface, m."""
+"""Hits of one scan nearer than this to each other lie on the same surface, m."""
 NEIGHBOUR_CHORDS = 4.0
-"""... or nearer than so many times the distance between two beams there."""
+"""So do hits nearer than this many times the distance between two beams at their range."""
 CONFIRMING_BEAMS = 1.5
-"""A hit of an earlier scan confirms a hit if it lies off its beam by at most so many distances between two beams ..."""
+"""Across the beam, a confirming hit of an earlier scan is off by at most this many distances between two beams."""
 CONFIRMING_DISTANCE = 0.03
-"""... and is nearer or farther by at most this, or by so much, m."""
+"""Along the beam, it is off by at most this or by the tolerance across, whichever is larger, m."""
 CONFIRMING_SCANS = 4
-"""Of so many earlier scans ..."""
+"""Number of earlier scans that are compared."""
 CONFIRMATIONS = 2
-"""... so many must have hits that confirm a hit."""
+"""Number of these that must confirm a hit."""
 INSIDE_DEVIATIONS = 3.0
-"""A hit lies inside the robot if it does by more than so many standard deviations of the noise."""
+"""A hit counts as inside the robot if it is so by more than this many standard deviations of the noise."""
 
 
 @snapshot
 class HitHistory:
-    """All hits of the last scans, doubted or not, oldest first. Immutable.
+    """All hits of the last scans, including doubted ones, oldest first. Immutable.
 
     Attributes:
         points: per scan, shape (n, 2), W, m.
@@ -52,7 +51,7 @@ class HitHistory:
 def without_strays(
     scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0, body: float = 0.0
 ) -> tuple[LaserScan, LaserScan]:
-    """The scan with doubted hits lost (NaN): as the certificate may trust it, and as the roadmap should.
+    """Two versions of a scan in which doubted hits are lost (NaN): for the certificate and for the roadmap.
 
     Args:
         scan: in the sensor frame S.
@@ -62,11 +61,11 @@ def without_strays(
         body: radius of the robot about the sensor, m.
 
     Returns:
-        without the hits that neither a neighbouring beam nor earlier scans confirm, for the certificate; and without
-        those that not both of them confirm (a neighbour does while there are too few earlier scans), for the roadmap,
-        which forgets nothing.
+        For the certificate: without hits that neither a neighbouring beam nor earlier scans confirm. For the roadmap,
+        which keeps all hits it is given: without hits that are not confirmed by both. While there are too few earlier
+        scans, a neighbouring beam suffices.
     """
-    farthest = np.maximum(scan.distances, scan.range_min)  # of what is too close only this is known
+    farthest = np.maximum(scan.distances, scan.range_min)  # a hit that is too close lies within range_min
     scan = _lost(scan, np.flatnonzero(scan.hits & (farthest < body - INSIDE_DEVIATIONS * noise)))
     index = np.flatnonzero(scan.hits)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
@@ -103,7 +102,7 @@ def _confirmed(points, center, distance, index, earlier, number, increment, beam
         x, y = points[i, 0], points[i, 1]
         reach = max(NEIGHBOUR_DISTANCE, NEIGHBOUR_CHORDS * distance[i] * increment) + slack
         for side in (-1, 1):
-            for k in range(1, min(NEIGHBOUR_BEAMS, n - 1) + 1):  # hits are sorted by beam: none farther on is nearer
+            for k in range(1, min(NEIGHBOUR_BEAMS, n - 1) + 1):  # hits are sorted by beam
                 j = i + side * k
                 if not wrap and not 0 <= j < n:
                     break

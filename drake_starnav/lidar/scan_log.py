@@ -1,4 +1,4 @@
-"""Recorded scans with the poses they were taken at: read from CSV and from ROS 2 bags, written as CSV."""
+"""Logs of scans with their poses: read from CSV files and ROS bags, written as CSV files."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ CSV_HEADER = ("angle_min", "angle_increment", "range_min", "range_max")
 
 @dataclass(frozen=True)
 class LoggedScan:
-    """A scan and where it was taken.
+    """A scan with its pose.
 
     Attributes:
         scan: in the sensor frame S.
@@ -28,11 +28,11 @@ class LoggedScan:
 
 
 def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
-    """Write scans of one sensor, to a millimetre.
+    """Write scans of one sensor, rounded to 1 mm.
 
     Args:
-        file: to write.
-        log: at least one scan; all with the angles and limits of the first.
+        file: path of the file.
+        log: at least one scan; all share the angles and range limits of the first.
     """
     header = ", ".join(f"{name}={getattr(log[0].scan, name)!r}" for name in CSV_HEADER)
     rows = [(seen.scan.time, *seen.pose, *seen.scan.ranges) for seen in log]
@@ -40,10 +40,10 @@ def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
 
 
 def read_csv(file: Path) -> list[LoggedScan]:
-    """The scans of a file as from `write_csv`.
+    """The scans of a file in the format of `write_csv`.
 
     Raises:
-        StarnavError: the file cannot be read, or is not of that form.
+        StarnavError: the file cannot be read or has another format.
     """
     try:
         with file.open(encoding="utf-8") as lines:
@@ -68,19 +68,19 @@ def read_csv(file: Path) -> list[LoggedScan]:
 
 
 def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = "/odom") -> list[LoggedScan]:
-    """The scans of a ROS 2 (or 1) bag, with poses by odometry; ROS need not be installed.
+    """The scans of a ROS 1 or ROS 2 bag with their poses from odometry; ROS need not be installed.
 
-    The lidar is taken to be mounted on the robot's axis and turned as its base, and odometry's frame is W. Between two
-    odometry messages the pose is interpolated; scans before the first or after the last one are left out. A range that
-    is NaN or 0, as some drivers write it, is a lost beam, which says nothing.
+    The lidar is assumed to be mounted on the robot's axis and aligned with its base; the odometry frame is W. Poses are
+    interpolated between odometry messages; scans before the first or after the last message are omitted. A range of NaN
+    or 0, which some drivers report for a beam without a measurement, is a lost beam.
 
     Args:
-        path: the bag's folder or file.
-        scan_topic: of `sensor_msgs/LaserScan`.
-        odometry_topic: of `nav_msgs/Odometry`.
+        path: folder or file of the bag.
+        scan_topic: topic of `sensor_msgs/LaserScan`.
+        odometry_topic: topic of `nav_msgs/Odometry`.
 
     Raises:
-        StarnavError: the extra `rosbag` is not installed, the bag cannot be read, or it lacks one of the topics.
+        StarnavError: the extra `rosbag` is not installed, the bag cannot be read, or a topic is missing.
     """
     try:
         from rosbags.highlevel import AnyReader, AnyReaderError
@@ -114,7 +114,7 @@ def read_rosbag(path: Path, *, scan_topic: str = "/scan", odometry_topic: str = 
     for time, message in scans:
         if times[0] <= time <= times[-1]:
             ranges = np.array(message.ranges, dtype=float)
-            ranges[ranges == 0.0] = math.nan  # what many drivers report of a beam that measured nothing
+            ranges[ranges == 0.0] = math.nan  # reported by many drivers for a beam without a measurement
             scan = LaserScan(
                 time=time - times[0],
                 angle_min=float(message.angle_min),

@@ -1,4 +1,4 @@
-"""What a planar lidar is, and how its measurement differs from the truth."""
+"""Parameters of a planar lidar, and its measurement errors."""
 
 import math
 import threading
@@ -11,9 +11,9 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
 NOISE, ARRIVAL = 0, 1
-"""Streams of chance; `faults` has others."""
+"""Random streams; `station.fault_models` has others."""
 RELEASE_LAG = 1e-7
-"""So much later, s: Drake may leave out a periodic event that falls together with another but for rounding."""
+"""Additional delay of a release, s: Drake may skip a periodic event that coincides with another up to rounding."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,17 @@ class LidarParameters:
     dropout: float = parameter(0.0, "probability that a beam is lost and reports NaN", low=0.0, high=1.0)
     outliers: float = parameter(
         0.0,
-        "probability that a beam reports a random distance short of the true one; where it is declared, a hit without "
-        "a neighbour counts once two earlier scans confirm it",
+        "probability that a beam reports a random distance short of the true one; if declared, a hit without a "
+        "neighbour counts once two earlier scans confirm it",
         low=0.0,
         high=1.0,
     )
     delay: float = parameter(0.0, "time from a scan to its arrival", unit="s", low=0.0, high=1.0)
     scan_loss: float = parameter(0.0, "probability that a whole scan does not arrive", low=0.0, high=1.0)
-    silence_start: float = parameter(0.0, "when the sensor falls silent", unit="s", low=0.0, high=1e6)
-    silence_duration: float = parameter(0.0, "for how long no scan is taken then", unit="s", low=0.0, high=1e6)
+    silence_start: float = parameter(0.0, "when an outage of the sensor begins", unit="s", low=0.0, high=1e6)
+    silence_duration: float = parameter(
+        0.0, "duration of that outage, in which no scans are taken", unit="s", low=0.0, high=1e6
+    )
     quantisation: float = parameter(
         0.0, "hits are rounded to multiples of this; 0 for none", unit="m", low=0.0, high=1.0
     )
@@ -85,13 +87,13 @@ class LidarParameters:
 
     @property
     def release_offset(self) -> float:
-        """How long after the last multiple of the period late scans appear, s; RELEASE_LAG more in truth."""
+        """Time from a multiple of the period to the release of delayed scans, s, without RELEASE_LAG."""
         rest = math.fmod(self.delay, 1.0 / self.rate)
         return rest if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
 
     @property
     def waiting_scans(self) -> int:
-        """How many scans may be on their way at once."""
+        """Largest number of scans in transit at once."""
         return math.ceil(self.delay * self.rate) + 1 if self.delay > 0.0 else 0
 
     @property
@@ -108,26 +110,26 @@ class LidarParameters:
 
 
 def scan_index(time: float, rate: float) -> int:
-    """The number of the scan that is held at a time: 0 in [0, 1/rate), and so on.
+    """Index of the latest scan at a time: 0 in [0, 1/rate), and so on.
 
     Args:
         time: s.
         rate: scans per second, Hz.
     """
-    return math.floor(time * rate + 1e-6)  # event times are multiples of the period up to rounding
+    return math.floor(time * rate + 1e-6)  # event times are multiples of the period only up to rounding
 
 
 def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index: int) -> np.ndarray:
-    """The ranges a lidar reports for true distances, as REP-117 has them.
+    """The ranges that a lidar reports for true distances, with the conventions of REP-117.
 
-    The noise is a function of `(seed, index)` only: a scan has the same noise whatever was measured before it,
-    and a beam the same noise whatever the other beams hit.
+    The noise is a function of `(seed, index)` only: that of a scan does not depend on earlier measurements, and that of
+    a beam does not depend on what the other beams hit.
 
     Args:
         distances: true distance along each beam, shape (n,), m, `+inf` for none.
         parameters: of the sensor.
-        seed: a non-negative whole number below 2**64.
-        index: number of the scan, see `scan_index`.
+        seed: a non-negative integer below 2**64.
+        index: index of the scan, see `scan_index`.
 
     Returns:
         shape (n,), m: `-inf` nearer than `range_min`, `+inf` from `range_max` on, NaN where lost, otherwise
@@ -148,12 +150,12 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
 
 
 def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
-    """Whether a scan arrives at all; a function of its number and the seed only.
+    """Whether a scan arrives; a function of its index and the seed only.
 
     Args:
         parameters: of the sensor.
         seed: as for `measure`.
-        index: number of the scan.
+        index: index of the scan.
     """
     p = parameters
     silent = p.silence_start - 1e-9 <= index / p.rate < p.silence_start + p.silence_duration - 1e-9
@@ -161,7 +163,7 @@ def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
 
 
 def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
-    """The number of the scan that was taken `delay` before a time, if there is one and it arrives.
+    """Index of the scan that was taken `delay` before a time; None if there is none or it does not arrive.
 
     Args:
         parameters: of the sensor.
@@ -173,7 +175,7 @@ def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
 
 
 class _Workbench(threading.local):
-    """A generator for each thread: making one takes longer than all that a scan draws from it."""
+    """One generator per thread: constructing one takes longer than drawing all numbers of a scan."""
 
     def __init__(self) -> None:
         self.generator = np.random.Generator(np.random.Philox(key=0))
@@ -185,10 +187,10 @@ _workbench = _Workbench()
 def _generator(seed: int, index: int, stream: int) -> np.random.Generator:
     """`Generator(Philox(key=(seed, stream), counter=...))` for one scan.
 
-    Its whole state is set, nothing is left of the last.
+    The whole state is set, so that nothing depends on earlier use.
     """
     generator = _workbench.generator
-    # The highest counter word is the scan's own, so that no two scans share numbers.
+    # The highest word of the counter is the scan's index, so that no two scans share numbers.
     counter = np.array([0, 0, 0, index & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
     generator.bit_generator.state = {
         "bit_generator": "Philox",
@@ -203,7 +205,7 @@ def _generator(seed: int, index: int, stream: int) -> np.random.Generator:
 
 @njit(cache=True)
 def _reported(distances, errors, noise, luck, dropout, strays, quantisation, low, high):
-    """Ranges of hits are kept within [low, high], whatever noise and rounding do to them."""
+    """Ranges with errors; those of hits are clamped to [low, high]."""
     ranges = np.empty(len(distances))
     for i in range(len(distances)):
         distance = distances[i]

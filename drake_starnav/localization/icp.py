@@ -1,4 +1,4 @@
-"""Points laid upon the surfaces of a scan: point-to-line alignment with a prior.
+"""Alignment of points with the surfaces of a scan: point-to-line ICP with a prior.
 
 Source: A. Censi, An ICP variant using a point-to-line metric, ICRA 2008; the prior: this project.
 """
@@ -11,22 +11,22 @@ from numba import njit
 ITERATIONS = 15
 FLATNESS = 0.15
 """Hits lie on a line if their variance across it is at most this share of that along it."""
-TELLING = 0.05
-"""A direction in which lines face with less than this share of their weight is not told by them: what noise of their
-normals pretends there always says that nothing has moved."""
-CERTAIN = 1e12
-"""Inverse variance of the guess in such a direction, 1/m^2."""
+OBSERVABLE = 0.05
+"""A direction in which the lines' normals have less than this share of their weight is unobservable: the noise of the
+normals would always suggest zero motion."""
+UNOBSERVABLE_WEIGHT = 1e12
+"""Inverse variance of the guess in an unobservable direction, 1/m^2."""
 
 
 @njit(cache=True)
 def surfaces(points, increment, wrap, width):
-    """Lines through each point's neighbours on one surface: a point of each, and its normal; 0 where there is none.
+    """Lines through each point's neighbours on one surface: an anchor point and a normal each, 0 if there is none.
 
     Args:
-        points: shape (n, 2), where the beams of a scan ended, m; infinity where nothing was hit.
+        points: shape (n, 2), end points of the beams of a scan, m; infinity without a hit.
         increment: bearing step between beams, rad.
         wrap: whether the last beam's neighbour is the first one.
-        width: neighbours are at most this far off, or a few beams, m.
+        width: neighbours are at most this far off, or a few times the distance between beams, m.
 
     Returns:
         anchor and normal, shape (n, 2).
@@ -57,10 +57,10 @@ def surfaces(points, increment, wrap, width):
             continue
         mx, my = sx / count, sy / count
         a, b, c = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-        spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
+        spread = _spread(a, b, c)
         least, most = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
         if most < 1e-12 or least > FLATNESS * most:
-            continue  # a corner, or a cloud
+            continue  # a corner or a cloud
         along = 0.5 * math.atan2(2.0 * b, a - c)
         anchor[i, 0], anchor[i, 1] = x + mx, y + my
         normal[i, 0], normal[i, 1] = -math.sin(along), math.cos(along)
@@ -68,24 +68,32 @@ def surfaces(points, increment, wrap, width):
 
 
 @njit(cache=True)
-def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, wrap, sigma, gate, last_gate):
-    """The pose of points in the frame of known ones, near a guess, and how many of them fit.
+def _spread(a, b, c):
+    """Half the difference of the eigenvalues of the matrix ((a, b), (b, c))."""
+    return math.sqrt(0.25 * (a - c) ** 2 + b * b)
 
-    Gauss-Newton over the distances from the lines of the nearest known points, with Geman-McClure's weights. Where all
-    lines run one way, as in a corridor, the guess stands along them.
+
+@njit(cache=True)
+def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, wrap, sigma, gate, last_gate):
+    """The pose of a set of points in the frame of known points, near a guess, and the number of inliers.
+
+    Gauss-Newton on the distances to the lines of the nearest known points, with Geman-McClure weights. Where all lines
+    are parallel, as in a corridor, the guess is kept along them.
 
     Args:
         points: shape (k, 2), m.
-        guess: (x, y, yaw) of their frame, m and rad.
+        guess: (x, y, yaw) of the points' frame, m and rad.
         weight: shape (3,), inverse variances of the guess.
-        known: shape (n, 2), as the points for `surfaces`; found by their beams.
-        anchor, normal: shape (n, 2), from there.
-        angle_min, increment, wrap: bearing of the first beam and step between beams, rad; whether they go all around.
-        sigma: standard deviation of a point's distance from its line, m; within three of them it fits.
-        gate, last_gate: points farther than this from any known one do not count, at first and in the end, m.
+        known: shape (n, 2), points as for `surfaces`; the nearest are found by their beams.
+        anchor, normal: shape (n, 2), from `surfaces`.
+        angle_min, increment, wrap: bearing of the first beam and step between beams, rad; whether they cover a full
+            circle.
+        sigma: standard deviation of a point's distance from its line, m; an inlier is within three of them.
+        gate, last_gate: points farther than this from all known points are ignored, in the first and in the last
+            iterations, m.
 
     Returns:
-        (x, y, yaw), and the number of points that fit.
+        (x, y, yaw), and the number of inliers.
     """
     n, turn = len(known), 2.0 * math.pi / increment
     x, y, yaw = guess
@@ -126,16 +134,15 @@ def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, 
                 g[a] += w * residual * j[a]
                 for b in range(3):
                     h[a, b] += w * j[a] * j[b]
-        # the directions in which the lines face most and least, of the points' part of h
+        # eigenvalues of the points' part of h: the smallest belongs to the direction along the lines
         a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
-        spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
-        if 0.5 * (a + c) - spread < TELLING * (a + c):
+        if 0.5 * (a + c) - _spread(a, b, c) < OBSERVABLE * (a + c):
             along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
             ux, uy = math.cos(along), math.sin(along)
             away = ux * (x - guess[0]) + uy * (y - guess[1])
-            g[0], g[1] = g[0] + CERTAIN * away * ux, g[1] + CERTAIN * away * uy
-            h[0, 0], h[1, 1] = h[0, 0] + CERTAIN * ux * ux, h[1, 1] + CERTAIN * uy * uy
-            h[0, 1], h[1, 0] = h[0, 1] + CERTAIN * ux * uy, h[1, 0] + CERTAIN * ux * uy
+            g[0], g[1] = g[0] + UNOBSERVABLE_WEIGHT * away * ux, g[1] + UNOBSERVABLE_WEIGHT * away * uy
+            h[0, 0], h[1, 1] = h[0, 0] + UNOBSERVABLE_WEIGHT * ux * ux, h[1, 1] + UNOBSERVABLE_WEIGHT * uy * uy
+            h[0, 1], h[1, 0] = h[0, 1] + UNOBSERVABLE_WEIGHT * ux * uy, h[1, 0] + UNOBSERVABLE_WEIGHT * ux * uy
         change = np.linalg.solve(h, -g)
         x, y, yaw = x + change[0], y + change[1], yaw + change[2]
         if gate <= last_gate and max(abs(change[0]), abs(change[1]), abs(change[2])) < 1e-4:

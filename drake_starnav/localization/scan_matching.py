@@ -1,8 +1,8 @@
-"""Where the robot is, told by its scans: new ones laid upon old ones correct an odometry that drifts or jumps.
+"""Scan matching: new scans are aligned with old ones to correct an odometry that drifts or jumps.
 
-Frames: O, that of the odometry, in which the robot believes to be; and M, that of the map. M is O at the start; from
-then on `ScanMap.correction` says where O lies in M. Some scans are kept as keyframes with their poses in M. A new scan
-is aligned with the oldest keyframe that sees the same place, so that errors do not add up where the robot comes back.
+Frames: O is the odometry frame, M the map frame. Both coincide at the start; from then on `ScanMap.correction` is the
+pose of O in M. Some scans are kept as keyframes with their poses in M. A new scan is aligned with the oldest keyframe
+that sees the same place, so that errors do not accumulate where the robot returns.
 
 Source: this project; for the alignment see `icp`.
 """
@@ -18,40 +18,40 @@ from drake_starnav.localization.icp import aligned, surfaces
 from drake_starnav.utils.snapshot import snapshot
 
 STILL = 0.02
-"""A robot that has moved or turned by less since the last scan was aligned waits for the next one, m and rad."""
+"""A scan is not aligned if the robot has moved and turned by less than this since the last alignment, m and rad."""
 REACH = 1.0
-"""A keyframe is compared with scans taken at most this far from it, m."""
+"""A keyframe is compared with scans taken within this distance, m."""
 SPACING = 0.5
-"""Keyframes are at least this far from what is known otherwise, m."""
+"""A scan this far from all keyframes in view becomes a keyframe, m."""
 LEAST_SPACING = 0.1
-"""... or this far from the last one, where little of what is seen now is known, m."""
+"""A scan that fits no keyframe well becomes one at this distance from the last, m."""
 GOOD_SHARE, POOR_SHARE = 0.6, 0.3
-"""A scan of whose hits this share lies on the surfaces of a keyframe fits it; with less than the other it does not."""
+"""Share of a scan's hits on the surfaces of a keyframe from which it fits well, and below which it does not fit."""
 OLDEST_TRIED = 2
-"""So many of the oldest keyframes in view are tried before the last one that was used."""
+"""Number of the oldest keyframes in view that are tried before the last one used."""
 LEAST_HITS = 20
-"""A scan with fewer hits says nothing."""
+"""A scan with fewer hits is not aligned."""
 STEP_ERROR = 0.0005
-"""Of an odometry without faults, from scan to scan, m and rad."""
+"""Standard deviation of fault-free odometry from scan to scan, m and rad."""
 DRIFT_SHARE = 2.0
-"""The declared drift counts so many times as a standard deviation: it is no noise, it goes the same way each time."""
+"""Standard deviation per declared drift: more than 1, as drift is no noise but has the same sign each time."""
 RETURN_ERROR = 0.1, 0.05
-"""By so much the map may disagree with an older part of itself to which the robot returns, m and rad."""
+"""Standard deviation between the map's latest part and an older part to which the robot returns, m and rad."""
 UNSEEN_JUMP = 0.02
-"""A step of the pose that differs by more than this from what the robot's speed makes of it is taken for a jump, m."""
+"""A step of the pose that deviates by more than this from the one predicted by the robot's speed is a jump, m."""
 SURFACE_ERROR = 0.005
-"""Of a surface between its hits, beside the noise, m."""
+"""Standard deviation of a surface between its hits, in addition to the noise, m."""
 WIDEST_GATE, NARROWEST_GATE = 0.4, 0.1
-"""A hit is compared with a surface at most so far from it, at first and in the end, m."""
+"""A hit is compared with surfaces up to this distance, in the first and in the last iterations, m."""
 
 
 @dataclass(frozen=True)
 class OdometryError:
-    """What is known about the errors of odometry and lidar.
+    """Declared errors of odometry and lidar.
 
     Attributes:
-        drift: error of a step as a share of its length, and of the angle turned.
-        jump: how far the position may jump at times, m.
+        drift: error of a step as a share of its length and of its angle.
+        jump: largest jump of the position, m.
         noise: standard deviation of the ranges, m.
     """
 
@@ -62,13 +62,13 @@ class OdometryError:
 
 @dataclass(frozen=True)
 class Keyframe:
-    """A scan as surfaces to lay others upon, one a beam. Immutable.
+    """A scan as surfaces for the alignment of others, one per beam. Immutable.
 
     Attributes:
         pose: (x, y, yaw) of the sensor frame S in M.
         scan: in S.
-        points: shape (n, 2), where the beams ended, S, m; infinity where nothing was hit.
-        anchor, normal: shape (n, 2), line through the hits about each one, S; its normal is 0 where there is none.
+        points: shape (n, 2), end points of the beams, S, m; infinity without a hit.
+        anchor, normal: shape (n, 2), line through the hits around each one, S; the normal is 0 if there is none.
     """
 
     pose: np.ndarray
@@ -79,9 +79,9 @@ class Keyframe:
 
     @staticmethod
     def of(scan: LaserScan, pose: np.ndarray, noise: float) -> "Keyframe":
-        """The keyframe of a scan taken at a pose (x, y, yaw) in M, with range noise in m."""
+        """The keyframe of a scan taken at a pose (x, y, yaw) in M, for a range noise in m."""
         points = np.full((len(scan.ranges), 2), np.inf)
-        hit = _lasting_hits(scan)
+        hit = scan.lasting_hits
         points[hit] = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
         anchor, normal = surfaces(points, scan.angle_increment, scan.full_circle, max(0.1, 8.0 * noise))
         return Keyframe(np.array(pose, dtype=float), scan, points, anchor, normal)
@@ -89,16 +89,16 @@ class Keyframe:
 
 @snapshot
 class ScanMap:
-    """The keyframes and where O lies in M. Immutable.
+    """The keyframes and the pose of O in M. Immutable.
 
     Attributes:
         keyframes: oldest first.
-        places: shape (n, 2), of the keyframes, M, m.
+        places: shape (n, 2), positions of the keyframes, M, m.
         correction: (x, y, yaw) of O in M.
-        odometry: (x, y, yaw) in O where the last scan was aligned.
-        time: of that scan, s.
-        speed: shape (2,), along and across the robot, by the odometry between the last two, m/s; NaN if unknown.
-        last: index of the keyframe with which it was aligned.
+        odometry: (x, y, yaw) in O when the last aligned scan was taken.
+        time: when that scan was taken, s.
+        speed: shape (2,), forward and lateral, from odometry between the last two aligned scans, m/s; NaN if unknown.
+        last: index of the keyframe with which that scan was aligned.
     """
 
     keyframes: tuple[Keyframe, ...] = ()
@@ -115,17 +115,17 @@ class ScanMap:
 
 
 def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
-    """The map with the correction that a new scan calls for, and with the scan as a keyframe if it shows much news.
+    """The map with its correction updated by a new scan, and with the scan as a keyframe if it shows a new place.
 
-    Where no keyframe fits, the odometry is believed.
+    If no keyframe fits, the odometry is trusted.
 
     Args:
-        known: before.
+        known: the map before.
         scan: in S.
         odometry: (x, y, yaw) of S in O when the scan was taken.
-        error: of odometry and lidar.
+        error: errors of odometry and lidar.
     """
-    hit = _lasting_hits(scan)
+    hit = scan.lasting_hits
     if not known.keyframes:
         first = Keyframe.of(scan, composed(known.correction, odometry), error.noise)
         return ScanMap((first,), first.pose[None, :2], known.correction, np.array(odometry, dtype=float), scan.time)
@@ -145,7 +145,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     near = _in_view(known, scan, predicted)
     for index in dict.fromkeys((*near[:OLDEST_TRIED], known.last)):
         returning = np.array((RETURN_ERROR[0], *RETURN_ERROR)) if index < known.last else 0.0
-        found, fits = _laid_upon(known.keyframes[index], points, predicted, deviation + returning, error)
+        found, fits = _fitted(known.keyframes[index], points, predicted, deviation + returning, error)
         if fits > share:
             pose, share, used = found, fits, index
         if fits >= GOOD_SHARE:
@@ -161,17 +161,11 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     return ScanMap(keyframes, places, correction, np.array(odometry, dtype=float), scan.time, speed, used)
 
 
-def _lasting_hits(scan: LaserScan) -> np.ndarray:
-    return scan.hits & scan.lasting
-
-
 def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray) -> list[int]:
-    """The keyframes within REACH of a pose whose places the scan taken there does not hide, oldest first."""
-    away = np.hypot(*(known.places - pose[:2]).T)
+    """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first."""
+    away, beams = scan.polar(known.places, pose)
     near = np.flatnonzero(away <= REACH)
-    offset = known.places[near] - pose[:2]
-    bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min, 2.0 * math.pi)
-    beam = np.rint(bearing / scan.angle_increment).astype(np.int64)
+    beam = np.rint(beams[near]).astype(np.int64)
     if scan.full_circle:
         beam %= len(scan.ranges)
     looked = beam < len(scan.ranges)
@@ -179,17 +173,17 @@ def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray) -> list[int]:
     return near[~hidden].tolist()
 
 
-def _laid_upon(
+def _fitted(
     keyframe: Keyframe, points: np.ndarray, predicted: np.ndarray, deviation: np.ndarray, error: OdometryError
 ) -> tuple[np.ndarray, float]:
-    """Where in M a scan fits a keyframe best, given where it was taken by the odometry, and the share that fits.
+    """Pose in M at which a scan fits a keyframe best, near the pose predicted by odometry, and its share of inliers.
 
     Args:
         keyframe: with its surfaces.
         points: shape (k, 2), the scan's hits in S.
         predicted: (x, y, yaw) of S in M.
-        deviation: shape (3,), standard deviations of that, m and rad.
-        error: of the lidar.
+        deviation: shape (3,), standard deviations of the prediction, m and rad.
+        error: errors of the lidar.
     """
     scan = keyframe.scan
     pose, inliers = aligned(

@@ -1,4 +1,4 @@
-"""Where to go for a goal that is too close to a wall to be driven to."""
+"""Places to drive to instead of a goal that is too close to a wall."""
 
 from typing import NamedTuple
 
@@ -7,19 +7,19 @@ import numpy as np
 from drake_starnav.planning.cost_field import HitMemory
 
 INSIDE = 0.05
-"""The place lies within the goal's tolerance by this much, m."""
+"""The place lies inside the goal's tolerance by this much, m."""
 SPARE = 0.03
-"""Beyond radius and margin it keeps this much more off known hits, for the grid's cells and the sensor's noise, m."""
+"""Additional clearance from known hits, for the size of the grid's cells and the sensor's noise, m."""
 SIGHT = 0.1
-"""The line from the place to the goal keeps this much off known hits: nothing stands between, m."""
+"""Clearance of the line from the place to the goal: no obstacle stands between them, m."""
 
 
 class Approach(NamedTuple):
     """Where the robot may arrive.
 
     Attributes:
-        goal: where it heads for while none of the places is known to be free, shape (2,), W, m.
-        places: within the goal's tolerance and in sight of it, the nearest to the goal first, shape (k, 2), W, m.
+        goal: where it heads while none of the places is known to be free, shape (2,), W, m.
+        places: places within the goal's tolerance and in sight of it, nearest first, shape (k, 2), W, m.
     """
 
     goal: np.ndarray
@@ -27,15 +27,15 @@ class Approach(NamedTuple):
 
 
 def approach(hits: HitMemory, goal: np.ndarray, tolerance: float, clearance: float) -> Approach:
-    """The goal alone if it is clear of known hits, else all places that serve, and the nearest clear one of them.
+    """The goal if it is clear of known hits; otherwise all suitable places and the nearest clear one as the goal.
 
-    Where none is clear, the robot heads for the one farthest from hits.
+    If no place is clear, the goal is the place farthest from hits.
 
     Args:
-        hits: known so far; unknown places count as clear.
+        hits: hits known so far; unknown places count as clear.
         goal: shape (2,), W, m.
         tolerance: a robot this near to the goal has reached it, m.
-        clearance: that its centre should keep, radius and margin, m.
+        clearance: clearance of the robot's centre: radius and margin, m.
     """
     needed, reach = clearance + SPARE, tolerance - INSIDE
     alone = Approach(goal, goal[None, :])

@@ -1,10 +1,10 @@
-"""The fastest way to the goal as far as it is known: steepest descent of the time-to-go, unknown space taken as free.
+"""The fastest known path to the goal: steepest descent of the time-to-go, with unknown space assumed free.
 
-The time-to-go is that of the robot's speed limit, which falls with the clearance. Its grid holds the distance from
-every cell to the nearest hit, at most 0.6 of a cell too large; cells in which the robot would touch a hit at that
-distance are blocked, so that a gap that is too narrow by more than a cell stays shut. Where the robot makes no headway
-although the grid shows a way, the narrowest place ahead is shut too. The roadmap of regions grows all the while, and is
-searched when the grid shows no way.
+The time-to-go follows from the robot's speed limit, which decreases with the clearance. The grid holds the distance of
+every cell to the nearest hit, at most 0.6 of a cell too large. Cells in which the robot would touch a hit at that
+distance are blocked, so that a gap too narrow by more than a cell stays closed. If the robot makes no progress although
+the grid has a path, the narrowest place ahead is closed, too. The roadmap of regions keeps growing and is searched when
+the grid has no path.
 """
 
 import dataclasses
@@ -14,6 +14,7 @@ from dataclasses import field
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.polyline import arc_lengths
 from drake_starnav.planning.cost_field import UNREACHED, HitMemory, bucket_dijkstra
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.snapshot import snapshot
@@ -23,36 +24,36 @@ SPARE = 0.004
 BORDER = 3.0
 """The grid reaches this far beyond the goal and where the robot has been, m."""
 DOUBLINGS = 3
-"""While no way is found that border is doubled, so many times at most."""
+"""While no path is found, the border is doubled, at most this many times."""
 PATH_LENGTH = 3.5
-"""The path is made this long, m."""
+"""Length of the path, m."""
 BEYOND_ROBOT = 0.4
-"""The search goes on until cells on detours of this length are reached too, m."""
+"""The search continues until cells on detours of this length are reached, too, m."""
 ENTRY = 0.12
-"""The path may begin in a cell this far from the robot, where a metre to that cell counts as three, m."""
+"""The path may begin in a cell this far from the robot; the distance to that cell counts three times, m."""
 HEADWAY = 0.1
-"""The robot makes headway when its time-to-go falls by this, in metres at full speed."""
+"""The robot makes progress if its time-to-go falls by this, in metres at full speed."""
 PATIENCE = 1.5
-"""After this time without headway the robot has stalled, s."""
+"""After this time without progress the robot has stalled, s."""
 NARROWEST_WITHIN = 0.75
-"""When the robot has stalled, the narrowest place of this much of its path is shut, m."""
+"""If the robot has stalled, the narrowest place within this length of its path is closed, m."""
 NARROW = 0.06
-"""A place with more clearance than this is not shut, m."""
+"""A place with more clearance than this is not closed, m."""
 SETBACK = 0.5
-"""A time-to-go that has grown by this is that of another path, in metres at full speed."""
+"""A time-to-go that has grown by this belongs to another path, in metres at full speed."""
 GOAL_REACH = 0.5
 """A goal in a blocked cell is replaced by the nearest free cell within this, m."""
 
 
 @snapshot
 class Headway:
-    """The watch over a robot on the fastest path. Immutable.
+    """Progress monitor of the fastest path. Immutable.
 
     Attributes:
-        best: the time-to-go when headway was last made, in metres at full speed.
-        since: when that was, s.
-        shut: shape (k, 2), places that are taken as blocked, W, m.
-        followed: whether the planner's path is the fastest one.
+        best: time-to-go at the last progress, in metres at full speed.
+        since: when the last progress was made, s.
+        shut: shape (k, 2), places treated as blocked, W, m.
+        followed: whether the robot follows the fastest path.
     """
 
     best: float = math.inf
@@ -61,7 +62,7 @@ class Headway:
     followed: bool = False
 
     def watched(self, to_go: float, time: float) -> tuple["Headway", bool]:
-        """The watch updated with a new time-to-go, and whether the robot has stalled.
+        """The monitor updated with a new time-to-go, and whether the robot has stalled.
 
         Args:
             to_go: the time-to-go, in metres at full speed.
@@ -83,19 +84,19 @@ def fastest_path(
     shut: np.ndarray,
     robot: RobotParameters,
 ) -> tuple[np.ndarray, float]:
-    """The path of least time to the goal, and the time that it takes as a length at full speed.
+    """The path of least time to the goal, and its time as a length at full speed.
 
     Args:
-        memory: the hits.
+        memory: distances to known hits.
         position: of the robot, shape (2,), W, m.
         goal: shape (2,), W, m.
-        low, high: corners of a box that holds all places to be considered, W, m; it is enlarged while no way is found.
-        shut: shape (k, 2), places taken as blocked, W, m.
+        low, high: corners of the box to be searched, W, m; it is enlarged while no path is found.
+        shut: shape (k, 2), places treated as blocked, W, m.
         robot: its size, and its speed limit at each clearance.
 
     Returns:
-        The first PATH_LENGTH of the path, shape (k, 2), W, m, and the length, m; no point and infinity if there is no
-        way.
+        The first PATH_LENGTH of the path, shape (k, 2), W, m, and the length, m; no points and infinity if there is no
+        path.
 
     Raises:
         StarnavError: the box has too many cells.
@@ -111,9 +112,8 @@ def fastest_path(
 
 
 def narrowest_place(memory: HitMemory, path: np.ndarray, robot_radius: float) -> np.ndarray | None:
-    """The place of the path's beginning with the least clearance, shape (2,), W, m; None if nothing is narrow."""
-    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))))
-    ahead = path[length <= NARROWEST_WITHIN]
+    """The place with the least clearance at the beginning of the path, shape (2,), W, m; None if none is narrow."""
+    ahead = path[arc_lengths(path) <= NARROWEST_WITHIN]
     clearance = memory.distance(ahead) - robot_radius
     least = int(np.argmin(clearance))
     return ahead[least] if clearance[least] < NARROW else None
@@ -167,7 +167,7 @@ def _free_cell_near(weight: np.ndarray, wanted: np.ndarray, cell: float) -> np.n
 
 @njit(cache=True)
 def _time_weights(distance, radius, spare, max_speed, close_speed, per_clearance):
-    """Time through each cell relative to full speed, in tenths; 0 where blocked, with a blocked border."""
+    """Time through each cell relative to full speed, in tenths; 0 in blocked cells and in a border around the grid."""
     nx, ny = distance.shape
     weight = np.zeros((nx + 2, ny + 2), np.int32)
     for i in range(nx):

@@ -1,4 +1,4 @@
-"""The planner's step when it follows the fastest path: the roadmap grows as ever, and is searched only in need."""
+"""The planner's step along the fastest path: the roadmap grows as usual and is searched only without such a path."""
 
 import dataclasses
 
@@ -18,12 +18,12 @@ NO_PLACES = np.zeros((0, 2))
 def fastest_step(state: PlannerState, now: PlannerInput, robot: RobotParameters) -> PlannerState:
     """One update of the planner along the fastest path; see `fastest_path`.
 
-    Every scan's hits are remembered, and the path is found anew at each update. Places shut for want of headway are
-    opened again when they leave no way; if there still is none, the roadmap is searched as in `plan_step`.
+    Every scan's hits are added to the distance grid, and each update plans a new path. Places closed for lack of
+    progress are reopened if they leave no path; if there is still none, the roadmap is searched as in `plan_step`.
 
     Args:
         state, now: as for `plan_step`.
-        robot: its size and speed limit.
+        robot: size and speed limit.
 
     Raises:
         StarnavError: as `plan_step`.
@@ -39,7 +39,7 @@ def fastest_step(state: PlannerState, now: PlannerInput, robot: RobotParameters)
         shut = NO_PLACES
         path, to_go = _path(state.roadmap, position, goal, shut, robot)
     if not len(path):
-        if state.headway.followed:  # what is left of that path leads nowhere
+        if state.headway.followed:  # the rest of that path leads nowhere
             state = dataclasses.replace(state, path=NO_PATH, headway=Headway())
         return plan_step(state, now)
     headway, stalled = dataclasses.replace(state.headway, shut=shut, followed=True).watched(to_go, time)
@@ -65,7 +65,7 @@ def _grown(
     parameters: PlannerParameters,
     robot: RobotParameters,
 ) -> PlannerState:
-    """The state with the scan's hits in the memory and, where one is due, a node more."""
+    """The state with the scan's hits added to the distance grid and, if one is due, with a new node."""
     assert seen.region is not None
     points = impassable_points(seen.scan, seen.pose, parameters, robot.radius)
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))

@@ -1,4 +1,4 @@
-"""Frontiers: places at the rim of a star-shaped region from which the robot could see more."""
+"""Frontiers: places at the boundary of a star-shaped region from which the robot could observe more."""
 
 import math
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.star_region import StarRegion, covers
 
 NEAREST_STAND = 0.15
-"""Frontier points nearer than this to their node are dropped, m."""
+"""Frontier points nearer than this to their node are discarded, m."""
 PROBE_REACHED = 0.6
-"""A region that ends before a probe by no more than this share of the probe distance counts as covering it."""
+"""A region that ends before a probe by at most this share of the probe distance counts as covering it."""
 EDGE_CLEARANCE = 0.12
 """Edge frontiers keep this distance from both ends of the jump, m."""
 RIM_INSET = 0.02
-"""Frontier points on an arc at maximum range stand this far inside it, m."""
+"""Frontier points on an arc at maximum range lie this far inside it, m."""
 
 
 @dataclass(frozen=True)
 class Frontiers:
-    """Frontier points of the roadmap that still may lead somewhere. Immutable; all in W, m.
+    """Open frontier points of the roadmap. Immutable; all in W, m.
 
     Attributes:
-        stand: shape (n, 2), where the robot would stand, inside the owner's region.
-        probe: shape (n, 2), a place in the unknown just across; once a region covers it, the frontier is spent.
-        owner: shape (n,), index of the region it belongs to.
+        stand: shape (n, 2), position of the robot at the frontier, inside the owner's region.
+        probe: shape (n, 2), a place in unknown space just beyond; once a region covers it, the frontier is explored.
+        owner: shape (n,), index of the region that it belongs to.
     """
 
     stand: np.ndarray
@@ -43,11 +43,11 @@ class Frontiers:
         return len(self.owner)
 
     def where(self, keep: np.ndarray) -> "Frontiers":
-        """Those that a boolean mask of shape (n,) selects."""
+        """The frontiers selected by a boolean mask of shape (n,)."""
         return Frontiers(self.stand[keep], self.probe[keep], self.owner[keep])
 
     def joined(self, other: "Frontiers") -> "Frontiers":
-        """These, then those."""
+        """These frontiers followed by the others."""
         return Frontiers(
             np.vstack((self.stand, other.stand)),
             np.vstack((self.probe, other.probe)),
@@ -56,10 +56,10 @@ class Frontiers:
 
 
 def edge_frontiers(region: StarRegion, owner: int, parameters: PlannerParameters) -> Frontiers:
-    """Frontiers at jumps of the free range and along arcs where nothing returned.
+    """Frontiers at jumps of the free range and along arcs at maximum range.
 
-    At a jump, points stand along the jump's ray, one sample off it, and their probes lie across it, behind the nearer
-    surface. On an arc at maximum range, points stand just inside and their probes just outside.
+    At a jump, stands lie along the ray of the jump, one sample beside it, and probes lie across it, behind the nearer
+    surface. On an arc at maximum range, stands lie just inside and probes just outside.
     """
     rows = _edge_points(
         region.center,
@@ -80,9 +80,9 @@ def cluster_frontiers(
     """The paper's frontiers: midway between the ends of neighbouring clusters of hits.
 
     Hits are clustered by DBSCAN; the two outermost points of a cluster are its side points. A cluster that crosses
-    the +-pi seam is one cluster. A midpoint outside the region is pulled back inside; across an opening of more
-    than 0.9 pi the midpoint means nothing and the bisector at 0.6 of the range is taken. Stand and probe coincide
-    but for `probe_distance` outwards.
+    the +-pi seam is one cluster. A midpoint outside the region is pulled back inside. Across an opening of more than
+    0.9 pi the midpoint is meaningless; a point on the bisector at 0.6 of the range replaces it. The probe lies
+    `probe_distance` farther out than the stand.
 
     Source: paper, section III-C.
     """
@@ -90,7 +90,7 @@ def cluster_frontiers(
     hit = scan.hits
     if hit.sum() < 3:
         return Frontiers.none()
-    from sklearn.cluster import DBSCAN  # imported late: it is slow to load and starts threads
+    from sklearn.cluster import DBSCAN  # imported here because it loads slowly and starts threads
 
     bearing, distance = scan.bearings[hit], scan.distances[hit]
     points = distance[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
@@ -101,7 +101,7 @@ def cluster_frontiers(
         angle_2, distance_2, _, _ = sides[(k + 1) % len(sides)]
         opening = (angle_2 - angle_1) % (2.0 * math.pi)
         if opening < 1.5 * scan.angle_increment or (opening > 1.5 * math.pi and len(sides) > 1):
-            continue  # no beam between them: a single closed cluster, or clusters that overlap in bearing
+            continue  # no beam in between: one closed cluster, or clusters that overlap in bearing
         side_1 = distance_1 * np.array([math.cos(angle_1), math.sin(angle_1)])
         side_2 = distance_2 * np.array([math.cos(angle_2), math.sin(angle_2)])
         middle = 0.5 * (side_1 + side_2)
@@ -120,13 +120,13 @@ def cluster_frontiers(
 
 
 def uncovered(points: np.ndarray, regions: tuple, skip: int = -1, slack: float = 0.0) -> np.ndarray:
-    """Which points no region reaches; shape (n, 2) -> (n,), bool.
+    """Whether each point is outside all regions; shape (n, 2) -> (n,), bool.
 
     Args:
         points: W, m.
         regions: `RegionStack.arrays`.
-        skip: index of a region that does not count.
-        slack: a region reaches points that lie this far beyond its boundary, m.
+        skip: index of a region that is ignored.
+        slack: points up to this far beyond a region's boundary count as inside, m.
     """
     return _uncovered(np.ascontiguousarray(points), *regions, skip, slack)
 
@@ -171,7 +171,7 @@ def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
         j = (i + 1) % count
         if abs(free[i] - free[j]) > jump:
             near, far, side = (i, j, -1.0) if free[i] < free[j] else (j, i, 1.0)
-            beside = int(far - side) % count  # stands lie one sample off the jump, safely inside the region
+            beside = int(far - side) % count  # one sample beside the jump a stand is inside the region
             theta = bearing_0 + far * step
             low = free[near]
             at_limit = free[far] >= limit[far] - RIM_INSET

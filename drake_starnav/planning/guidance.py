@@ -1,4 +1,4 @@
-"""What any planner tells the controller."""
+"""The interface from any planner to the controller."""
 
 import math
 from collections.abc import Sequence
@@ -11,16 +11,16 @@ from drake_starnav.regions.star_region import RegionStack, StarRegion
 from drake_starnav.utils.snapshot import snapshot
 
 PASSED_DISTANCE = 0.06
-"""A way point this near has been passed, m."""
+"""A waypoint this near has been passed, m."""
 
 
 @snapshot
 class Guidance:
-    """What the controller needs from any planner. Immutable; W, m.
+    """A planner's output for the controller. Immutable; W, m.
 
     Attributes:
-        path: shape (k, 2), way points ahead; the first is the short-term goal. Empty: stand still.
-        arrives: whether the last way point is the goal, to stop at.
+        path: shape (k, 2), waypoints ahead; the first is the short-term goal. Empty: stop.
+        arrives: whether the last waypoint is the goal, at which the robot stops.
         regions: star-shaped regions of the roadmap, for the modulation.
     """
 
@@ -30,19 +30,19 @@ class Guidance:
 
     @staticmethod
     def none() -> "Guidance":
-        """Stand still."""
+        """Guidance that stops the robot."""
         return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
 
     @staticmethod
     def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
-        """Follow a path to its end, and stop there: for who plans by other means.
+        """Guidance along a path from another planner, to stop at its end.
 
         Args:
-            path: shape (k, 2), way points ahead, W, m.
-            regions: around the robot, for the modulation; without them it drives straight to the next way point.
+            path: shape (k, 2), waypoints ahead, W, m.
+            regions: regions around the robot, for the modulation; without them it drives straight to the next waypoint.
 
         Raises:
-            StarnavError: the path has another shape, or a number that is not finite.
+            StarnavError: the path has another shape or is not finite.
         """
         way = np.array(path, dtype=float)
         if way.size == 0:
@@ -52,7 +52,7 @@ class Guidance:
         return Guidance(way, True, RegionStack.of(tuple(regions)))
 
     def left(self, position: np.ndarray) -> float:
-        """How far the goal to stop at is from a position (2,), m; infinite without one."""
+        """Distance from a position (2,) to the goal, m; infinite if the path does not end at the goal."""
         if not self.arrives or not len(self.path):
             return math.inf
         return math.hypot(self.path[-1, 0] - position[0], self.path[-1, 1] - position[1])

@@ -1,9 +1,9 @@
-"""Regions cut back, or dropped, where later experience contradicts them.
+"""Map revision: regions are cut back or discarded where later observations contradict them.
 
-A thing thinner than the distance between two beams is seen from near only, inside of regions that were made from afar.
-Where the believed pose drifts, too, a new scan's hits come to lie inside old regions, and old hits where the new scan
-saw free space; the new scan is right about what surrounds the robot now. Where the robot stalls inside the regions,
-they are wrong about the place before it.
+An obstacle thinner than the distance between two beams is detected only from nearby, inside regions observed from
+afar. If the estimated pose drifts, hits of a new scan fall inside old regions, and old hits fall into free space of the
+new scan; the new scan is right about the robot's current surroundings. If the robot stalls inside the regions, they are
+wrong about the place ahead of it.
 """
 
 import dataclasses
@@ -15,23 +15,24 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended
-from drake_starnav.regions.erosion import eroded_range, half_gaps, point_hits
+from drake_starnav.planning.roadmap import StarRoadmap, with_nodes
+from drake_starnav.regions.bearing_hits import half_gaps, point_hits
+from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.star_region import StarRegion
 
 KEPT_SHARE = 0.7
-"""A region is dropped when less than this share of its free range is left, summed over all bearings."""
+"""A region is discarded if less than this share of its free range remains, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
-"""A node is dropped when the new scan saw free space at more than this share of its hits."""
+"""A node is discarded if the new scan observed free space at more than this share of its hits."""
 FEWEST_HITS = 5
-"""A new scan must see free space at so many of a node's hits to contradict them."""
+"""A new scan must observe free space at this many of a node's hits to contradict them."""
 
 
 def lasting_hits(scan: LaserScan, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Hits of a scan from a pose that do not move: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
-    stays = scan.lasting[scan.hits]
-    return scan.points(pose)[stays], half_gaps(scan, scan.distances)[scan.hits][stays]
+    """Static hits of a scan taken at a pose: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
+    hit = scan.lasting_hits
+    return scan.points_at(scan.distances, hit, pose), half_gaps(scan, scan.distances)[hit]
 
 
 def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> np.ndarray:
@@ -39,7 +40,7 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
 
     Args:
         region: made from an older scan.
-        points, gaps: of the new one, as from `lasting_hits`.
+        points, gaps: hits of the new scan, as from `lasting_hits`.
         radius: of the robot with the region's margin, m.
     """
     within = float(region.free_range.max()) + radius + 0.1
@@ -48,14 +49,11 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
 
 
 def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np.ndarray, slack: float) -> float:
-    """The share of an old scan's hits about which a new scan saw free space, by `slack` (m) on all sides.
+    """The share of an old scan's hits around which a new scan observed free space, by `slack` (m) on all sides.
 
-    Only hits in the new scan's reach count; 0 if fewer than FEWEST_HITS of them were seen through.
+    Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    offset = old.points(old_pose)[old.lasting[old.hits]] - pose[:2]
-    distance = np.hypot(offset[:, 0], offset[:, 1])
-    bearing = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - scan.angle_min, 2.0 * np.pi)
-    beam = bearing / scan.angle_increment
+    distance, beam = scan.polar(old.points_at(old.distances, old.lasting_hits, old_pose), pose)
     judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
     free = _free_around(beam, distance, scan.distances, scan.angle_increment, slack, scan.full_circle)
     through = judged & (distance < free - slack)
@@ -64,7 +62,7 @@ def seen_through(old: LaserScan, old_pose: np.ndarray, scan: LaserScan, pose: np
 
 @njit(cache=True)
 def _free_around(beam, distance, ranges, increment, slack, wrap):
-    """The shortest range among the beams that pass a place at `beam` and `distance` within `slack`."""
+    """The shortest range among the beams that pass within `slack` of a place at `beam` and `distance`."""
     n = len(ranges)
     out = np.full(len(beam), np.inf)
     for i in range(len(beam)):
@@ -82,17 +80,17 @@ def reconcile(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> StarRoadmap:
-    """The roadmap without what a new scan contradicts by more than `parameters.contradiction`.
+    """The roadmap without the parts that a new scan contradicts by more than `parameters.contradiction`.
 
-    Regions are cut back where the new hits lie deeper in them than that; nodes of which too little is left are dropped,
-    and with `drop_seen_through` those whose hits the new scan saw through. If anything changed, the roadmap is made
-    anew from what is left, and with `drop_seen_through` its hits too.
+    Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded if too little of them
+    remains or, with `drop_seen_through`, if the new scan saw through their hits. After any change, the roadmap is
+    rebuilt from the remaining nodes; with `drop_seen_through` its hits are, too.
 
     Args:
-        roadmap: before.
-        scan: the latest, in S.
+        roadmap: the roadmap before.
+        scan: the latest scan, in S.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: of the roadmap; with `contradiction` 0 the roadmap stays.
+        parameters: of the roadmap; with `contradiction` 0 the roadmap is returned unchanged.
         robot_radius: m.
     """
     slack = parameters.contradiction
@@ -108,7 +106,7 @@ def reconcile(
         if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
             continue
         radius = robot_radius + region.margin
-        # the disc is smaller by the slack, as a bearing that grazes a hit loses much of its range at once
+        # the disc is smaller by the slack, as a bearing that grazes a hit would lose much of its range at once
         if (region.free_range - cut_back(region, *new_hits, max(radius - slack, 0.0))).max() > slack:
             values = cut_back(region, *new_hits, radius)
             if values.sum() < KEPT_SHARE * region.free_range.sum():
@@ -121,11 +119,11 @@ def reconcile(
 
 
 def block(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
-    """The roadmap with no region in which the robot touches a place (2,) in W, as if a thin post stood there.
+    """The roadmap with regions in which the robot does not touch a place (2,) in W, as if a thin post stood there.
 
-    Regions are made from smoothed scans with the planner's margin. Where the controller certifies no motion although
-    they overlap, they are wrong, and so is every path through there. Nodes at which the robot would touch the place
-    are dropped.
+    Regions are made from smoothed scans with the planner's margin. If the controller certifies no motion although they
+    overlap, they are wrong, and so is every path through that place. Nodes at which the robot would touch the place are
+    discarded.
     """
     roadmap = dataclasses.replace(roadmap, blocked=np.vstack((roadmap.blocked, place)))
     nodes = [
@@ -137,7 +135,7 @@ def block(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters
 
 
 def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
-    """The part of a region in which the robot stays off places (k, 2) in W, with the region's margin."""
+    """The part of a region in which the robot keeps the region's margin from places (k, 2) in W."""
     if not len(places):
         return region
     radius = robot_radius + region.margin
@@ -160,12 +158,12 @@ def _remade(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> StarRoadmap:
-    """A roadmap of these nodes (region, scan, pose) in which all stays retired, closed, looked at and blocked.
+    """A roadmap of these nodes (region, scan, pose) that keeps its retired, closed, inspected and blocked places.
 
-    All hits are remembered, too, unless the pose may err: then only those of these nodes' scans.
+    It also keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
     forgets, empty = parameters.drop_seen_through, StarRoadmap.empty(parameters, robot_radius)
-    out = dataclasses.replace(
+    kept = dataclasses.replace(
         empty,
         hits=empty.hits if forgets else roadmap.hits,
         retired=roadmap.retired,
@@ -173,6 +171,4 @@ def _remade(
         looked=roadmap.looked,
         blocked=roadmap.blocked,
     )
-    for region, scan, pose in nodes:
-        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=forgets)
-    return out
+    return with_nodes(kept, nodes, parameters, robot_radius, stamp=forgets)

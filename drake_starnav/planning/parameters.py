@@ -1,4 +1,4 @@
-"""Parameters of the roadmap: those of its regions, and how it grows and is searched."""
+"""Parameters of the roadmap: its regions, its growth and its search."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class PlannerParameters(StarParameters):
     )
     frontier_spacing: float = parameter(0.25, "distance between frontier points", unit="m", above=0.0, high=5.0)
     probe_distance: float = parameter(
-        0.1, "how far in the unknown a frontier's probe lies", unit="m", above=0.0, high=1.0
+        0.1, "distance of a frontier's probe inside unknown space", unit="m", above=0.0, high=1.0
     )
     cluster_radius: float = parameter(0.2, "DBSCAN's eps for frontiers: dbscan", unit="m", above=0.0, high=5.0)
     cluster_points: int = parameter(2, "DBSCAN's min_samples for frontiers: dbscan", low=1, high=100)
@@ -45,8 +45,8 @@ class PlannerParameters(StarParameters):
     prune_covered: bool = parameter(True, "drop frontiers that a newer region covers (the paper keeps them)")
     closer_look: float = parameter(
         1.0,
-        "where giving a target up would lengthen the optimistic path by more than this, the robot drives up to its "
-        "stand before it does: grid; 20: never",
+        "if giving up a target would lengthen the optimistic path by more than this, the robot first drives to the "
+        "target's stand: grid; 20: never",
         unit="m",
         low=0.0,
         high=20.0,
@@ -74,37 +74,39 @@ class PlannerParameters(StarParameters):
         "how frontiers are ranked: grid (optimistic path through unknown space) or straight (line to the goal)",
         choices=("grid", "straight"),
     )
-    gates: bool = parameter(True, "where the optimistic path leaves the regions far from any frontier, try there: grid")
+    gates: bool = parameter(
+        True, "where the optimistic path leaves the regions far from any frontier, add a virtual frontier: grid"
+    )
     grid_resolution: float = parameter(
         0.05,
-        "cell of the hit memory",
+        "cell size of the distance grid",
         unit="m",
         low=0.01,
         high=0.5,
         when="raise it for worlds of more than 100 m: faster searches",
     )
     grid_beyond: float = parameter(
-        0.2, "the hit memory tells distances up to the robot's radius plus this", unit="m", low=0.0, high=2.0
+        0.2, "the distance grid holds distances up to the robot's radius plus this", unit="m", low=0.0, high=2.0
     )
     near_wall_cost: float = parameter(
         0.4,
-        "how much dearer a metre right at an obstacle is in the cost-to-go",
+        "additional cost of a metre right at an obstacle in the cost-to-go, as a multiple of its length",
         low=0.0,
         high=20.0,
-        when="raise it to prefer wide ways to short ones",
+        when="raise it to prefer wide paths to short ones",
     )
     hysteresis: float = parameter(
         0.5,
-        "bonus of the current target, against indecision",
+        "bonus of the current target, against oscillation between targets",
         unit="m",
         low=0.0,
         high=20.0,
-        when="raise it if the robot turns to and fro between two ways",
+        when="raise it if the robot oscillates between two paths",
     )
     path: str = parameter(
         "shortest",
-        "the way to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
-        "time-to-go over the hit memory; for fast robots in narrow places; needs `controller.look_ahead`)",
+        "the path to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
+        "time-to-go on the distance grid; for fast robots in narrow places; needs `controller.look_ahead`)",
         choices=("shortest", "fastest"),
     )
     string_pulling: bool = parameter(
@@ -112,28 +114,28 @@ class PlannerParameters(StarParameters):
     )
     anticipation: bool = parameter(
         True,
-        "on the way to a frontier, turn towards the way on from there as soon as a scan shows it",
+        "on the way to a frontier, turn towards the optimistic path beyond it as soon as a scan shows that",
         when="turn it off to drive to each frontier before turning, as the paper does",
     )
     replanning: bool = parameter(
         True,
-        "plan anew as soon as a scan bars the optimistic path on from the target: grid",
+        "replan as soon as a scan blocks the optimistic path beyond the target: grid",
         when="turn it off for fewer plans on a slow computer",
     )
     contradiction: float = parameter(
-        0.2,  # twice the distance of two beams at 5 m: less is contradicted by what the older scan saw too coarsely
-        "regions that a new scan's hits cut deeper into than this, as those of a table's leg too thin to be seen from "
-        "afar, are cut back or dropped; 0 for never, unless drift or jumps are declared",
+        0.2,  # twice the distance between two beams at 5 m: smaller contradictions stem from coarse older scans
+        "regions with hits of a new scan deeper inside than this, such as of a table leg too thin to be detected from "
+        "afar, are cut back or discarded; 0 for never, unless drift or jumps are declared",
         unit="m",
         low=0.0,
         high=5.0,
     )
     drop_seen_through: bool = parameter(
         False,
-        "with `contradiction`: drop nodes whose hits a new scan sees through; declared drift or jumps set it",
+        "with `contradiction`: discard nodes whose hits a new scan sees through; declared drift or jumps set it",
     )
     retries: int = parameter(
-        6, "how often, at one place, what was tried in vain is tried again where nothing else leads to the goal", low=0
+        6, "how often, at one place, failed targets are retried when nothing else leads to the goal", low=0
     )
     rate: float = parameter(20.0, "updates of the planner", unit="Hz", low=0.1, high=1000.0)
 

@@ -1,7 +1,8 @@
-"""The star roadmap: regions as nodes, overlaps as edges, frontiers where it may grow. An immutable snapshot."""
+"""The star roadmap: regions are nodes, overlaps are edges, and it grows at frontiers. An immutable snapshot."""
 
 import dataclasses
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numba import njit
@@ -15,38 +16,37 @@ from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, f
 from drake_starnav.utils.snapshot import snapshot
 
 DRIVEN_EDGE_PENALTY = 0.2
-"""Extra length of an edge that the robot has driven but that no region shows to be free, m."""
+"""Extra length of an edge that the robot has driven but that no region certifies as free, m."""
 BRIDGE_SPACING = 0.1
-"""Between hits that the robot cannot pass between, points are set this far apart, m."""
+"""Spacing of the points between two hits that the robot does not fit between, m."""
 STANDING_THERE = 0.12
-"""A frontier nearer than this to the newest node is where the robot stands already, m."""
+"""A frontier nearer than this to the newest node is at the robot's own position, m."""
 AREA_BEARINGS = 4
-"""A region's area is sampled along every so many of its bearings."""
+"""A region's area is sampled along one of this many bearings."""
 AREA_STEP = 0.1
-"""Along a bearing, a region's area is sampled at least this finely, m."""
+"""Largest spacing of the samples of a region's area along a bearing, m."""
 PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
 
 @snapshot
 class StarRoadmap:
-    """What the robot knows, grown scan by scan. Immutable: every change is a new snapshot that shares the rest.
+    """The robot's map, extended scan by scan. Immutable: every change is a new snapshot that shares unchanged parts.
 
     Attributes:
         regions: one per node, oldest first.
         stack: the same regions as arrays.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
-        edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node for which there is
-            no such region has a single edge, to the older node that it was most likely reached from.
+        edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
+            region has a single edge, to the older node from which it was most likely reached.
         lengths: shape (e,), m.
-        frontiers: where the unknown may be entered.
-        retired: shape (k, 3), discs (x, y, radius) about targets that led nowhere; frontiers that stand in one are
-            dropped.
-        closed: shape (k, 2), probes of these targets; the cost-to-go takes what is narrow around them for closed.
-        looked: shape (v, 2), places from which a target was inspected and not seen past, but kept.
-        blocked: shape (b, 2), places before which the robot stalled: in no region does it touch one; obstacles to the
-            cost-to-go.
-        hits: distances to the hits of all node scans, and of those that barred a way on.
+        frontiers: where unknown space may be entered.
+        retired: shape (k, 3), discs (x, y, radius) around targets that led nowhere; frontiers inside one are discarded.
+        closed: shape (k, 2), probes of these targets; the cost-to-go treats narrow space around them as closed.
+        looked: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
+        blocked: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they are
+            obstacles for the cost-to-go.
+        hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
     """
 
     regions: tuple[StarRegion, ...]
@@ -94,19 +94,19 @@ def extended(
     """The roadmap with one more node.
 
     Args:
-        roadmap: before.
+        roadmap: the roadmap before.
         region: the new node's region, made from `scan`.
         scan: in the sensor frame S at the robot's centre.
         pose: (x, y, yaw) of S in W when the scan was taken.
         parameters: of the roadmap.
         robot_radius: m.
-        stamp: whether the scan's hits are new to the hit memory.
+        stamp: whether to add the scan's hits to the distance grid.
     """
     index = len(roadmap)
     stack = roadmap.stack.appended(region) if index else RegionStack.of((region,))
     neighbours = _neighbours(*stack.arrays)
     lengths = np.hypot(*(stack.center[neighbours] - region.center).T)
-    if index and not len(neighbours):  # the robot has come from the region that it is the least outside of
+    if index and not len(neighbours):  # the robot has come from the region that it exceeds least
         neighbours = np.array([least_outside(*roadmap.stack.arrays[:3], *region.center)])
         lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
     hits = roadmap.hits
@@ -139,18 +139,32 @@ def extended(
     )
 
 
+def with_nodes(
+    roadmap: StarRoadmap,
+    nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
+    parameters: PlannerParameters,
+    robot_radius: float,
+    *,
+    stamp: bool,
+) -> StarRoadmap:
+    """The roadmap extended by nodes (region, scan, pose) in turn; arguments as for `extended`."""
+    for region, scan, pose in nodes:
+        roadmap = extended(roadmap, region, scan, pose, parameters, robot_radius, stamp)
+    return roadmap
+
+
 def impassable_points(
     scan: LaserScan, pose: np.ndarray, parameters: PlannerParameters, robot_radius: float
 ) -> np.ndarray:
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
-    In W, m. A wall seen at a flat angle thus stays a wall although its hits are far apart. Only beams that are worth
-    remembering (`LaserScan.lasting`) count.
+    In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
+    `LaserScan.lasting` count.
 
     Args:
         scan: in S.
         pose: (x, y, yaw) of S in W.
-        parameters: how its ranges are smoothed.
+        parameters: how the ranges are smoothed.
         robot_radius: m.
     """
     lasting = scan.lasting
@@ -162,7 +176,7 @@ def impassable_points(
 
 
 def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
-    """The roadmap without the frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
+    """The roadmap without frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
     keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
     return dataclasses.replace(
         roadmap,
@@ -173,23 +187,21 @@ def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.nda
 
 
 def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans in which nothing is retired, closed, looked at or blocked."""
-    out = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
-    for scan, pose in roadmap.scans:
-        region = scan_region(scan, pose, robot_radius, parameters)
-        out = extended(out, region, scan, pose, parameters, robot_radius, stamp=False)
-    return out
+    """A roadmap of the same scans without retired, closed, inspected or blocked places."""
+    empty = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
+    nodes = ((scan_region(scan, pose, robot_radius, parameters), scan, pose) for scan, pose in roadmap.scans)
+    return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
 
 
 def uncovered_share(region: StarRegion, others: RegionStack) -> float:
-    """The share of a region's area that no other region covers, in [0, 1]; 0 for one without area."""
+    """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
     return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, *others.arrays))
 
 
 def _alive(
     frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: HitMemory, robot_radius: float
 ) -> np.ndarray:
-    """Which frontiers are neither where the robot stands, nor retired, nor at a hit or a blocked place."""
+    """Frontiers that are not at the robot's position, in a retired place, or at a hit or blocked place; shape (n,)."""
     keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
     keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
     for x, y in roadmap.blocked:
@@ -220,7 +232,7 @@ def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, v
 
 @njit(cache=True)
 def _neighbours(center, bearing_0, values, reach):
-    """Nodes that the last region contains the centre of, or that contain the last region's centre."""
+    """Nodes whose centre the last region contains, or whose region contains the last centre."""
     last = len(reach) - 1
     out = np.empty(last, np.int64)
     n = 0
@@ -239,7 +251,7 @@ def _neighbours(center, bearing_0, values, reach):
 @njit(cache=True)
 def _impassable(points, hit, wrap, diameter):
     count = len(points)
-    parts = np.zeros(count, np.int64)  # into which the chord from a hit to the next is divided
+    parts = np.zeros(count, np.int64)  # of the chord from each hit to the next
     total = 0
     for i in range(count):
         if hit[i]:
@@ -252,7 +264,7 @@ def _impassable(points, hit, wrap, diameter):
                     total += parts[i] - 1
     out = np.empty((total, 2))
     n = 0
-    for k in range(max(parts.max(), 1)):  # first the hits, then the first points between them, and so on
+    for k in range(max(parts.max(), 1)):  # all hits first, then the first point of each chord, and so on
         for i in range(count):
             if hit[i] and (k == 0 or k < parts[i]):
                 j = i + 1 if i + 1 < count else 0

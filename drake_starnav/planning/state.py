@@ -1,4 +1,4 @@
-"""What the planner sees, remembers and tells: immutable snapshots."""
+"""The planner's input, state and status: immutable snapshots."""
 
 import dataclasses
 from dataclasses import field
@@ -15,13 +15,13 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
 
 NOWHERE = np.full(2, np.inf)
-"""Infinitely far from every place, m."""
+"""A position infinitely far from every place, m."""
 NO_PATH = np.zeros((0, 2))
 NO_RETRIES = np.zeros((0, 3))
 
 
 class PlannerStatus(Enum):
-    """What the planner is doing."""
+    """The planner's current activity."""
 
     WAITING = "waiting"
     EXPLORING = "exploring"
@@ -31,25 +31,25 @@ class PlannerStatus(Enum):
 
 @snapshot
 class PlannerState:
-    """Everything the planner remembers. Immutable.
+    """The planner's state. Immutable.
 
     Attributes:
         roadmap: the latest snapshot.
-        status: what the planner is doing.
-        path: shape (k, 2), way points still ahead, W, m.
+        status: its current activity.
+        path: shape (k, 2), waypoints ahead, W, m.
         target: stand and probe of the target frontier, shape (2, 2); None when the target is the goal or nothing.
-        node_position: where a node was last added, or nothing new was seen for one, shape (2,).
-        progress_position: where progress was last made, shape (2,).
-        progress_time: when, s.
-        retries: shape (k, 3), where and at which scan's time the roadmap was rebuilt to try again what was tried in
-            vain, (x, y) in W and s.
-        plans: how often a path was planned.
-        headway: the watch over a robot on the fastest path.
-        began_with_map: whether the goal was set when the roadmap had nodes already.
-        plan_position: of the robot when the latest path was planned, shape (2,).
+        node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
+        progress_position: where the last progress was made, shape (2,).
+        progress_time: when it was made, s.
+        retries: shape (k, 3), positions (x, y) in W and scan times at which the roadmap was rebuilt to retry failed
+            targets, m and s.
+        plans: number of paths planned.
+        headway: progress monitor of the fastest path.
+        began_with_map: whether the roadmap already had nodes when the goal was set.
+        plan_position: position of the robot when the latest path was planned, shape (2,).
         way_on: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
-        next_on: shape (n, 2), the part of it to which the robot may turn.
-        anticipated: what to follow in place of the path, where the latest scan shows part of `next_on`; or None.
+        next_on: shape (n, 2), its next segment, to which the robot may turn.
+        anticipated: guidance that replaces the path once the latest scan shows part of `next_on`; or None.
     """
 
     roadmap: StarRoadmap
@@ -70,7 +70,7 @@ class PlannerState:
 
     @staticmethod
     def initial(parameters: PlannerParameters, robot_radius: float) -> "PlannerState":
-        """Before the first scan."""
+        """The state before the first scan."""
         return PlannerState(
             roadmap=StarRoadmap.empty(parameters, robot_radius),
             status=PlannerStatus.WAITING,
@@ -84,7 +84,7 @@ class PlannerState:
         )
 
     def with_new_goal(self) -> "PlannerState":
-        """The state once the goal has moved, even after having given up: the map stays, all else begins anew."""
+        """The state after a change of the goal, even from UNREACHABLE: the map is kept, all else is reset."""
         return dataclasses.replace(
             self,
             status=PlannerStatus.WAITING,
@@ -99,7 +99,7 @@ class PlannerState:
 
     @property
     def guidance(self) -> Guidance:
-        """The part of the plan that the controller needs."""
+        """The plan as the controller receives it."""
         if self.anticipated is not None:
             return self.anticipated
         if not len(self.path):
@@ -108,11 +108,11 @@ class PlannerState:
 
 
 class PlannerInput(NamedTuple):
-    """What one update of the planner is given, beside its state.
+    """Inputs of one update of the planner, beside its state.
 
     Attributes:
-        seen: the latest scan.
-        position: of the robot now, shape (2,), W, m.
+        seen: the latest observation.
+        position: current position of the robot, shape (2,), W, m.
         goal: shape (2,), W, m.
         time: s.
         parameters: of the roadmap.

@@ -1,15 +1,17 @@
-"""Paths pulled tight like a string inside the union of regions."""
-
-import math
+"""String pulling: paths shortened inside the union of regions."""
 
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.polyline import subdivided
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
+
+FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
+"""Spacing of the points that the path may skip to, in the first and in the second pass, m."""
 
 
 def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionStack) -> np.ndarray:
-    """The path shortened inside the union of regions: from the robot forwards, then, finer, from the end back.
+    """The path shortened inside the union of regions: from the robot forwards, then, finer, from its end backwards.
 
     Args:
         path: shape (k, 2), way points after the robot, W, m.
@@ -21,32 +23,23 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionStack) 
     """
     arrays = regions.arrays
     line = np.vstack((position, path))
-    forward = _pull(_resampled(line, 0.2)[1:], *position, *arrays)
+    forward = _pull(subdivided(line, FORWARD_STEP)[1:], *position, *arrays)
     line = np.vstack((position, forward))
-    backward = _pull(_resampled(line, 0.1)[:-1][::-1].copy(), *line[-1], *arrays)
+    backward = _pull(subdivided(line, BACKWARD_STEP)[:-1][::-1].copy(), *line[-1], *arrays)
     if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
         return forward
     return np.vstack((backward[:-1][::-1], line[-1:]))
 
 
 def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack) -> int:
-    """Index of the last of the points to which the straight line stays inside the union of regions, or -1.
+    """Index of the last point that is reached by a straight line inside the union of regions, or -1.
 
     Args:
         points: shape (k, 2), W, m.
-        position: where the lines begin, shape (2,), W, m.
-        regions: that bound them.
+        position: start of the lines, shape (2,), W, m.
+        regions: whose union bounds the lines.
     """
     return int(_last_in_sight(points, 0, *position, *regions.arrays))
-
-
-def _resampled(line: np.ndarray, step: float) -> np.ndarray:
-    """The polyline with intermediate points at most `step` apart; corners stay."""
-    points = [line[:1]]
-    for a, b in zip(line[:-1], line[1:], strict=True):
-        count = int(math.hypot(b[0] - a[0], b[1] - a[1]) / step) + 1
-        points.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
-    return np.vstack(points)
 
 
 @njit(cache=True)
@@ -60,11 +53,11 @@ def _last_in_sight(points, first, x, y, center, bearing_0, values, reach):
 
 @njit(cache=True)
 def _pull(points, x, y, center, bearing_0, values, reach):
-    """From (x, y) always on to the last of the points in line of sight."""
+    """From (x, y), go repeatedly to the last point in line of sight."""
     count = len(points)
     out = np.empty((count, 2))
     n = 0
-    i = np.int64(0)  # a literal would have `_last_in_sight` compiled twice
+    i = np.int64(0)  # a literal would compile `_last_in_sight` twice
     while i < count:
         j = max(_last_in_sight(points, i, x, y, center, bearing_0, values, reach), i)
         x, y = points[j, 0], points[j, 1]

@@ -10,7 +10,7 @@ from drake_starnav.utils.snapshot import snapshot
 
 @snapshot
 class Observation:
-    """One scan as the planner sees it.
+    """One scan as the planner receives it. Immutable.
 
     Attributes:
         region: star-shaped region of the scan, W; None before the first scan.
@@ -24,7 +24,7 @@ class Observation:
 
     @staticmethod
     def none() -> "Observation":
-        """Nothing has been seen yet."""
+        """The observation before the first scan."""
         return Observation(None, LaserScan.nothing(), np.zeros(3))
 
     def moved(self, frame: np.ndarray) -> "Observation":

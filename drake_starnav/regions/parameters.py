@@ -1,4 +1,4 @@
-"""Parameters of the way from laser scans to star-shaped regions: the planner's, and the controller's safety star."""
+"""Parameters of star-shaped regions: of the planner's region and of the controller's safety star."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ class StarParameters:
     )
     least_margin: float = parameter(
         0.01,
-        "clearance kept in passages that `planner.margin` would shut; `planner.margin` or more: none is entered",
+        "clearance kept in passages that `planner.margin` would close; with `planner.margin` or more, none is entered",
         unit="m",
         low=0.0,
         high=1.0,
@@ -38,8 +38,8 @@ class StarParameters:
     smoothing_beams: int = parameter(3, "half width of the moving average, in beams", low=0, high=50)
     smoothing_slack: float = parameter(
         0.0,
-        "how much more than usual ranges may step within a surface and be moved by the moving average; declared noise "
-        "raises it",
+        "additional range step allowed within a surface, and additional change allowed by the moving average; declared "
+        "noise raises it",
         unit="m",
         low=0.0,
         high=1.0,
@@ -73,7 +73,7 @@ class StarParameters:
 
 @dataclass(frozen=True)
 class SafetyParameters:
-    """How the last scans become the safety star, in which the controller's certificate moves."""
+    """How the last scans become the safety star, within which the certificate keeps the robot."""
 
     safety_margin: float = parameter(
         0.01,
@@ -93,27 +93,27 @@ class SafetyParameters:
     )
     scan_memory: int = parameter(
         5,
-        "scans that the safety star is made from",
+        "number of scans from which the safety star is made",
         low=1,
         high=100,
     )
     scan_spacing: float = parameter(
         0.0,
-        "distance driven between two scans that are remembered; 0: the last ones, wherever taken",
+        "distance between the positions of remembered scans; 0: the last scans, wherever taken",
         unit="m",
         low=0.0,
         high=5.0,
     )
     smoothed_beams: int = parameter(
         0,
-        "half width of a moving average, in beams, over the ranges that make the safety star, since the nearest "
-        "errs most; 0: none; declared noise raises it",
+        "half width, in beams, of a moving average over the ranges of the safety star, which reduces the error of the "
+        "nearest hit; 0: none; declared noise raises it",
         low=0,
         high=10000,
     )
     average_scans: bool = parameter(
         False,
-        "average ranges over the remembered scans, instead of counting the nearest hit of all; not with obstacles that "
-        "move; declared noise of 4 cm or more sets it",
+        "average ranges over the remembered scans instead of using the nearest hit of all; not with moving obstacles; "
+        "declared noise of 4 cm or more sets it",
         when="for doors that leave the robot less than 4 cm on each side",
     )

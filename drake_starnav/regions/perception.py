@@ -1,7 +1,8 @@
-"""What a scan tells: the planner's star-shaped region, and the controller's safety star from the last scans."""
+"""From a scan to the planner's star-shaped region and the controller's safety star."""
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,22 +20,23 @@ from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 
 AVERAGED = 0.5
-"""With `average_scans`, hits nearer to the robot than this are averaged, m: they hem it in."""
+"""With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Least views with the certificate, rad; the wide one where the robot may go backwards, with points or movers."""
+"""Smallest fields of view with the certificate, rad; the wide one where the robot may reverse: with points or moving
+obstacles."""
 FEWEST_BEAMS = 36
-"""Of a lidar, in a turn: between fewer of them walls are not seen as such."""
+"""Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
 
 def check_view(angle_min: float, angle_max: float, angle_increment: float, beams: int, *, backwards: bool) -> None:
-    """Raise a `StarnavError` where the beams of a lidar look at too little for a certificate.
+    """Raise a `StarnavError` if a lidar observes too little for a certificate.
 
     Args:
         angle_min, angle_max: bearings of the first and the last beam, rad.
         angle_increment: bearing step, rad.
-        beams: how many.
-        backwards: whether the robot may go backwards.
+        beams: number of beams.
+        backwards: whether the robot may reverse.
     """
     view = WIDE_VIEW if backwards else FRONT_VIEW
     turns = 2.0 * math.pi * round(0.5 * (angle_min + angle_max) / (2.0 * math.pi))
@@ -44,7 +46,7 @@ def check_view(angle_min: float, angle_max: float, angle_increment: float, beams
         raise StarnavError(
             f"lidar.angle_min {angle_min:g} and lidar.angle_max {angle_max:g} with controller.certificate; "
             f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
-            "what no beam has looked at is not certified"
+            "space that no beam has observed is not certified"
         )
     if angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
         raise StarnavError(
@@ -55,13 +57,13 @@ def check_view(angle_min: float, angle_max: float, angle_increment: float, beams
 
 @snapshot
 class Perceived:
-    """What is known once a scan has been looked at; immutable.
+    """Perception's state after a scan. Immutable.
 
     Attributes:
         observation: the scan, its pose, and its region with the planning margin.
         safety: the safety star of the last scans.
-        memory: the last scans that the safety star is of.
-        history: the last scans' hits by which stray ones are sorted out.
+        memory: the scans from which the safety star is made.
+        history: hits of the last scans, which confirm or refute new ones.
     """
 
     observation: Observation
@@ -71,58 +73,70 @@ class Perceived:
 
     @staticmethod
     def nothing() -> "Perceived":
-        """Before the first scan."""
+        """The state before the first scan."""
         return Perceived(Observation.none(), SafetyStar.none(), ScanMemory(), HitHistory())
+
+
+class PerceptionSettings(NamedTuple):
+    """What perception needs to know about robot and sensor.
+
+    Attributes:
+        region: parameters of the planner's region.
+        safety: parameters of the safety star.
+        robot_radius: m.
+        outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_strays`, m; None:
+            they are not.
+    """
+
+    region: StarParameters
+    safety: SafetyParameters
+    robot_radius: float
+    outlier_noise: float | None = None
 
 
 def perceive(
     before: Perceived,
     scan: LaserScan,
     pose: np.ndarray,
-    planner: StarParameters,
-    controller: SafetyParameters,
-    robot_radius: float,
-    *,
-    confirm: float | None = None,
+    settings: PerceptionSettings,
     stopwatch: Stopwatch | None = None,
 ) -> Perceived:
-    """Look at a new scan.
+    """Process a new scan.
 
     Args:
-        before: what was known.
-        scan: in the sensor frame S, whose origin is the robot's centre; a rolling one is made into one taken at once.
+        before: state before the scan.
+        scan: in the sensor frame S, whose origin is the robot's centre; a rolling scan is de-skewed.
         pose: (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
-        planner: of the region.
-        controller: of the safety star.
-        robot_radius: m.
-        confirm: where not None, stray hits are sorted out as `without_strays` does at this noise, m.
-        stopwatch: where to note `scan` and `fit` times, if anywhere.
+        settings: of robot and sensor.
+        stopwatch: records the times `scan` and `fit`; None: no times are recorded.
     """
+    region_parameters, controller, robot_radius, noise = settings
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         if scan.time_increment > 0.0 and before.observation.region is not None:
             scan = taken_at_once(scan, before.observation.pose, before.observation.scan.time, pose)
-        history, near = before.history, scan  # `near` is what the certificate sees
-        if confirm is not None:
+        history, near = before.history, scan  # `near` is the scan for the certificate
+        if noise is not None:
             history = history.remembered(scan.points(pose))
-            near, scan = without_strays(scan, pose, before.history, confirm, robot_radius)
-        distance = smoothed_distances(scan, planner)
+            near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
+        distance = smoothed_distances(scan, region_parameters)
         if controller.smoothed_beams > 0:
-            smoothing = StarParameters(
-                smoothing_beams=controller.smoothed_beams, smoothing_slack=planner.smoothing_slack
-            )
-            near = dataclasses.replace(
-                near, ranges=np.where(near.hits, smoothed_distances(near, smoothing), near.ranges)
-            )
-        profile = free_range(scan, distance, robot_radius, planner)
+            near = _smoothed(near, controller.smoothed_beams, region_parameters.smoothing_slack)
+        profile = free_range(scan, distance, robot_radius, region_parameters)
         with stopwatch.measure("fit"):
-            region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, planner)
+            region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, region_parameters)
         safe_radius = robot_radius + controller.safety_margin
         kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
         memory = known = before.memory.remembered(near, pose, *kept)
         if controller.average_scans and near.motion is None:
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             known = earlier.remembered(near, pose, *kept)
-        safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, planner)
+        safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, region_parameters)
         safety = dataclasses.replace(safety, previous=before.safety.time)
     return Perceived(Observation(region, scan, pose), safety, memory, history)
+
+
+def _smoothed(scan: LaserScan, beams: int, slack: float) -> LaserScan:
+    """The scan with the ranges of its hits averaged over `beams` to each side, within surfaces, by `slack` (m)."""
+    parameters = StarParameters(smoothing_beams=beams, smoothing_slack=slack)
+    return dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed_distances(scan, parameters), scan.ranges))

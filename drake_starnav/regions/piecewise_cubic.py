@@ -1,7 +1,7 @@
 """Least-squares piecewise cubics over a bearing grid: the boundary Phi(theta) of a star-shaped region.
 
 Each segment is a polynomial c0 + c1 s + c2 s^2 + c3 s^3 in its own abscissa s in [-1, 1], which keeps the normal
-equations well conditioned: powers of theta itself, as the paper prints them, are not.
+equations well conditioned; with powers of theta, as in the paper, they are not.
 """
 
 import math
@@ -15,7 +15,7 @@ from drake_starnav.regions.parameters import StarParameters
 SMALLEST_SPLIT = 5
 """Segments with fewer samples are not bisected."""
 LARGEST_SHARE = 8
-"""No adaptive segment is longer than this part of a turn."""
+"""No adaptive segment is longer than one turn divided by this."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def fit_piecewise_cubic(samples: np.ndarray, parameters: StarParameters) -> Piec
         samples: shape (M,), free range at the bearings of a uniform grid, m.
         parameters: segmentation (adaptive, slope, fixed), tolerance, one- or two-sided fit.
 
-    Source: paper, section III-A, eqs. for the adaptive piecewise polynomial; one-sided fit: this project.
+    Source: paper, section III-A, adaptive piecewise polynomial; one-sided fit: this project.
     """
     count = len(samples)
     if parameters.segmentation == "adaptive":
@@ -73,7 +73,7 @@ def _jump_breaks(samples, jump, longest):
 
 @njit(cache=True)
 def _slope_breaks(samples, jump, change):
-    """The paper's rule: a new segment where the boundary's direction has turned by more than `change`."""
+    """The paper's rule: a new segment begins where the boundary's direction has turned by more than `change`."""
     count = len(samples)
     step = 2.0 * math.pi / count
     breaks = np.empty(count + 1, np.int64)
@@ -141,7 +141,7 @@ def _fit(samples, breaks, tolerance, one_sided):
 
 @njit(cache=True)
 def _least_squares(samples, first, end):
-    """Cubic through samples[first:end] on a symmetric abscissa: even and odd coefficients decouple."""
+    """Cubic fit of samples[first:end] on a symmetric abscissa, where even and odd coefficients decouple."""
     n = end - first
     if n == 1:
         return samples[first], 0.0, 0.0, 0.0

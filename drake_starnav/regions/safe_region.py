@@ -1,6 +1,7 @@
-"""The safety star: where the robot's centre may be, by the hits of the last few scans.
+"""The safety star: positions of the robot's centre that are free according to the last few scans.
 
-They are as measured, or smoothed or averaged before, where so much noise is declared that the nearest errs too much.
+The hits are used as measured. If the declared noise makes the nearest hit too unreliable, they are smoothed or averaged
+first.
 """
 
 import math
@@ -9,45 +10,38 @@ from dataclasses import field
 import numpy as np
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import (
-    CONNECTED_CHORD,
-    bearing_count,
-    eroded_range,
-    free_limit,
-    half_gaps,
-    point_hits,
-    sight_limit,
-)
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps, point_hits
+from drake_starnav.regions.erosion import bearing_count, eroded_range, free_limit, sight_limit
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.utils.snapshot import snapshot
 
 NEAR_HIT_RANGE = 1.0
-"""Hits nearer than this take part in the near-wall term, m."""
+"""Hits nearer than this enter the near-wall term, m."""
 BLIND_SIDE = math.radians(60.0)
-"""Nothing is certified towards bearings nearer than this to an edge of the view: the disc would sweep what no beam saw,
-from where it stood by more than 0.155 of its radius."""
+"""No motion is certified towards bearings nearer than this to an edge of the field of view: there, the disc would sweep
+unobserved space by more than 0.155 of its radius from where it stood."""
 NEAREST = 0.001
-"""A hit that is too close to be measured is taken to lie this far along its beam, so that it has a direction, m."""
+"""A hit that is too close to be measured is placed at this distance along its beam, to give it a direction, m."""
 
 
 @snapshot
 class SafetyStar:
     """A star-shaped set of positions of the robot's centre that the last scans certify. Immutable; W, m.
 
-    Every point inside has all hits farther than the robot's radius plus `margin`, and so has the whole straight
-    segment from the centre to it.
+    At every point inside, and along the straight segment from the centre to it, the distance to all hits exceeds the
+    robot's radius plus the safety margin.
 
     Attributes:
         center: where the last scan was taken, shape (2,).
         bearing_0: bearing of sample 0, rad.
         values: shape (M,), boundary distance at the samples; between two samples the smaller one counts.
-        near_hits: shape (k, 2), the planner's hits close to the robot, smoothed.
-        hits: shape (n, 2), all hits of the remembered scans, as the certificate sees them.
-        half_gaps: shape (n,), half the chord from each to its neighbour on the same surface, m.
-        seen: whether `hits` are those of scans: without, they certify no motion.
+        near_hits: shape (k, 2), the planner's smoothed hits close to the robot.
+        hits: shape (n, 2), all hits of the remembered scans, as used by the certificate.
+        half_gaps: shape (n,), half the chord from each hit to its neighbour on the same surface, m.
+        seen: whether `hits` come from scans; if not, they certify no motion.
         time: when the last scan was taken, s.
-        reach: `hits` are all that this scan had within this distance of `center`, m; what lies farther is not known.
-        previous: when the scan before the last was taken, s; from its pose a rolling one is placed, too.
+        reach: `hits` is complete for the last scan within this distance of `center`, m; farther hits are unknown.
+        previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
     """
 
     center: np.ndarray
@@ -63,7 +57,7 @@ class SafetyStar:
 
     @staticmethod
     def none() -> "SafetyStar":
-        """Nothing seen: no motion can be certified."""
+        """Before any scan: no motion can be certified."""
         return SafetyStar(np.zeros(2), 0.0, np.zeros(4), np.zeros((0, 2)))
 
 
@@ -74,8 +68,8 @@ class ScanMemory:
     Attributes:
         points: per scan, shape (n, 2), W, m.
         half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
-        places: per scan, where it was taken, shape (2,), W, m.
-        reach: of the last scan all hits within this distance are kept, m.
+        places: per scan, position where it was taken, shape (2,), W, m.
+        reach: all hits of the last scan within this distance are kept, m.
     """
 
     points: tuple[np.ndarray, ...] = ()
@@ -91,9 +85,9 @@ class ScanMemory:
         Args:
             scan: the latest, in S.
             pose: (x, y, yaw) of S in W when it was taken.
-            reach: hits within this matter, m.
-            count: how many scans are kept.
-            spacing: the scan before the latest is only kept if it was taken this far from the one before it, m.
+            reach: farther hits are dropped, m.
+            count: number of scans to keep.
+            spacing: the scan before the latest is kept only if it was taken this far from its predecessor, m.
         """
         distance = scan.distances
         gap = half_gaps(scan, distance)
@@ -124,20 +118,20 @@ def safety_star(
     """The safety star about the latest scan.
 
     Args:
-        memory: the last scans, the latest among them.
+        memory: the last scans, including the latest.
         scan: the latest, in the sensor frame S at the robot's centre.
-        distance: shape (n,), its `smoothed_distances`, from which the near hits are taken, m.
+        distance: shape (n,), its `smoothed_distances`, used for the near hits, m.
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the safety margin, m.
-        reach: how far the star extends at most, m.
-        parameters: for the number of bearings and the filter of the near hits.
+        reach: maximum extent of the star, m.
+        parameters: number of bearings.
     """
     samples = bearing_count(scan, parameters)
     bearing_0 = float(pose[2]) + scan.angle_min
     center = np.array(pose[:2], dtype=float)
-    within = reach + radius + CONNECTED_CHORD  # what is farther bounds nothing
+    within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
     points, gaps = np.concatenate(memory.points), np.concatenate(memory.half_gaps)
-    if not scan.complete:  # behind its lost beams the latest scan certifies nothing
+    if not scan.complete:  # space behind lost beams of the latest scan is not certified
         bounded = scan.lost & (scan.distances < scan.range_max)
         edge = scan.points_at(np.maximum(scan.distances, NEAREST), bounded, pose)
         points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))

@@ -1,8 +1,8 @@
-"""Ranges averaged over the remembered scans: what the certificate sees then errs less, and hardly to one side.
+"""Ranges averaged over the remembered scans, which reduces the certificate's error and nearly removes its bias.
 
-Of all hits that several scans leave on a wall the nearest bounds the safety star, and it errs by some three standard
-deviations. But the scans tell of the same surfaces: what a beam of the latest scan hits can be read off an earlier scan
-too, where that beam crosses the chord between two neighbouring hits of it.
+Of all hits that several scans leave on a wall, the nearest bounds the safety star; its error is about three standard
+deviations. But the scans measure the same surfaces. The range of a beam of the latest scan is estimated from an earlier
+scan where the beam crosses the chord between two neighbouring hits of that scan.
 """
 
 import dataclasses
@@ -12,25 +12,25 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import CONNECTED_CHORD
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.safe_region import ScanMemory
 
 SAME_SURFACE = 0.04
-"""Ranges that differ by no more than this are of one surface, m: four standard deviations of a centimetre."""
+"""Ranges that differ by no more than this belong to one surface, m: four standard deviations of 1 cm."""
 
 
 def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float) -> tuple[ScanMemory, LaserScan]:
-    """The memory without the hits that the latest scan speaks for, and that scan with averaged ranges.
+    """The memory without the hits on surfaces that the latest scan sees, and that scan with averaged ranges.
 
-    The range of a beam, where it is within reach, becomes the mean of what it measured and of what each remembered scan
-    says of it, as far as that is about the same surface. An earlier hit stays in the memory where the latest scan does
-    not see that surface. For worlds that stand still: a surface that comes nearer is seen late by two scan periods.
+    The range of a beam within reach becomes the mean of its measurement and of its estimates from the remembered scans
+    that see the same surface. An earlier hit stays in the memory if the latest scan does not see its surface. Only for
+    static worlds: an approaching surface is detected two scan periods late.
 
     Args:
-        memory: earlier scans, as they were measured.
+        memory: earlier scans, as measured.
         scan: the latest, in S.
         pose: (x, y, yaw) of S in W when it was taken.
-        reach: hits farther than this are left as they are, m.
+        reach: hits farther than this are not averaged, m.
     """
     if not memory.points:
         return memory, scan
@@ -51,7 +51,7 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
 
 @njit(cache=True)
 def _averaged(measured, rays, points, ends, x, y, first, increment, full_circle, reach):
-    """The mean ranges, and which points lie on surfaces that the scan sees."""
+    """The mean ranges, and whether each point lies on a surface that the scan sees."""
     total, count = measured.copy(), np.ones(len(measured))
     begin = 0
     for end in ends:
@@ -63,18 +63,18 @@ def _averaged(measured, rays, points, ends, x, y, first, increment, full_circle,
 
 @njit(cache=True)
 def _beam(dx, dy, first, increment):
-    """The beam, as a real number, on which (dx, dy) from the sensor lies; `first` is the bearing of beam 0."""
+    """The real-valued index of the beam towards (dx, dy) from the sensor; `first` is the bearing of beam 0."""
     return ((math.atan2(dy, dx) - first) % (2.0 * math.pi)) / increment
 
 
 @njit(cache=True)
 def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, reach, total, count):
-    """Add to each beam's total where it crosses the chords of an earlier scan, next to what it measured."""
+    """Add to each beam's total its crossing with a chord of an earlier scan, the one nearest to its measured range."""
     beams, turn = len(measured), 2.0 * math.pi / increment
     nearest = np.full(beams, np.inf)
-    last, beam = -2, 0.0  # the hit whose beam is known already
+    last, beam = -2, 0.0  # the hit whose beam was computed last
     for i in range(len(points)):
-        px, py = points[i - 1, 0] - x, points[i - 1, 1] - y  # of a full circle the last hit is next to the first
+        px, py = points[i - 1, 0] - x, points[i - 1, 1] - y  # in a full circle the last hit is next to the first
         qx, qy = points[i, 0] - x, points[i, 1] - y
         ex, ey = qx - px, qy - py
         if max(abs(qx), abs(qy)) > reach or ex * ex + ey * ey > CONNECTED_CHORD * CONNECTED_CHORD:
@@ -103,7 +103,7 @@ def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, 
 
 @njit(cache=True)
 def _seen_again(ranges, points, x, y, first, increment, full_circle, reach):
-    """Which points lie on surfaces that the scan sees: at the range of a beam beside them, or between those of both."""
+    """Points on surfaces that the scan sees: at the range of a neighbouring beam, or between those of both."""
     beams = len(ranges)
     out = np.zeros(len(points), np.bool_)
     for i in range(len(points)):

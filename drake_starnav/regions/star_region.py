@@ -3,7 +3,7 @@
     Gamma(p) = (Phi(theta) / |p - p_ref|)^sigma,   theta = atan2 of p - p_ref
 
 Gamma is above 1 inside, 1 on the boundary, infinite at the reference point p_ref.
-Source: paper, section III-B; theta by atan2 and the boundary's frame from Phi and Phi' are corrections.
+Source: paper, section III-B; corrected here: theta by atan2, and the boundary's frame from Phi and Phi'.
 """
 
 import dataclasses
@@ -22,7 +22,7 @@ from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_
 from drake_starnav.utils.snapshot import snapshot
 
 LINE_STEP = 0.05
-"""Sampling of lines of sight inside the union of regions, m."""
+"""Sample spacing on lines of sight inside the union of regions, m."""
 
 
 @snapshot
@@ -33,9 +33,9 @@ class StarRegion:
         center: p_ref, shape (2,), m.
         bearing_0: bearing of sample 0, rad.
         boundary: the fitted cubics.
-        free_range: shape (M,), what was fitted, m.
-        limit: shape (M,), free range at a bearing without obstacles, m; 0 where the scan did not look.
-        margin: least clearance kept beyond the robot's radius, m.
+        free_range: shape (M,), the samples that were fitted, m.
+        limit: shape (M,), free range at a bearing without obstacles, m; 0 outside the field of view.
+        margin: smallest clearance kept beyond the robot's radius, m.
     """
 
     center: np.ndarray
@@ -69,7 +69,7 @@ class StarRegion:
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Whether points in W are certainly inside; shape (..., 2) -> (...), bool.
 
-        Compares with the smaller of the two neighbouring samples, which bounds the free range between them.
+        A point is compared with the smaller of the two neighbouring samples, which bounds the free range between them.
         """
         points = np.asarray(points, dtype=float)
         flat = points.reshape(-1, 2)
@@ -82,7 +82,7 @@ class StarRegion:
         return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))
 
     def outline(self, count: int | None = None) -> np.ndarray:
-        """Boundary points in W, shape (count, 2), m; default all M samples."""
+        """Boundary points in W, shape (about `count`, 2), m; default all M samples."""
         step = 1 if count is None else max(1, math.ceil(len(self.boundary.values) / count))
         phi = self.boundary.values[::step]
         theta = self.bearing_0 + 2.0 * math.pi / len(self.boundary.values) * np.arange(0, len(phi) * step, step)
@@ -103,7 +103,7 @@ class StarRegion:
         c0, c1, c2, c3 = np.moveaxis(fit.coefficients[segment], -1, 0)
         value = np.maximum(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
         slope = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) * samples / (2.0 * math.pi * half)
-        # between the last sample of a segment and the first of the next there is no cubic: the smaller one bounds
+        # no cubic spans the seam between two segments: the smaller of the two samples is the bound
         nearer = np.where(fit.values[left] <= fit.values[right], left, right)
         seam = (left == last) & (position > left)
         return np.where(seam, fit.values[nearer], value), np.where(seam, fit.slopes[nearer], slope)
@@ -136,7 +136,7 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: St
 
 @dataclass(frozen=True)
 class RegionStack:
-    """Many regions in one set of arrays, oldest first, for compiled loops. Immutable; extension shares memory.
+    """Regions in one set of arrays, oldest first, for compiled loops. Immutable; extension shares memory.
 
     Attributes:
         center: shape (n, 2), W, m.
@@ -171,7 +171,7 @@ class RegionStack:
         return len(self.reach)
 
     def appended(self, region: StarRegion) -> "RegionStack":
-        """This stack with one more region; rows are shared with `self` where the memory behind it is still unused."""
+        """This stack with one more region; memory is shared with `self` if the row behind it is still unused."""
         n = len(self)
         storage = self.storage
         if storage is None or storage.used != n or n == len(storage.arrays[0]):
@@ -191,12 +191,12 @@ class RegionStack:
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """What the compiled loops take: center, bearing_0, values, reach."""
+        """Arguments of the compiled loops: center, bearing_0, values, reach."""
         return self.center, self.bearing_0, self.values, self.reach
 
 
 class _Storage:
-    """Arrays with spare rows behind the stacks that grew out of one another; the first to use a row owns it."""
+    """Arrays with spare rows, shared by stacks that extend one another; the first to use a row owns it."""
 
     def __init__(self, arrays: tuple[np.ndarray, ...], used: int) -> None:
         self.arrays, self.used = arrays, used
@@ -244,7 +244,7 @@ def first_cover(center, bearing_0, values, reach, x, y):
 
 @njit(cache=True)
 def least_outside(center, bearing_0, values, x, y):
-    """Index of the region that (x, y) is least far outside of, on the ray from its centre; of equals the newest."""
+    """Index of the region whose boundary (x, y) exceeds least, along the ray from its centre; the newest of equals."""
     best, least = -1, np.inf
     for k in range(len(center) - 1, -1, -1):
         dx, dy = x - center[k, 0], y - center[k, 1]
@@ -264,7 +264,7 @@ def segment_covered(center, bearing_0, values, reach, x0, y0, x1, y1, step):
     for k in range(len(reach) - 1, -1, -1):  # regions whose disc of reach touches the segment, newest first
         px, py = center[k, 0] - x0, center[k, 1] - y0
         t = 0.0
-        if length > 1e-12:  # its square is no less than the smallest number
+        if length > 1e-12:  # so that its square does not underflow
             t = (px * (x1 - x0) + py * (y1 - y0)) / (length * length)
             t = min(max(t, 0.0), 1.0)
         px -= t * (x1 - x0)

@@ -8,7 +8,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerParameters
-from drake_starnav.regions.perception import Perceived, check_view, perceive
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, check_view, perceive
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
@@ -63,9 +63,9 @@ class StarPerception(LeafSystem):
         """
         super().__init__()
         period = checked_period(self, rate=rate, offset=offset)
-        self._robot, self._planner, self._controller = robot, planner, controller
+        self._controller = controller
+        self._settings = PerceptionSettings(planner, controller, robot.radius, confirm)
         self._stopwatch = stopwatch or Stopwatch()
-        self._confirm = confirm
         self._expiry = delay + controller.scan_patience / rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
@@ -95,10 +95,7 @@ class StarPerception(LeafSystem):
             backwards = scan.motion is not None or self._controller.certified_by == "points"
             view = scan.angle_min, scan.angle_max, scan.angle_increment, len(scan.ranges)
             check_view(*view, backwards=backwards)
-        seen = perceive(
-            before, scan, pose, self._planner, self._controller, self._robot.radius,
-            confirm=self._confirm, stopwatch=self._stopwatch,
-        )  # fmt: skip
+        seen = perceive(before, scan, pose, self._settings, self._stopwatch)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()
 

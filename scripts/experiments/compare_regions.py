@@ -19,7 +19,8 @@ from drake_starnav.cli.options import exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import StarParameters, StarRegion, scan_region
-from drake_starnav.regions.erosion import CONNECTED_CHORD, smoothed_distances
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
+from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.visualization.world_figure import draw_world

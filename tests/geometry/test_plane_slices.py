@@ -1,4 +1,4 @@
-"""What a plane cuts out of solids whose slices are known."""
+"""Slices of solids with a known result."""
 
 import math
 

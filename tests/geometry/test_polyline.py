@@ -1,4 +1,4 @@
-"""Polylines keep their shape with fewer points."""
+"""Polylines keep their shape with fewer or more points."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from drake_starnav.geometry.polyline import distance_to_segment, resampled, simplified
+from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled, simplified, subdivided
 
 LINES = st.integers(1, 30).flatmap(lambda n: arrays(float, (n, 2), elements=st.floats(-10.0, 10.0, width=32)))
 
@@ -16,7 +16,7 @@ def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 @given(LINES, st.floats(0.0, 3.0))
-def test_what_is_left_out_lies_near_what_is_left(points: np.ndarray, tolerance: float) -> None:
+def test_omitted_points_lie_near_the_simplified_polyline(points: np.ndarray, tolerance: float) -> None:
     left = simplified(points, tolerance)
     assert (left[0] == points[0]).all() and (left[-1] == points[-1]).all()
     if len(points) > 1:
@@ -43,6 +43,20 @@ def test_resampled_points_are_even(step: float, count: int) -> None:
     assert len(points) == count
     along = np.linspace(0.0, 3.0, count)
     np.testing.assert_allclose(points, np.column_stack((np.minimum(along, 1.0), np.maximum(along - 1.0, 0.0))))
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.5, 9), (0.3, 12), (3.0, 3)])
+def test_subdivided_polylines_keep_their_corners(step: float, count: int) -> None:
+    corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)])
+    points = subdivided(corners, step)
+    assert len(points) == count and np.hypot(*np.diff(points, axis=0).T).max() <= step
+    assert all((points == corner).all(axis=1).any() for corner in corners)
+    assert arc_lengths(points)[-1] == pytest.approx(3.0)
+
+
+def test_arc_lengths_are_those_up_to_each_point() -> None:
+    assert arc_lengths(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 5.0)])).tolist() == [0.0, 5.0, 6.0]
+    assert arc_lengths(np.ones((1, 2))).tolist() == [0.0]
 
 
 def test_a_robot_that_never_moved_has_one_point() -> None:

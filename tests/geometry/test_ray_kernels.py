@@ -1,4 +1,4 @@
-"""One beam fan against one shape, with the crossing computed by hand."""
+"""One fan of beams against one shape, with crossings computed by hand."""
 
 import math
 

@@ -27,7 +27,7 @@ def cast(rows, pose=(0.0, 0.0, 0.0), fan=FAN, reach=5.0, cell=1.0):
 
 
 def brute(pose, fan, reach, circles=(), segments=(), ellipses=()):
-    """The same by the textbook: every beam against every shape, one by one."""
+    """Reference result by the textbook: every beam against every shape."""
     x, y, yaw = pose
     angles = np.arctan2(fan.directions[:, 1], fan.directions[:, 0]) + yaw
     best = np.full(len(angles), np.inf)

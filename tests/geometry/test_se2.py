@@ -1,4 +1,4 @@
-"""Poses in poses."""
+"""Poses and points transformed between frames."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Poses between logged ones."""
+"""Poses between logged poses."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Figures of trajectories that can be computed by hand."""
+"""Metrics of trajectories whose values follow by hand."""
 
 import math
 
@@ -40,7 +40,7 @@ def test_steady_driving_is_smooth() -> None:
 
 @given(amplitude=st.floats(0.05, 0.4), period=st.floats(2.0, 6.0))
 def test_of_a_sine(amplitude, period) -> None:
-    """v = sin: the jerk's root mean square is a w^2/sqrt(2); omega = sin: the mean size of its slope is 2 a w/pi."""
+    """v = sin: the root mean square jerk is a w^2/sqrt(2); omega = sin: its mean absolute slope is 2 a w/pi."""
     w = 2.0 * math.pi / period
     sine = amplitude * np.sin(w * np.arange(round(10.0 * period / STEP)) * STEP)
     found = metrics(0.5 + sine, sine)
@@ -115,7 +115,7 @@ def test_driving_in_a_small_circle_is_being_stuck() -> None:
     assert time_stuck(0.1 * np.column_stack((np.cos(angle), np.sin(angle))), 0.1) == pytest.approx(39.9)
 
 
-def test_windows_drop_what_is_left() -> None:
+def test_windows_drop_an_incomplete_one_at_the_end() -> None:
     assert window_means(np.arange(7.0), 3) == pytest.approx([1.0, 4.0])
 
 

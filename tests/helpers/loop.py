@@ -8,13 +8,14 @@ import numpy as np
 from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.control.dynamic_step import wary_step
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.regions.perception import Perceived, perceive
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import MoverParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters(rate=40.0)
+SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
 TICKS = 2
 """Commands from scan to scan."""
 
@@ -50,7 +51,7 @@ def drive(
             return Run("reached", np.array(poses), plan)
         if k % TICKS == 0:
             known = track(known, scene.scan(time, pose, rng), pose, movers)
-            perceived = perceive(perceived, known.scan, pose, PLANNER, CONTROLLER, ROBOT.radius)
+            perceived = perceive(perceived, known.scan, pose, SETTINGS)
             plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
         age = time - known.tracks.time
         command = wary_step(

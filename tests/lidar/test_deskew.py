@@ -1,4 +1,4 @@
-"""Rolling scans made into scans taken at once: what was hit lies where it stands, and nothing is made up."""
+"""De-skewed scans: hits lie on the obstacles, and none are invented."""
 
 import dataclasses
 import math
@@ -72,7 +72,7 @@ def test_any_view_stays_as_it_is(view):
     assert (off <= 0.51 * seen.angle_increment * seen.distances[seen.hits] + 1e-6).all()
 
 
-def test_what_says_nothing_or_sees_nothing_stays_so():
+def test_lost_beams_and_missing_returns_stay_so():
     step = (0.05, 0.0, 0.2)
     scan, pose = rolling(step)
     for value in (np.nan, np.inf, -np.inf):
@@ -95,7 +95,7 @@ def test_of_several_things_in_one_beam_the_nearest_counts(nearest_first):
 @pytest.mark.parametrize(
     ("measured", "moved", "seen_as"), [(4.9, -0.4, math.inf), (0.3, 0.2, -math.inf), (4.9, 0.4, 4.5)]
 )
-def test_what_the_sensor_would_not_measure_from_the_end_of_the_sweep_is_beyond_it(measured, moved, seen_as):
+def test_hits_outside_the_range_limits_at_the_end_of_the_sweep_are_reported_as_such(measured, moved, seen_as):
     ranges = np.full(8, math.nan)
     ranges[4] = measured  # straight ahead, at half the way
     scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.2, 5.0, ranges, time_increment=PERIOD / 8, lost_beams=True)
@@ -103,7 +103,7 @@ def test_what_the_sensor_would_not_measure_from_the_end_of_the_sweep_is_beyond_i
     assert seen.ranges[4] == pytest.approx(seen_as)
 
 
-def test_what_moved_still_moves():
+def test_motion_follows_its_beam():
     scan, pose = rolling((0.0, 0.0, 0.2))
     motion = np.where(np.arange(180) < 90, MOVES, STAYS)
     seen = taken_at_once(dataclasses.replace(scan, motion=motion), BEFORE, 0.0, pose)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.lidar.laser_scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan, chord
 from tests.helpers.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -149,7 +149,7 @@ def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
     assert seen.distances.tolist() == [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
 
 
-def test_what_moves_was_seen_up_to_but_is_no_hit():
+def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
     ranges = np.array([2.0, 1.0, np.nan, 2.0, np.inf, 2.0, 1.5, 2.0])
     told = scan(
         ranges=ranges, lost_beams=True, motion=np.array([STAYS, MOVES, STAYS, STAYS, STAYS, STAYS, UNKNOWN, STAYS])
@@ -157,11 +157,27 @@ def test_what_moves_was_seen_up_to_but_is_no_hit():
     np.testing.assert_array_equal(told.hits, [True, False, False, True, False, True, True, True])
     np.testing.assert_array_equal(told.silent, [False, True, True, False, False, False, False, False])
     np.testing.assert_array_equal(told.lasting, [True, False, False, True, True, True, False, True])
+    np.testing.assert_array_equal(told.lasting_hits, [True, False, False, True, False, True, False, True])
     assert told.distances[1] == 1.0
     assert len(told.points()) == 5
 
 
-def test_without_being_told_nothing_moves():
+def test_without_motion_everything_is_static():
     seen = scan()
     assert not seen.moving.any()
     assert seen.hits.all() and seen.lasting.all() and not seen.silent.any()
+
+
+@pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])
+def test_a_hit_lies_on_its_beam_at_its_distance(pose):
+    seen = scan()
+    distance, beam = seen.polar(seen.points(pose), np.array(pose))
+    assert distance == pytest.approx(seen.distances[seen.hits])
+    off = np.mod(beam - np.flatnonzero(seen.hits) + 0.5, 2.0 * math.pi / seen.angle_increment) - 0.5
+    assert np.abs(off).max() < 1e-6
+
+
+def test_a_chord_is_the_distance_between_the_ends_of_two_beams():
+    assert chord(3.0, 4.0, 0.5 * math.pi) == pytest.approx(5.0)
+    assert chord(2.0, 2.0, 0.0) == 0.0
+    assert chord(1.0, 2.0, math.pi) == pytest.approx(3.0)

@@ -1,4 +1,4 @@
-"""Stray returns are doubted, surfaces never, thin obstacles for two scans only."""
+"""Outliers are doubted, surfaces never, and thin obstacles for two scans only."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ def circle(ranges: np.ndarray) -> LaserScan:
 
 
 def lonely(**hits: float) -> LaserScan:
-    """A full circle of nothing but the named beams, e.g. b12=1.0."""
+    """A full circle with returns only in the named beams, e.g. b12=1.0."""
     ranges = np.full(360, np.inf)
     for name, distance in hits.items():
         ranges[int(name[1:])] = distance
@@ -69,20 +69,20 @@ def test_old_scans_confirm_nothing():
     assert not without_strays(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
 
 
-def test_what_lies_inside_the_robot_is_a_stray_even_with_a_neighbour():
+def test_a_hit_inside_the_robot_is_an_outlier_even_with_a_neighbour():
     scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
     kept, certain = without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)
     assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
     assert without_strays(scan, ORIGIN, NOTHING, 0.01)[0].complete
 
 
-def test_what_is_too_close_for_a_lidar_that_sees_nothing_beside_the_robot_is_none():
+def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_robot():
     scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
     assert without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].complete
 
 
 @given(seeds)
-def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
+def test_hits_of_two_neighbouring_beams_are_never_doubted(seed):
     scan = cast(scattered(np.random.default_rng(seed)))
     kept, certain = without_strays(scan, ORIGIN, NOTHING)
     points = np.where(scan.hits[:, None], scan.points_at(scan.distances, np.ones(360, bool), ORIGIN), np.inf)

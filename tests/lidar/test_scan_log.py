@@ -1,4 +1,4 @@
-"""Scan logs: what is written is read back, and what is no log is refused."""
+"""Scan logs: written logs are read back, and invalid ones are rejected."""
 
 import math
 from pathlib import Path
@@ -51,7 +51,7 @@ def test_the_shipped_log_is_of_one_full_circle_lidar() -> None:
         "# angle_min=0, angle_increment=1, range_min=0, range_max=5\n0,0,0,0,1\n",
     ],
 )
-def test_what_is_no_log_is_refused(tmp_path: Path, text: str) -> None:
+def test_an_invalid_log_is_rejected(tmp_path: Path, text: str) -> None:
     file = tmp_path / "log.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(StarnavError, match=r"scan log .*log\.csv.*; allowed: "):
@@ -124,7 +124,7 @@ def test_a_bag_without_the_topic_names_those_it_has(tmp_path: Path) -> None:
         read_rosbag(tmp_path / "bag", scan_topic="/front")
 
 
-def test_what_is_no_bag_is_refused(tmp_path: Path) -> None:
+def test_an_invalid_bag_is_rejected(tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
     with pytest.raises(StarnavError, match="cannot be read"):
         read_rosbag(tmp_path / "nothing")

@@ -1,4 +1,4 @@
-"""Points laid upon lines through others."""
+"""Points aligned with lines through other points."""
 
 import math
 
@@ -54,7 +54,7 @@ def test_points_are_laid_where_they_were_seen(seed):
     assert math.hypot(*off[:2]) < 0.01 and abs(off[2]) < math.radians(0.5)
 
 
-def test_a_sure_guess_stays_and_the_rest_is_told_by_what_fits() -> None:
+def test_certain_parts_of_the_guess_are_kept_and_the_rest_is_estimated() -> None:
     scan, pose = cast(BOX), np.array((0.1, -0.05, 0.05))
     points, guess = cast(BOX, pose).points(), np.zeros(3)
     assert found(scan, points, guess, 1e-9)[0] == pytest.approx(guess, abs=1e-6)

@@ -1,4 +1,4 @@
-"""Scans laid upon earlier ones correct what the odometry got wrong, and only that."""
+"""Alignment with earlier scans corrects the errors of the odometry, and nothing else."""
 
 import dataclasses
 import math
@@ -58,7 +58,7 @@ def to_and_fro(length, times, step=0.04):
 
 @given(seeds)
 @settings(max_examples=10)
-def test_what_drifts_is_corrected_to_a_tenth(seed):
+def test_drift_is_corrected_to_a_tenth(seed):
     error = OdometryError(0.05, 0.0, NOISE)
     poses = circling(3, radius=0.25, step=0.025)
     known, believed = driven(scattered(np.random.default_rng(seed)), poses, error, seed)
@@ -139,7 +139,7 @@ def test_a_scan_that_hits_nothing_tells_nothing():
 
 @pytest.mark.parametrize(("length", "count"), [(0.6, 2), (0.02, 1)])
 @pytest.mark.parametrize("yaw", [0.0, 1.5, 3.0])
-def test_what_a_screen_hides_is_not_known_on_its_other_side(length, count, yaw):
+def test_places_behind_a_screen_are_not_in_view(length, count, yaw):
     screen = np.array([(-length, -0.01), (length, -0.01), (length, 0.01), (-length, 0.01)]) * (0.5, 1.0) + (0.1, 0.0)
     world = dataclasses.replace(ROOM, polygons=(screen,))
     here, there = np.array((0.0, 0.2, 0.3)), np.array((0.0 if count == 2 else -0.1, -0.2, yaw))
@@ -149,7 +149,7 @@ def test_what_a_screen_hides_is_not_known_on_its_other_side(length, count, yaw):
 
 @pytest.mark.parametrize(("step", "count"), [(0.05, 1), (0.15, 2)])
 def test_a_scan_of_which_little_fits_changes_no_pose(step, count):
-    """Only a piece of a wall is where it was, and the odometry is 5 cm off it."""
+    """Only a piece of a wall is where it was, and the odometry is off by 5 cm."""
     wall = np.array([(-0.6, -2.1), (0.6, -2.1), (0.6, -2.0), (-0.6, -2.0)])
     discs = [(0.9, 0.2, 0.3), (-0.5, 0.8, 0.2), (-0.7, -0.3, 0.2)]
     elsewhere = World("elsewhere", (0, 0, 0), (0, 0), cylinders=discs, polygons=(wall,))
@@ -175,7 +175,7 @@ def test_a_declared_jump_is_only_reckoned_with_at_the_step_that_jumps(jumps):
         known = with_jumps
 
 
-def test_who_comes_back_takes_the_older_part_of_the_map_for_right():
+def test_on_return_the_older_part_of_the_map_is_trusted():
     """The newer keyframe, and so the odometry as corrected by it, is 8 cm and 2 degrees off."""
     off, first, second = np.array((0.08, 0.0, 0.035)), np.zeros(3), np.array((0.6, 0.0, 0.0))
     wrong = composed(off, second)

@@ -1,4 +1,4 @@
-"""Where a robot arrives at a goal that lies closer to a wall than it may drive."""
+"""Where a robot arrives if its goal is closer to a wall than it may drive."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_in_a_corner_it_is_off_both_walls():
 
 
 def test_where_none_is_clear_it_is_the_one_farthest_from_hits():
-    """A niche hardly wider than the robot: its middle."""
+    """In a niche hardly wider than the robot, the middle is chosen."""
     niche = memory(((0.0, -0.27), (1.0, -0.27)), ((0.0, 0.27), (1.0, 0.27)), ((0.0, -0.27), (0.0, 0.27)))
     goal = np.array((0.5, 0.1))
     found = approach(niche, goal, 0.25, CLEARANCE)
@@ -66,7 +66,7 @@ def test_where_none_is_clear_it_is_the_one_farthest_from_hits():
 
 
 def test_places_behind_a_thin_wall_are_none():
-    """Behind it there is room, within the tolerance; before it a second wall leaves too little."""
+    """Behind the wall there is room within the tolerance; in front of it a second wall leaves too little."""
     hits = memory(WALL, ((0.5, -2.0), (0.5, 2.0)))
     goal = np.array((0.2, 0.0))
     behind = np.array((-0.35, 0.0))

@@ -1,4 +1,4 @@
-"""The fastest path: it keeps off walls, prefers room to short cuts, and gives up narrow places that do not work."""
+"""The fastest path keeps clear of walls, prefers room to short cuts, and gives up narrow places that do not work."""
 
 import math
 

@@ -20,7 +20,7 @@ PERIOD = 0.05
 
 
 def drive(world: World, steps: int, parameters: PlannerParameters = PARAMETERS) -> list[PlannerState]:
-    """The planner's states until the goal is reached, or it gives up, or the steps are used up."""
+    """The planner's states until it reaches the goal, gives up, or has used all steps."""
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = PlannerState.initial(parameters, RADIUS), []
     for k in range(steps):
@@ -59,7 +59,7 @@ def test_a_far_goal_is_not_arrived_at_yet():
     assert not state.guidance.arrives
 
 
-def test_a_goal_too_far_for_the_grid_is_told():
+def test_a_goal_too_far_for_the_grid_is_reported():
     with pytest.raises(StarnavError, match=r"too far.*5e\+07 cells of 0\.03 m; allowed: .*planner\.grid_resolution"):
         drive(World("open", (0, 0, 0), (2000, 2000)), steps=1)
 

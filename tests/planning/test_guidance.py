@@ -1,4 +1,4 @@
-"""What any planner may tell the controller."""
+"""The guidance from any planner to the controller."""
 
 import numpy as np
 import pytest
@@ -15,6 +15,6 @@ def test_a_path_is_followed_to_its_end() -> None:
 
 
 @pytest.mark.parametrize("path", [[(1.0, 2.0, 0.5)], [1.0, 2.0], [(1.0, float("nan"))], np.zeros((2, 2, 2))])
-def test_what_is_no_path_is_refused(path) -> None:
+def test_an_invalid_path_is_rejected(path) -> None:
     with pytest.raises(StarnavError, match=r"guidance: path has shape .*; allowed: \(k, 2\), finite x and y"):
         Guidance.along(path)

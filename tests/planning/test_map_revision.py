@@ -1,4 +1,4 @@
-"""Old regions give way to new scans where they disagree, and only there."""
+"""Old regions yield to new scans where they disagree, and only there."""
 
 import dataclasses
 
@@ -21,7 +21,7 @@ HERE = np.array((0.5, -0.2, 0.3))
 
 
 def shifted(roadmap, offset):
-    """A roadmap whose robot believed to be elsewhere by `offset` when it made it."""
+    """A roadmap built with the robot's estimated pose off by `offset`."""
     moved = [(scan, pose + (*offset, 0.0)) for scan, pose in roadmap.scans]
     out = StarRoadmap.empty(PARAMETERS, RADIUS)
     for scan, pose in moved:
@@ -73,7 +73,7 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
 
 
 @pytest.mark.parametrize("offset", [(0.3, 0.0), (-0.2, 0.25), (0.5, 0.3)])
-def test_a_map_that_has_drifted_gives_way_to_what_is_seen(offset):
+def test_a_drifted_map_yields_to_the_latest_scan(offset):
     roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), offset)
     scan = cast(ROOM, HERE)
     found = reconcile(roadmap, scan, HERE, PARAMETERS, RADIUS)
@@ -99,7 +99,7 @@ def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
     assert after.contains(inside[1]).all()
 
 
-def test_hits_in_free_space_are_told_from_those_behind_walls():
+def test_hits_in_free_space_are_distinguished_from_those_behind_walls():
     scan = cast(ROOM, HERE)
     assert seen_through(scan, HERE, scan, HERE, 0.05) == 0.0
     beyond = dataclasses.replace(ROOM, bounds=(-4.0, -3.0, 4.0, 3.0), cylinders=[])
@@ -115,7 +115,7 @@ def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
     assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()
 
 
-def test_what_a_scan_sees_through_is_kept_where_the_pose_is_true():
+def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     posts = dataclasses.replace(ROOM, cylinders=[(x, y, 0.15) for x in (-1.0, -0.3, 0.4) for y in (-1.2, 1.2)])
     roadmap = explored(posts, PLACES[:1], PARAMETERS)
     through = cast(dataclasses.replace(ROOM, cylinders=[]), HERE)
@@ -127,7 +127,7 @@ def test_what_a_scan_sees_through_is_kept_where_the_pose_is_true():
 
 @pytest.mark.parametrize("pose_errs", [False, True])
 def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_errs):
-    """Behind a wall with a door is a post that only the node in the doorway has seen."""
+    """Behind a wall with a door stands a post that only the node in the doorway has seen."""
     walls = [[(0.5, low), (0.6, low), (0.6, high), (0.5, high)] for low, high in ((-2.0, 0.5), (1.5, 2.0))]
     world = dataclasses.replace(ROOM, cylinders=[(2.0, -1.2, 0.2)], polygons=walls)
     parameters = dataclasses.replace(PARAMETERS, drop_seen_through=pose_errs)

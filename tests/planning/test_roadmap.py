@@ -123,7 +123,7 @@ def test_rebuilt_it_is_the_same(seed):
 
 @settings(max_examples=8)
 @given(seeds)
-def test_rebuilt_it_forgets_what_was_retired_closed_looked_at_and_blocked(seed):
+def test_a_rebuilt_roadmap_has_no_retired_closed_inspected_or_blocked_places(seed):
     _, roadmap = wandered(seed, nodes=3)
     stand, probe = roadmap.frontiers.stand[0], roadmap.frontiers.probe[0]
     given_up = block(retire(roadmap, stand, 10.0, probe), probe, PARAMETERS, RADIUS)
@@ -139,7 +139,7 @@ def test_rebuilt_it_forgets_what_was_retired_closed_looked_at_and_blocked(seed):
 
 @settings(max_examples=8)
 @given(seeds)
-def test_snapshots_are_untouched_by_what_is_made_from_them(seed):
+def test_snapshots_are_unchanged_by_later_ones(seed):
     world, roadmap = wandered(seed, nodes=3)
     _, copy = wandered(seed, nodes=3)
     probes = np.random.default_rng(seed).uniform(-3.0, 3.0, (200, 2))

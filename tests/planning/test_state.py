@@ -1,4 +1,4 @@
-"""What the planner remembers, and what a new goal leaves of it."""
+"""The planner's state, and what a new goal resets of it."""
 
 import dataclasses
 
@@ -13,7 +13,7 @@ INITIAL = PlannerState.initial(PlannerParameters(), RADIUS)
 PATH = np.array(((1.0, 0.0), (2.0, 0.0)))
 
 
-def test_before_the_first_scan_nothing_is_told() -> None:
+def test_before_the_first_scan_there_is_no_guidance() -> None:
     assert INITIAL.status is PlannerStatus.WAITING
     assert len(INITIAL.roadmap) == 0 and len(INITIAL.guidance.path) == 0
 
@@ -25,15 +25,15 @@ def test_the_guidance_is_the_path_and_whether_it_ends_at_the_goal() -> None:
     assert exploring.guidance != approaching.guidance
 
 
-def test_what_is_anticipated_comes_before_the_path() -> None:
+def test_anticipated_guidance_precedes_the_path() -> None:
     other = Guidance(PATH + 1.0, False, INITIAL.roadmap.stack)
     state = dataclasses.replace(INITIAL, path=PATH, anticipated=other)
     assert state.guidance is other
     assert state.with_new_goal().anticipated is None
 
 
-def test_a_new_goal_leaves_the_map_and_begins_the_search_anew() -> None:
-    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, rounds=3, plans=7)
+def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
+    given_up = dataclasses.replace(INITIAL, path=PATH, status=PlannerStatus.UNREACHABLE, retries=PATH, plans=7)
     after = given_up.with_new_goal()
     assert after.roadmap is given_up.roadmap and after.plans == 7
-    assert after.status is PlannerStatus.WAITING and after.rounds == 0 and len(after.path) == 0
+    assert after.status is PlannerStatus.WAITING and len(after.retries) == 0 and len(after.path) == 0

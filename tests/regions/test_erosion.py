@@ -9,22 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.regions.bearing_hits import half_gaps, point_hits, scan_hits
 from drake_starnav.regions.erosion import (
     FreeRange,
     bearing_count,
     eroded_range,
     free_limit,
     free_range,
-    half_gaps,
-    point_hits,
-    scan_hits,
     smoothed_distances,
 )
 from drake_starnav.regions.parameters import StarParameters
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
 RAW = StarParameters(smoothing="none", least_margin=StarParameters.margin)
-"""One margin everywhere; what passages get is in test_passages.py."""
+"""One margin everywhere; for passages see test_passages.py."""
 INFLATED = RADIUS + RAW.margin
 
 
@@ -206,7 +204,7 @@ def test_ranges_beyond_the_clip_are_no_returns():
         assert samples.max() <= limit.max() == 2.0 - RADIUS
 
 
-def test_what_moves_hides_what_is_behind_it_but_takes_no_room_beside_it() -> None:
+def test_moving_obstacles_occlude_the_space_behind_them_but_are_not_eroded() -> None:
     n = 360
     bearing = -math.pi + 2.0 * math.pi / n * np.arange(n)
     shown = np.abs(bearing) < 0.1

@@ -1,4 +1,4 @@
-"""What a passage gets of the margin: less where the margin would shut it, and all of it everywhere else."""
+"""The margin is reduced in passages that it would close, and kept everywhere else."""
 
 import dataclasses
 import math
@@ -9,19 +9,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import (
-    PASSAGE_DEPTH,
-    SHUT,
-    FreeRange,
-    _with_passages,
-    eroded_range,
-    free_limit,
-    free_range,
-    half_gaps,
-    scan_hits,
-    sight_limit,
-)
+from drake_starnav.regions.bearing_hits import half_gaps, scan_hits
+from drake_starnav.regions.erosion import FreeRange, eroded_range, free_limit, free_range, sight_limit
 from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.passages import PASSAGE_DEPTH, SHUT, with_passages
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
@@ -54,7 +45,7 @@ def ahead(found: np.ndarray) -> float:
     return float(found[len(found) // 2])
 
 
-def test_a_narrow_door_is_entered_at_once_with_what_it_leaves():
+def test_a_narrow_door_is_entered_at_once_with_the_margin_it_allows():
     scan = cast(door(RADIUS + 0.02))
     assert ahead(eroded(scan, MARGIN)) < SHUT
     found = profile(scan)
@@ -62,7 +53,7 @@ def test_a_narrow_door_is_entered_at_once_with_what_it_leaves():
 
 
 def test_the_widest_margin_that_opens_a_door_is_kept():
-    """Two are tried: half-way to the least one, and that."""
+    """Two are tried: the mean of the full and the least margin, and the least."""
     half_way = 0.5 * (MARGIN + LEAST)
     found = profile(cast(door(RADIUS + half_way + 0.004)))
     assert ahead(found.values) > 3.0 and found.margin == pytest.approx(half_way)
@@ -86,7 +77,7 @@ def test_a_comfortable_opening_keeps_its_margin():
 
 
 def test_beside_a_narrow_door_all_keeps_the_margin():
-    """Away from the door nothing is nearer than the margin, on the way through it nothing than what it leaves."""
+    """Away from the door the clearance is at least the margin; through it, at least the margin that the door allows."""
     world = door(RADIUS + 0.02)
     scan = cast(world)
     found = profile(scan)
@@ -102,7 +93,7 @@ def test_beside_a_narrow_door_all_keeps_the_margin():
 
 
 def test_a_corner_is_not_cut():
-    """Round the end of a wall the way is open beside it: what a narrower robot would see past it gains nothing."""
+    """Beside the end of a wall the path is open: the extra view of a narrower robot is no gain."""
     wall = [(0.6, -3.0), (0.7, -3.0), (0.7, 0.0), (0.6, 0.0)]
     world = World("corner", (0, 0, 0), (2, 0), polygons=[wall], bounds=(-3.0, -3.0, 4.0, 3.0))
     scan = cast(world)
@@ -127,7 +118,7 @@ def test_a_robot_nearer_to_walls_than_the_margin_sees_along_them():
     assert ahead(found.values) > 2.0 and found.margin < MARGIN
 
 
-def test_a_robot_touched_all_around_gets_what_there_is():
+def test_a_robot_enclosed_on_all_sides_gets_the_space_there_is():
     half = RADIUS + 0.5 * (MARGIN + LEAST)
     scan = cast(World("cell", (0, 0, 0), (0, 0), bounds=(-half, -half, half, half)))
     found = profile(scan)
@@ -145,7 +136,7 @@ def test_without_less_margin_none_is_entered():
 @settings(max_examples=60)
 @given(seeds)
 def test_between_the_margin_and_the_least_one(seed):
-    """In any world: never less than with the margin, never more than with the least one, and the same without."""
+    """In any world: never less than with the full margin, never more than with the least margin."""
     scan = cast(scattered(np.random.default_rng(seed), discs=12, walls=10, clear=0.3))
     found, plain, narrow = profile(scan), eroded(scan, MARGIN), eroded(scan, LEAST)
     assert (found.values >= plain).all() and (found.values <= narrow).all()
@@ -192,7 +183,7 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
     free = rng.choice((0.0, 0.2, 0.45, 0.8, 2.0), n)
     narrow = free + rng.choice((0.0, 0.1, 1.0), n)
     before = free.copy(), narrow.copy()
-    out, opened = _with_passages(free, narrow)
+    out, opened = with_passages(free, narrow)
     np.testing.assert_array_equal(free, before[0])
     np.testing.assert_array_equal(narrow, before[1])
     expected = free.copy()
@@ -206,6 +197,6 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
 
 def test_an_equal_free_range_has_no_passages():
     free = np.linspace(0.0, 2.0, 50)
-    out, opened = _with_passages(free, free)
+    out, opened = with_passages(free, free)
     np.testing.assert_array_equal(out, free)
     assert not opened

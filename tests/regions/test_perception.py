@@ -1,4 +1,4 @@
-"""What one look at a scan says and leaves as it was; `tests/systems/test_star_perception.py` follows many of them."""
+"""Perception of one scan; `tests/systems/test_star_perception.py` follows many of them."""
 
 import dataclasses
 
@@ -7,22 +7,23 @@ import numpy as np
 from drake_starnav.control import ControllerParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions import scan_region
-from drake_starnav.regions.perception import Perceived, perceive
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
 from tests.helpers.scans import cast
 
-RADIUS, PLANNER, CONTROLLER = 0.25, PlannerParameters(), ControllerParameters()
+RADIUS, PLANNER = 0.25, PlannerParameters()
+SETTINGS = PerceptionSettings(PLANNER, ControllerParameters(), RADIUS)
 POST = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.5, 0.2, 0.3)])
 POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
 
 
 def looks(*poses: np.ndarray) -> list[Perceived]:
-    """What is known after each scan of `POST` from these poses."""
+    """Perception's state after each scan of `POST` from these poses."""
     known = [Perceived.nothing()]
     for number, pose in enumerate(poses):
         scan = dataclasses.replace(cast(POST, pose), time=0.1 * number)
-        known.append(perceive(known[-1], scan, pose, PLANNER, CONTROLLER, RADIUS))
+        known.append(perceive(known[-1], scan, pose, SETTINGS))
     return known[1:]
 
 
@@ -37,10 +38,10 @@ def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() ->
     assert (second.safety.values <= alone.safety.values + 1e-12).all()
 
 
-def test_looking_again_gives_the_same_and_leaves_what_was_known() -> None:
+def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> None:
     first, second = looks(*POSES)
     kept = first.safety.values.copy()
-    again = perceive(first, second.observation.scan, POSES[1], PLANNER, CONTROLLER, RADIUS)
+    again = perceive(first, second.observation.scan, POSES[1], SETTINGS)
     assert np.array_equal(again.safety.values, second.safety.values)
     assert np.array_equal(first.safety.values, kept)
 
@@ -48,6 +49,6 @@ def test_looking_again_gives_the_same_and_leaves_what_was_known() -> None:
 def test_times_are_noted_where_asked_for() -> None:
     (first,) = looks(POSES[0])
     stopwatch = Stopwatch()
-    perceive(first, first.observation.scan, POSES[0], PLANNER, CONTROLLER, RADIUS, stopwatch=stopwatch)
+    perceive(first, first.observation.scan, POSES[0], SETTINGS, stopwatch)
     (scan,), (fit,) = stopwatch.seconds["scan"], stopwatch.seconds["fit"]
     assert 0.0 < fit < scan

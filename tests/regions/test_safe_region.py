@@ -119,7 +119,7 @@ def safe_star(scan: LaserScan, reach: float = REACH) -> SafetyStar:
 
 
 def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
-    """A scan that sees nothing, but for some beams, b<number>_<number> with their range, m."""
+    """A scan without returns except for some beams, b<number>_<number> with their range, m."""
     seen = np.full(360, np.inf)
     for name, value in ranges.items():
         first, last = map(int, name[1:].split("_"))
@@ -128,7 +128,7 @@ def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
 
 
 def test_behind_lost_beams_nothing_is_certified() -> None:
-    """A round wall 0.8 m away, an eighth of which says nothing."""
+    """A round wall 0.8 m away, of which an eighth of the beams is lost."""
     star = safe_star(all_around(b0_360=0.8, b160_205=math.nan))
     assert star.values.max() <= 0.8 - SAFE + 1e-9
     assert np.diff(np.sort(np.arctan2(star.hits[:, 1], star.hits[:, 0]))).max() < 1.01 * 2.0 * math.pi / 360
@@ -154,7 +154,7 @@ def test_no_scan_certifies_no_motion():
 
 
 def test_the_star_ends_before_the_edges_of_a_view() -> None:
-    """Or the disc would sweep what no beam has looked into: here a post beside the view, 0.45 m ahead."""
+    """Otherwise the disc would sweep unobserved space: here a post beside the field of view, 0.45 m ahead."""
     world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.45, -0.2, 0.05)])
     view = {"beams": 270, "angle_min": -0.3, "angle_increment": math.radians(1.0)}
     scan, pose = cast(world, **view), np.zeros(3)

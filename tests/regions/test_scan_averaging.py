@@ -57,7 +57,7 @@ def test_exact_ranges_change_by_no_more_than_neighbouring_hits_leave_open(seed, 
     assert np.quantile(change / spacing, 0.95) < 0.05, "off edges and corners the chords lie on the surfaces"
 
 
-def test_what_the_latest_scan_sees_leaves_the_memory_and_what_it_does_not_stays():
+def test_hits_on_surfaces_seen_by_the_latest_scan_leave_the_memory_and_others_stay():
     poses = np.array(((0.0, -0.7, 0.0), (0.0, 0.3, 0.0)))  # the post at (0.8, 0.1) hides part of the wall behind it
     earlier = cast(ROOM, poses[0])
     memory = remembered([earlier], poses[:1])
@@ -77,7 +77,7 @@ def test_what_the_latest_scan_sees_leaves_the_memory_and_what_it_does_not_stays(
     assert len(kept.half_gaps[0]) == len(kept.points[0])
 
 
-def test_what_is_beyond_reach_stays_as_it_is():
+def test_ranges_beyond_reach_are_unchanged():
     rng, reach = np.random.default_rng(3), 0.9
     poses = np.zeros((COUNT, 3))
     scans = [noisy(cast(ROOM, pose), 0.01, rng) for pose in poses]

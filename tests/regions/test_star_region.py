@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.regions.erosion import FreeRange, half_gaps
+from drake_starnav.regions.bearing_hits import half_gaps
+from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.star_region import (
     RegionStack,
@@ -153,7 +154,7 @@ def assert_stacks(stack: RegionStack, expected: list[StarRegion]) -> None:
         np.testing.assert_array_equal(getattr(stack, field.name), getattr(reference, field.name))
 
 
-def test_appended_stacks_hold_what_was_appended_and_leave_the_old_ones_alone():
+def test_appended_stacks_hold_the_new_region_and_leave_the_old_stacks_unchanged():
     many = regions(40)
     stacks = [RegionStack.of(many[:1])]
     for region in many[1:]:
@@ -212,7 +213,7 @@ def test_the_region_a_place_is_least_outside_of(seed):
 
 @settings(max_examples=10)
 @given(seeds)
-def test_a_region_in_another_frame_contains_what_it_did(seed):
+def test_a_region_in_another_frame_contains_the_same_points(seed):
     region, _, _ = seen_from(seed)
     rng = np.random.default_rng(seed)
     frame = rng.uniform(-3.0, 3.0, 3)

@@ -1,0 +1,125 @@
+"""The nearest hits on a bearing grid, from one scan or from points in the plane.
+
+A bearing grid of M samples covers the full turn, sample i at bearing `bearing_0 + 2 pi i / M`.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan, chord
+
+CONNECTED_CHORD = 0.15
+"""Neighbouring hits nearer than this belong to one surface: no robot fits between them, m."""
+
+
+@dataclass(frozen=True)
+class BearingHits:
+    """The nearest hit in each sample of a bearing grid; all arrays have shape (M,).
+
+    Attributes:
+        distance: m; infinity where the sample has no hit.
+        half_gap: half the chord to the neighbouring hit on the same surface, m.
+        offset: largest difference between the bearings of hit and sample, rad.
+    """
+
+    distance: np.ndarray
+    half_gap: np.ndarray
+    offset: np.ndarray
+
+
+def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
+    """Half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
+
+    A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
+    connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
+    obstacles are skipped.
+    """
+    return _half_gaps(distance, scan.silent, scan.range_max, scan.angle_increment, scan.full_circle)
+
+
+def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
+    """The scan's hits on a bearing grid whose sample 0 is the first beam; moving obstacles are left out."""
+    if scan.motion is not None:
+        distance = np.where(scan.moving, scan.range_max, distance)
+    return BearingHits(*_scan_to_bearings(distance, half_gap, scan.range_max, scan.angle_increment, samples))
+
+
+def point_hits(
+    points: np.ndarray, half_gap: np.ndarray, center: np.ndarray, bearing_0: float, reach: float, samples: int
+) -> BearingHits:
+    """The nearest of many points in each bearing sample as seen from `center`.
+
+    Args:
+        points: shape (n, 2), frame W, m.
+        half_gap: shape (n,), m, as from `half_gaps`.
+        center: shape (2,), frame W, m.
+        bearing_0: bearing of sample 0 in W, rad.
+        reach: points farther than this are ignored, m.
+        samples: M.
+    """
+    return BearingHits(*_points_to_bearings(points, half_gap, center[0], center[1], bearing_0, reach, samples))
+
+
+@njit(cache=True)
+def _half_gaps(distance, silent, range_max, increment, wrap):
+    n = len(distance)
+    out = np.zeros(n)
+    for i in range(n):
+        steps = 1
+        while steps < n and silent[(i + steps) % n]:
+            steps += 1
+        j = (i + steps) % n
+        if silent[i] or (j <= i and not wrap):
+            continue
+        a, b = distance[i], distance[j]
+        if a >= range_max or b >= range_max:
+            continue
+        length = chord(a, b, steps * increment)
+        if length < CONNECTED_CHORD:
+            out[i] = max(out[i], 0.5 * length)
+            out[j] = max(out[j], 0.5 * length)
+    return out
+
+
+@njit(cache=True)
+def _scan_to_bearings(beam_distance, beam_gap, range_max, increment, samples):
+    distance = np.full(samples, np.inf)
+    gap = np.zeros(samples)
+    offset = np.zeros(samples)
+    step = 2.0 * math.pi / samples
+    for i in range(len(beam_distance)):
+        if beam_distance[i] >= range_max:
+            continue
+        position = i * increment / step
+        k = int(math.floor(position + 0.5))
+        delta = abs(position - k) * step
+        k %= samples
+        distance[k] = min(distance[k], beam_distance[i])
+        gap[k] = max(gap[k], beam_gap[i])
+        if delta > 1e-9:
+            offset[k] = max(offset[k], delta)
+    return distance, gap, offset
+
+
+@njit(cache=True)
+def _points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
+    distance = np.full(samples, np.inf)
+    gap = np.zeros(samples)
+    offset = np.zeros(samples)
+    step = 2.0 * math.pi / samples
+    for i in range(len(points)):
+        dx = points[i, 0] - cx
+        dy = points[i, 1] - cy
+        squared = dx * dx + dy * dy
+        if squared > reach * reach:
+            continue
+        position = (math.atan2(dy, dx) - bearing_0) / step
+        nearest = math.floor(position + 0.5)
+        k = int(nearest) % samples
+        distance[k] = min(distance[k], math.sqrt(squared))
+        gap[k] = max(gap[k], point_gap[i])
+        offset[k] = max(offset[k], abs(position - nearest) * step)
+    return distance, gap, offset

@@ -1,0 +1,75 @@
+"""Passages: openings that the full margin would close and a smaller one leaves open."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+PASSAGE_DEPTH = 0.2
+"""A passage extends the free range by more than this, m."""
+SHUT = 0.5
+"""A passage is closed if the free range in front of it is shorter than this, m. A robot that can drive farther looks
+again from there."""
+MARGIN_STEPS = 2
+"""Number of margins tried in a passage, from the largest to the smallest."""
+
+
+def opened_passages(
+    free: np.ndarray, margin: float, least: float, eroded: Callable[[float], np.ndarray]
+) -> tuple[np.ndarray, float]:
+    """The free range with its passages opened, shape (M,), m, and the smallest margin kept, m.
+
+    Args:
+        free: free range with the full margin, shape (M,), m.
+        margin: the full margin, m.
+        least: smallest margin allowed in a passage, m; from `margin` on no passage is opened.
+        eroded: the free range as a function of the margin in m.
+    """
+    if least >= margin:
+        return free, margin
+    narrowest = eroded(least)
+    if not with_passages(free, narrowest)[1]:
+        return free, margin
+    for step in range(1, MARGIN_STEPS + 1):
+        tried = margin + (least - margin) * step / MARGIN_STEPS
+        free, opened = with_passages(free, narrowest if step == MARGIN_STEPS else eroded(tried))
+        margin = tried if opened else margin
+    return free, margin
+
+
+@njit(cache=True)
+def with_passages(free, narrow):
+    """The free range with the passages that only a narrower robot fits through, and whether there are any.
+
+    A passage is a run of bearings at which the narrower robot gets farther by more than PASSAGE_DEPTH. The wider robot
+    gets less far than SHUT at every bearing of the run and at both its neighbours: elsewhere the narrower robot would
+    only cut a corner.
+
+    Args:
+        free, narrow: shape (M,), free range of the wider and of the narrower robot, m.
+    """
+    n = len(free)
+    out = free.copy()
+    deeper = narrow > free + PASSAGE_DEPTH
+    opened = False
+    start = 0
+    while start < n and deeper[start]:
+        start += 1
+    if start == n:  # at all bearings: the wider robot cannot move
+        return narrow.copy(), True
+    k = start
+    while k < start + n:
+        if not deeper[k % n]:
+            k += 1
+            continue
+        first = k
+        reached = free[(first - 1) % n]
+        while deeper[k % n]:
+            reached = max(reached, free[k % n])
+            k += 1
+        reached = max(reached, free[k % n])
+        if reached < SHUT:
+            opened = True
+            for i in range(first, k):
+                out[i % n] = narrow[i % n]
+    return out, opened

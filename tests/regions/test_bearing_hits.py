@@ -1,0 +1,91 @@
+"""Hits on a bearing grid: each in its sample, the nearest of several, with half the chord to its neighbour."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, BearingHits, half_gaps, point_hits, scan_hits
+from tests.helpers.scans import cast, scattered, seeds
+
+
+def circle(n: int, radius: float, **changes) -> LaserScan:
+    """A scan from the middle of a round room, in n beams."""
+    scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / n, 0.0, 5.0, np.full(n, radius), lost_beams=True)
+    return dataclasses.replace(scan, **changes)
+
+
+def on_grid(scan: LaserScan, samples: int) -> BearingHits:
+    return scan_hits(scan, scan.distances, half_gaps(scan, scan.distances), samples)
+
+
+def test_half_gaps_of_a_round_wall_are_half_its_chords() -> None:
+    scan = circle(360, 2.0)
+    assert half_gaps(scan, scan.distances) == pytest.approx(2.0 * math.sin(math.pi / 360))
+    coarse = circle(60, 2.0)
+    assert 4.0 * math.sin(math.pi / 60) > CONNECTED_CHORD
+    assert not half_gaps(coarse, coarse.distances).any()
+
+
+@given(st.integers(1, 3), st.booleans())
+def test_the_chord_spans_beams_without_information_but_not_missing_returns(count: int, moving: bool) -> None:
+    ranges, motion = np.full(360, 1.0), np.full(360, STAYS)
+    if moving:
+        motion[100 : 100 + count] = MOVES
+    else:
+        ranges[100 : 100 + count] = np.nan
+    scan = circle(360, 1.0, ranges=ranges, motion=motion)
+    gaps = half_gaps(scan, np.ones(360))
+    assert gaps[[99, 100 + count]] == pytest.approx(math.sin((count + 1) * math.pi / 360))
+    assert not gaps[100 : 100 + count].any()
+    open_gap = circle(360, 1.0, ranges=np.where(np.isnan(ranges) | (motion == MOVES), np.inf, ranges))
+    assert half_gaps(open_gap, open_gap.distances)[[99, 100 + count]] == pytest.approx(math.sin(math.pi / 360))
+
+
+def test_the_ends_of_a_partial_view_are_no_neighbours() -> None:
+    n = 359
+    scan = LaserScan(0.0, 0.0, 2.0 * math.pi / 360, 0.0, 5.0, np.where(np.arange(n) % (n - 1) == 0, 1.0, np.inf))
+    assert not half_gaps(scan, scan.distances).any()
+
+
+def test_beams_fall_into_samples_exactly_on_a_full_circle_and_with_an_offset_else() -> None:
+    exact = on_grid(circle(360, 2.0), 720)
+    assert np.isfinite(exact.distance[::2]).all() and np.isinf(exact.distance[1::2]).all()
+    assert not exact.offset.any()
+    partial = LaserScan(0.0, 0.0, 0.013, 0.0, 5.0, np.full(100, 2.0))
+    hits = on_grid(partial, 720)
+    assert 0.0 < hits.offset.max() <= math.pi / 720 + 1e-12
+
+
+def test_moving_obstacles_and_missing_returns_are_no_hits() -> None:
+    ranges, motion = np.full(360, 2.0), np.full(360, STAYS)
+    ranges[10], motion[20] = np.inf, MOVES
+    hits = on_grid(circle(360, 2.0, ranges=ranges, motion=motion), 360)
+    assert np.flatnonzero(np.isinf(hits.distance)).tolist() == [10, 20]
+
+
+@given(seeds, st.floats(-3.0, 3.0), st.floats(0.5, 3.0))
+def test_points_and_scans_give_the_same_hits(seed: int, yaw: float, reach: float) -> None:
+    """A scan's hits as points, seen from where it was taken, are its hits within reach."""
+    scan = cast(scattered(np.random.default_rng(seed)))
+    pose = np.array((0.3, -0.2, yaw))
+    gaps = half_gaps(scan, scan.distances)[scan.hits]
+    found = point_hits(scan.points(pose), gaps, pose[:2], yaw + scan.angle_min, reach, 720)
+    expected = on_grid(scan, 720)
+    near = expected.distance < reach - 1e-9
+    np.testing.assert_allclose(found.distance[near], expected.distance[near])
+    np.testing.assert_allclose(found.half_gap[near], expected.half_gap[near])
+    assert np.isinf(found.distance[expected.distance > reach + 1e-9]).all()
+    assert found.offset.max() < 1e-9
+
+
+def test_the_nearest_point_of_a_sample_counts_with_the_largest_gap_and_offset() -> None:
+    points = np.array(((1.0, 0.0), (2.0, 0.002), (9.0, 0.0)))
+    hits = point_hits(points, np.array((0.01, 0.03, 0.5)), np.zeros(2), 0.0, 3.0, 360)
+    assert hits.distance[0] == 1.0 and hits.half_gap[0] == 0.03
+    assert hits.offset[0] == pytest.approx(0.001, rel=1e-3)
+    assert np.isinf(hits.distance[1:]).all()
