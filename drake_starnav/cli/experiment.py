@@ -119,9 +119,7 @@ def _run_variants(variants: Variants, options: argparse.Namespace) -> tuple[Resu
 def comparison_head(scenarios: Sequence[str], reference: str) -> list[str]:
     """Heads of the columns that `comparison_cells` fills; `reference` is a variant's name."""
     return [
-        name
-        for scenario in scenarios
-        for name in (f"{scenario}: reached (95 %)", "collisions", f"time / {reference}")
+        name for scenario in scenarios for name in (f"{scenario}: reached (95 %)", "collisions", f"time / {reference}")
     ]
 
 

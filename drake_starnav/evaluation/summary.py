@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest
 
 from drake_starnav.errors import one_line
 from drake_starnav.evaluation.jobs import Record
@@ -28,6 +27,8 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
     """
+    from scipy.stats import binomtest  # late: it takes half the time that a command needs to start
+
     if trials == 0:
         return 0.0, 1.0
     interval = binomtest(successes, trials).proportion_ci(CONFIDENCE, method="wilson")
