@@ -201,8 +201,10 @@ def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | s
         if options.recordings >= 0:
             check_writable(_recordings_folder(options.html) / "trial.html")
         from drake_starnav.evaluation.report.figures import new_figure
+        from drake_starnav.evaluation.report.page import load_template
 
-        new_figure(1.0)  # tells whether there is a matplotlib before anything runs
+        new_figure(1.0)  # both raise before any trial runs if a package is missing
+        load_template()
 
 
 def _recordings_folder(html: Path) -> Path:
