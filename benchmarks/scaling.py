@@ -8,6 +8,7 @@ at least two cores.
 
 import argparse
 import json
+import math
 import statistics
 import sys
 import tempfile
@@ -17,8 +18,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.cli.options import exit_code
-from drake_starnav.errors import StarnavError
+from drake_starnav.cli.options import check_numbers, exit_code
 from drake_starnav.evaluation import Job, TrialFile, dask_pool, make_cases, make_header, make_jobs, run_job, run_jobs
 from drake_starnav.evaluation import workers as workers_module
 from drake_starnav.evaluation.jobs import Record
@@ -111,9 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def write_figures(options: argparse.Namespace) -> int:
     """Measure, write the figures and print them; returns the exit code."""
-    for name in ("trials", "rounds"):
-        if getattr(options, name) < 1:
-            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= 1")
+    check_numbers(options, trials=(1, math.inf), rounds=(1, math.inf))
     text = json.dumps(measure(options.trials, options.rounds), indent=2)
     write_text(FIGURES, f"{text}\n")
     print(text)
