@@ -149,9 +149,8 @@ def check_numbers(options: argparse.Namespace, **ranges: tuple[float, float]) ->
     for name, (low, high) in ranges.items():
         value = getattr(options, name)
         if not low <= value <= high:
-            kind = "a whole number " if isinstance(value, int) else ""
             above = "" if high == math.inf else f" <= {high}"
-            raise StarnavError(f"--{name} is {value}; allowed: {kind}{low} <= x{above}")
+            raise StarnavError(f"--{name} is {value}; allowed: {low} <= x{above}")
 
 
 def check_seed(seed: int | None) -> None:
