@@ -1,13 +1,12 @@
-"""A robot without dynamics driven by the whole pipeline, to collect what its steps are given on the way."""
+"""Drive a robot without dynamics by the whole pipeline, and collect the inputs of its steps."""
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_starnav.control import Command, ControllerParameters, control_step
+from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
@@ -56,9 +55,6 @@ class Drive:
         scans, commands: some of them.
         plans: of every search of the roadmap, its number of nodes and the time of that step, s.
         roadmaps: some of those searched, with the goal, shape (2,), W, m.
-        motion: at every command (x, y, yaw, v, omega), W, m and rad.
-        command_times: of every command, s.
-        arrived: whether the goal was reached.
         node_count: of the roadmap at the end.
     """
 
@@ -66,9 +62,6 @@ class Drive:
     commands: list[CommandMoment] = field(default_factory=list)
     plans: list[tuple[int, float]] = field(default_factory=list)
     roadmaps: list[tuple[StarRoadmap, np.ndarray]] = field(default_factory=list)
-    motion: list[np.ndarray] = field(default_factory=list)
-    command_times: list[float] = field(default_factory=list)
-    arrived: bool = False
     node_count: int = 0
 
 
@@ -84,28 +77,23 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
     return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
 
 
-def command(moment: CommandMoment, step: Callable[..., Command] = control_step) -> np.ndarray:
+def command(moment: CommandMoment) -> np.ndarray:
     """The controller's twist."""
-    return step(
+    return control_step(
         moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star, CONTROLLER, ROBOT,
     ).twist  # fmt: skip
 
 
-def drive(
-    world: World, seed: int, seconds: float, nodes: float = math.inf, step: Callable[..., Command] = control_step
-) -> Drive:
-    """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly.
-
-    `step` is the law that is driven by.
-    """
+def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:
+    """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly."""
     kept = Drive()
     shapes, goal = visible_shapes(world), np.array(world.goal)
     pose, twist, period = np.array(world.start), np.zeros(2), 1.0 / CONTROLLER.rate
     state, known = PlannerState.initial(PLANNER, ROBOT.radius), Perceived.nothing()
     scan_count = 0
     for k in range(int(seconds * CONTROLLER.rate)):
-        kept.arrived = math.hypot(*(pose[:2] - goal)) < ARRIVED
-        if kept.arrived or state.status is PlannerStatus.UNREACHABLE or kept.node_count > nodes:
+        arrived = math.hypot(*(pose[:2] - goal)) < ARRIVED
+        if arrived or state.status is PlannerStatus.UNREACHABLE or kept.node_count > nodes:
             break
         if k * period >= scan_count / LIDAR.rate:
             scan, scan_pose = scan_from(shapes, pose, LIDAR, seed, scan_count), pose
@@ -126,10 +114,7 @@ def drive(
         now = CommandMoment(pose, twist, guidance, known.safety, scan, scan_pose)
         if k % SAMPLED == SAMPLED // 2 and len(guidance.path):
             kept.commands.append(now)
-        begin = time.perf_counter()
-        twist = command(now, step)
-        kept.command_times.append(time.perf_counter() - begin)
+        twist = command(now)
         middle = pose[2] + 0.5 * twist[1] * period
         pose = pose + period * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
-        kept.motion.append(np.concatenate((pose, twist)))
     return kept

@@ -316,10 +316,10 @@ def _covered(offset: np.ndarray, star: SafetyStar) -> bool:
 def cost_to_go(
     roadmap: StarRoadmap, goal: np.ndarray, low: np.ndarray, high: np.ndarray, robot_radius: float, near_wall: float
 ) -> np.ndarray:
-    """As `roadmap.hit_memory.cost_to_go` for the probes of all frontiers, by SciPy's Dijkstra over the whole box."""
+    """As `planning.cost_field.cost_to_go` for the probes of all frontiers, by SciPy's Dijkstra over the whole box."""
     distance, first = roadmap.hits.window(low, high)
     cell = roadmap.hits.resolution * STRIDE
-    origin = first * roadmap.hits.resolution
+    origin = (first + 0.5 * (STRIDE - 1)) * roadmap.hits.resolution
     blocked, soft = robot_radius - BLOCKED_SLACK, robot_radius + SOFT_ZONE
     d = np.pad(distance.astype(float), 1, constant_values=0.0)
     dearer = 1.0 + near_wall * np.maximum(soft - d, 0.0) / (soft - blocked)

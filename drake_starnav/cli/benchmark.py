@@ -1,6 +1,7 @@
 """The commands `benchmark` and `report`: many trials, and what their figures tell."""
 
 import argparse
+import math
 import os
 import sys
 from collections.abc import Iterable, Sequence
@@ -10,7 +11,17 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, add_overrides, command_name, run_command
+from drake_starnav.cli.options import (
+    NOT_REACHED,
+    REACHED,
+    CommandParser,
+    add_overrides,
+    check_numbers,
+    check_seed,
+    command_name,
+    print_written,
+    run_command,
+)
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.scenario import METHODS, scenario_names
 from drake_starnav.scenario.schema import scenario_path
@@ -67,9 +78,8 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
 
 def check_batch_options(options: argparse.Namespace) -> None:
     """Raise `StarnavError` for a number out of its range."""
-    for name, low, high in (("trials", 1, MOST_TRIALS), ("seed", 0, 2**64 - 1), ("jobs", 1, MOST_JOBS)):
-        if not low <= getattr(options, name) <= high:
-            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number, {low} <= x <= {high}")
+    check_numbers(options, trials=(1, MOST_TRIALS), jobs=(1, MOST_JOBS))
+    check_seed(options.seed)
 
 
 def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
@@ -155,8 +165,7 @@ def report(arguments: Sequence[str] | None = None) -> int:
 
 
 def _report_files(options: argparse.Namespace) -> int:
-    if not 1 <= options.jobs <= MOST_JOBS:
-        raise StarnavError(f"--jobs is {options.jobs}; allowed: a whole number, 1 <= x <= {MOST_JOBS}")
+    check_numbers(options, jobs=(1, MOST_JOBS))
     _check_report_options(options)
     _check_report_outputs(options, options.file)
     from drake_starnav.evaluation.report.results import read_results
@@ -182,10 +191,8 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _check_report_options(options: argparse.Namespace) -> None:
-    """Raise a `StarnavError` for a bad number among the options of `_add_report_options`."""
-    for name, low in (("recordings", -1), ("panels", 1)):
-        if getattr(options, name) < low:
-            raise StarnavError(f"--{name} is {getattr(options, name)}; allowed: a whole number >= {low}")
+    """Raise `StarnavError` for a bad number among the options of `_add_report_options`."""
+    check_numbers(options, recordings=(-1, math.inf), panels=(1, math.inf))
 
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
@@ -201,8 +208,10 @@ def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | s
         if options.recordings >= 0:
             check_writable(_recordings_folder(options.html) / "trial.html")
         from drake_starnav.evaluation.report.figures import new_figure
+        from drake_starnav.evaluation.report.page import load_template
 
-        new_figure(1.0)  # tells whether there is a matplotlib before anything runs
+        new_figure(1.0)  # both raise before any trial runs if a package is missing
+        load_template()
 
 
 def _recordings_folder(html: Path) -> Path:
@@ -247,6 +256,4 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
                 )
         write_text(options.html, write_page(Report(results, recordings, options.panels)))
     if not options.quiet:
-        for path in (options.markdown, options.csv, options.html):
-            if path is not None:
-                print(f"wrote {path}")
+        print_written((options.markdown, options.csv, options.html))

@@ -8,10 +8,11 @@ from pathlib import Path
 from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, chosen_pool
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
 from drake_starnav.errors import shown
-from drake_starnav.evaluation import TrialFile, make_cases, make_header, run_batch
+from drake_starnav.evaluation import TrialFile, compare, make_cases, make_header, run_batch
 from drake_starnav.evaluation.jobs import Record
+from drake_starnav.evaluation.summary import number, rate_text
 from drake_starnav.parameters import unknown_name
-from drake_starnav.utils.files import check_outputs
+from drake_starnav.utils.files import check_outputs, replacing, write_text
 
 Results = dict[str, list[Record]]
 """The trials of each variant, by its name."""
@@ -63,23 +64,44 @@ def check_rows(options: argparse.Namespace, known: Iterable[str]) -> None:
             raise unknown_name(f"row {shown(name)}", name, names)
 
 
-def run_variants(
-    variants: Mapping[str, tuple[str, Sequence[str]]], options: argparse.Namespace, outputs: Sequence[Path]
-) -> tuple[Results, list[str]]:
-    """Run the trials of all variants, each in the file <out>/<name>.jsonl.
+Variants = Mapping[str, tuple[str, Sequence[str]]]
+"""By name, the method and the "section.key=value" overrides of each variant."""
+
+
+def run_experiment(
+    variants: Variants,
+    options: argparse.Namespace,
+    outputs: Mapping[str, Callable[[Results, Sequence[str]], str | bytes]],
+) -> Results:
+    """Run the trials of all variants, each in the file <out>/<name>.jsonl, then write what is made of them.
 
     Args:
-        variants: by name, the method and the "section.key=value" texts that make it.
+        variants: to run.
         options: scenario, out, and those of `add_batch_options`.
-        outputs: files that shall be written of the trials: whether they can be is seen before any runs.
-
-    Returns:
-        The trials, and the scenarios' names.
+        outputs: by file name in the folder <out>, what makes its content from the trials and the scenarios' names;
+            the first is a text, which is also printed. Whether they can be written is checked before any trial runs.
     """
+    paths = [options.out / name for name in outputs]
+    check_outputs(paths, options.scenario)
+    results, scenarios = _run_variants(variants, options)
+    contents = [content(results, scenarios) for content in outputs.values()]
+    for path, content in zip(paths, contents, strict=True):
+        if isinstance(content, str):
+            write_text(path, f"{content.rstrip()}\n")
+        else:
+            with replacing(path) as temporary:
+                temporary.write_bytes(content)
+    if not options.quiet:
+        print(contents[0])
+        print(f"wrote {', '.join(map(str, paths))} and a file of trials for each row")
+    return results
+
+
+def _run_variants(variants: Variants, options: argparse.Namespace) -> tuple[Results, list[str]]:
+    """The trials of each variant, and the scenarios' names."""
     batches = []
-    for name, (method, overrides) in variants.items():  # all are made before any runs: bad input is told at once
+    for name, (method, overrides) in variants.items():  # all are made before any runs, so that bad input is found first
         batches.append((name, overrides, make_cases(options.scenario, [method], overrides)))
-    check_outputs(outputs, options.scenario)
     results: Results = {}
     with chosen_pool(options) as pool:
         for name, overrides, cases in batches:
@@ -92,6 +114,23 @@ def run_variants(
                     title=name,
                 )  # fmt: skip
     return results, [case.scenario for case in batches[0][2]]
+
+
+def comparison_head(scenarios: Sequence[str], reference: str) -> list[str]:
+    """Heads of the columns that `comparison_cells` fills; `reference` is a variant's name."""
+    return [
+        name for scenario in scenarios for name in (f"{scenario}: reached (95 %)", "collisions", f"time / {reference}")
+    ]
+
+
+def comparison_cells(records: Sequence[Record], reference: Sequence[Record], scenarios: Sequence[str]) -> list[str]:
+    """Per scenario: rate of success, collisions, and time over the reference's where both reached the goal."""
+    cells = []
+    for scenario in scenarios:
+        trials = of_scenario(records, scenario)
+        ratio = compare(trials, reference).time_ratio
+        cells += [rate_text(count(trials, "reached"), len(trials)), str(count(trials, "collision")), number(ratio, 2)]
+    return cells
 
 
 def of_scenario(records: Iterable[Record], scenario: str) -> list[Record]:

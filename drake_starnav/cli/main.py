@@ -9,8 +9,6 @@ import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 
-from tqdm import tqdm
-
 from drake_starnav.cli.benchmark import benchmark, report
 from drake_starnav.cli.options import (
     NOT_REACHED,
@@ -20,7 +18,9 @@ from drake_starnav.cli.options import (
     check_seed,
     command_name,
     exit_code,
+    print_written,
     program_name,
+    progress_bar,
     run_command,
 )
 from drake_starnav.cli.record import record
@@ -67,13 +67,7 @@ def _simulate(options: argparse.Namespace) -> int:
     world = make_world(scenario.world, options.seed, scenario.robot.radius)
     from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
 
-    with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
-
-        def progress(now: float, limit: float) -> None:
-            bar.set_description(f"{scenario.name} seed {options.seed}: {now:5.1f} s of at most {limit:g} s")
-            bar.n = now / limit
-            bar.refresh()
-
+    with progress_bar(f"{scenario.name} seed {options.seed}", options.quiet) as progress:
         trial = run_trial(
             scenario,
             method=options.method,
@@ -87,9 +81,7 @@ def _simulate(options: argparse.Namespace) -> int:
         write_text(options.json, json.dumps(fields, indent=2) + "\n")
     if not options.quiet:
         print(_table(trial_record(trial)))
-        for path in (options.html, options.json):
-            if path is not None:
-                print(f"wrote {path}")
+        print_written((options.html, options.json))
         if options.html is not None:
             print(f"open {options.html.resolve().as_uri()} in a browser, no network needed")
     return REACHED if trial.outcome == "reached" else NOT_REACHED

@@ -1,12 +1,15 @@
 """What the command lines share."""
 
 import argparse
-import contextlib
+import math
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NoReturn
+
+from tqdm import tqdm
 
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
 
@@ -91,9 +94,29 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
         return _told(f"{prog}: {interrupted}", INTERRUPTED)
 
 
+@contextmanager
+def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], None]]:
+    """A bar of simulated time; the function it yields takes the time now and its limit, s."""
+    with tqdm(total=1.0, disable=quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
+
+        def progress(now: float, limit: float) -> None:
+            bar.set_description(f"{label}: {now:5.1f} s of at most {limit:g} s")
+            bar.n = now / limit
+            bar.refresh()
+
+        yield progress
+
+
+def print_written(paths: Iterable[Path | None]) -> None:
+    """Name the files that a command has written; None is none."""
+    for path in paths:
+        if path is not None:
+            print(f"wrote {path}")
+
+
 def _told(text: str, code: int) -> int:
     """The code, once the text has been told; where nobody can hear it, the code says enough."""
-    with contextlib.suppress(OSError):
+    with suppress(OSError):
         print(one_line(text), file=sys.stderr, flush=True)
     return code
 
@@ -103,7 +126,7 @@ def _drop_output() -> None:
     try:
         sys.stdout.flush()
     except OSError:
-        with contextlib.suppress(OSError):  # no file at all, as in tests
+        with suppress(OSError):  # no file at all, as in tests
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except AttributeError:  # it was closed from the beginning
         pass
@@ -119,6 +142,15 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
         dest="overrides",
         help="override a parameter of the scenario (of every one, if several), e.g. robot.radius=0.3; may be repeated",
     )
+
+
+def check_numbers(options: argparse.Namespace, **ranges: tuple[float, float]) -> None:
+    """Raise `StarnavError` unless each option named lies in its range, both ends included."""
+    for name, (low, high) in ranges.items():
+        value = getattr(options, name)
+        if not low <= value <= high:
+            above = "" if high == math.inf else f" <= {high}"
+            raise StarnavError(f"--{name} is {value}; allowed: {low} <= x{above}")
 
 
 def check_seed(seed: int | None) -> None:

@@ -16,8 +16,11 @@ from drake_starnav.cli.options import (
     REACHED,
     CommandParser,
     add_overrides,
+    check_numbers,
     check_seed,
     command_name,
+    print_written,
+    progress_bar,
     run_command,
 )
 from drake_starnav.errors import StarnavError, shown
@@ -122,8 +125,7 @@ def _record(options: argparse.Namespace) -> int:
         with _camera(film, html, options) as camera:
             written += _develop(camera, film, stills, clips, options)
     if not options.quiet:
-        for path in written:
-            print(f"wrote {path}")
+        print_written(written)
     if not same:
         print(
             f"{command_name('record')}: this run differs from the trial it repeats; both need the same versions and "
@@ -205,10 +207,7 @@ def _check_numbers(options: argparse.Namespace) -> None:
     for time in options.png:
         if not 0.0 <= time < math.inf:
             raise StarnavError(f"--png is {time:g}; allowed: 0 <= T s")
-    for name, low, high in (("width", 100, 4400), ("rate", 1, 50), ("speed", 0.1, 100.0)):
-        value = getattr(options, name)
-        if not low <= value <= high:
-            raise StarnavError(f"--{name} is {value:g}; allowed: {low:g} <= x <= {high:g}")
+    check_numbers(options, width=(100, 4400), rate=(1, 50), speed=(0.1, 100.0))
 
 
 def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
@@ -228,13 +227,7 @@ def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
 
 def _shoot(run: Run, html: Path, options: argparse.Namespace) -> tuple["Film", bool]:
     """Simulate and record; also whether the run is the one that it should repeat."""
-    with tqdm(total=1.0, disable=options.quiet or None, leave=False, bar_format="{desc} {bar} {elapsed}") as bar:
-
-        def progress(now: float, limit: float) -> None:
-            bar.set_description(f"driving: {now:5.1f} s of at most {limit:g} s")
-            bar.n = now / limit
-            bar.refresh()
-
+    with progress_bar("driving", options.quiet) as progress:
         if options.compare:
             from drake_starnav.cli.comparison import record_comparison
 

@@ -1,6 +1,5 @@
 """Many trials -> the figures that methods are compared by, and their tables."""
 
-import math
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -11,8 +10,8 @@ import numpy as np
 from drake_starnav.errors import one_line
 from drake_starnav.evaluation.jobs import Record
 
-CONFIDENCE_95 = 1.959963984540054
-"""Quantile of the normal distribution for a two-sided interval of 95 %."""
+CONFIDENCE = 0.95
+"""Level of the confidence intervals."""
 OUTCOMES = ("collision", "timeout", "unreachable", "error")
 """How a trial may fail, in the order of the tables."""
 UNSUPPORTED = "unsupported"
@@ -28,14 +27,12 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
     """
+    from scipy.stats import binomtest  # late: it takes half the time that a command needs to start
+
     if trials == 0:
         return 0.0, 1.0
-    rate, z = successes / trials, CONFIDENCE_95
-    scale = 1.0 + z * z / trials
-    centre = (rate + z * z / (2.0 * trials)) / scale
-    half = z / scale * math.sqrt(rate * (1.0 - rate) / trials + z * z / (4.0 * trials * trials))
-    # exactly 0 and 1 at the ends, where rounding would leave 1e-17
-    return (0.0 if successes == 0 else centre - half), (1.0 if successes == trials else centre + half)
+    interval = binomtest(successes, trials).proportion_ci(CONFIDENCE, method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 @dataclass(frozen=True)

@@ -16,30 +16,34 @@ OBSTACLES, WALLS = "0.62", "0.35"
 """Greys of the obstacles and of the walls around a world."""
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
 """Apart for colour-blind eyes (Okabe and Ito, 2008); the signs differ as well."""
+DETAILED = 300
+"""A world with more outlines is drawn as pixels, to keep vector graphics small."""
 PATH_WIDTH = 0.06
 """In a page, m; paths of what moves are half as wide."""
 
 
-def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES) -> None:
+def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bool = True) -> None:
     """Draw the obstacles into Matplotlib axes, and the walls around them.
 
     Args:
         axis: of equal scales.
-        world: whose discs, polygons and bounds are drawn, and what moves as it is at first, with its paths.
+        world: whose discs, polygons, bounds and moving obstacles, at their initial positions, are drawn.
         obstacles: their colour.
+        paths: whether to draw the paths of the moving obstacles.
     """
     from matplotlib.collections import PatchCollection, PolyCollection
     from matplotlib.patches import Circle, Rectangle
 
-    discs = [Circle((x, y), radius) for x, y, radius in world.discs]
-    axis.add_collection(PatchCollection(discs, facecolor=obstacles, linewidth=0.0, zorder=1))
-    # a hair of an edge, or the seams between the parts of a wall shine through
-    axis.add_collection(
-        PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2, zorder=1)
-    )
-    movers, color = world.movers, MOVERS.color
-    for radius, path in zip(movers.radii, movers.paths, strict=True):
-        axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
+    # A hairline edge hides the seams between the parts of a wall.
+    discs = PatchCollection([Circle((x, y), radius) for x, y, radius in world.discs], facecolor=obstacles, linewidth=0)
+    polygons = PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2)
+    for collection in (discs, polygons):
+        collection.set(zorder=1, rasterized=len(world.discs) + len(world.polygons) > DETAILED)
+        axis.add_collection(collection)
+    moving, color = world.movers, MOVERS.color
+    for radius, path in zip(moving.radii, moving.paths, strict=True):
+        if paths:
+            axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
         axis.add_patch(Circle(path[0, 1:], radius, facecolor=color, zorder=1))
     if world.bounds is not None:
         x0, y0, x1, y1 = world.bounds

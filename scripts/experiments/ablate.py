@@ -1,28 +1,111 @@
 """What each part of the method is worth: python scripts/experiments/ablate.py --trials 20 --out out/ablation"""
 
 import argparse
+import io
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from drake_starnav.cli.experiment import (
     Results,
     add_rows,
     check_rows,
+    comparison_cells,
+    comparison_head,
     count,
     experiment,
     experiment_parser,
     of_scenario,
-    run_variants,
+    run_experiment,
 )
 from drake_starnav.evaluation import compare, wilson_interval
-from drake_starnav.evaluation.ablation import ABLATIONS, REFERENCE
-from drake_starnav.evaluation.report.figures import new_figure
-from drake_starnav.evaluation.summary import markdown_table, number, rate_text
-from drake_starnav.utils.files import write_text
+from drake_starnav.evaluation.report.figures import COLORS, MARKERS, new_figure
+from drake_starnav.evaluation.summary import markdown_table
 
-STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"), ("#E69F00", "v"))
-"""Colour and marker of each scenario: the palette of Okabe and Ito, told apart by shape as well."""
+
+@dataclass(frozen=True)
+class Ablation:
+    """One row of the table.
+
+    Attributes:
+        name: also that of its file of trials.
+        meaning: what differs from the full method, in a few words.
+        overrides: "section.key=value" texts that make the difference.
+        reference: where the part is described: a section of the paper (arXiv 2403.11484), or of the method's page.
+        method: see `drake_starnav.scenario.METHODS`.
+    """
+
+    name: str
+    meaning: str
+    overrides: tuple[str, ...]
+    reference: str
+    method: str = "star"
+
+
+REFERENCE = Ablation("star", "the full method", (), "paper III; method 1 to 9")
+"""What the others are compared with."""
+
+ABLATIONS = (
+    REFERENCE,
+    Ablation("no_certificate", "no braking certificate", ("controller.certificate=false",), "method 9"),
+    Ablation(
+        "no_protection",
+        "no certificate, modulation and near-wall term",
+        ("controller.certificate=false", "controller.modulation=false", "controller.near_wall_term=false"),
+        "paper III-C.3; method 7, 9",
+    ),
+    Ablation("no_erosion", "ranges less the radius instead of eroded ones", ("planner.erosion=radial",), "method 1"),
+    Ablation("two_sided_fit", "cubics through the samples, not inside", ("planner.one_sided_fit=false",), "method 2"),
+    Ablation(
+        "fixed_segments",
+        "16 equal segments",
+        ("planner.segmentation=fixed", "planner.segments=16"),
+        "paper III-B.1, fig. 5; method 2",
+    ),
+    Ablation("dbscan_frontiers", "the paper's frontiers", ("planner.frontiers=dbscan",), "paper III-B.2; method 4"),
+    Ablation("no_gates", "targets are frontiers only", ("planner.gates=false",), "method 6"),
+    Ablation("no_retirement", "dead ends are not remembered", ("planner.retire_dead_ends=false",), "method 4"),
+    Ablation(
+        "straight_cost_to_go",
+        "frontiers ranked by the straight line to the goal",
+        ("planner.cost_to_go=straight",),
+        "paper III-C.2; method 6",
+    ),
+    Ablation("no_string_pulling", "the path runs over the nodes", ("planner.string_pulling=false",), "method 6"),
+    Ablation("no_anticipation", "each frontier is driven to first", ("planner.anticipation=false",), "method 6"),
+    Ablation("no_replanning", "a barred way on is no cause to plan", ("planner.replanning=false",), "method 6"),
+    Ablation("no_closer_look", "dead ends are told from afar", ("planner.closer_look=20",), "method 6"),
+    Ablation("any_bend", "modulation turns as far as it likes", ("controller.max_bend=3.2",), "method 7"),
+    Ablation("clipped_weights", "regions weighted by min(Gamma, 8)", ("controller.weights=clipped",), "method 7"),
+    Ablation(
+        "paper_weights",
+        "the paper's sum: by max(Gamma, 1), of vectors as long as they are",
+        ("controller.weights=paper",),
+        "paper III-C.3; method 7",
+    ),
+    Ablation("wide_near_wall_zone", "near-wall zone of 0.10 m", ("controller.near_wall_zone=0.10",), "method 7"),
+    Ablation("no_swerve", "straight on where the certificate refuses it", ("controller.max_swerve=0",), "method 9"),
+    Ablation("one_scan", "safety star from the last scan only", ("controller.scan_memory=1",), "method 9"),
+    Ablation("noisy_lidar", "range noise of 3 cm", ("lidar.noise=0.03",), "method, what each part is worth"),
+    Ablation("star_paper", "the paper's configuration", (), "paper III, IV; method, star_paper", "star_paper"),
+    Ablation(
+        "star_paper_fast",
+        "the paper's, but driven at 0.8 m/s",
+        ("controller.tracking=law",),
+        "paper III; method 8",
+        "star_paper",
+    ),
+    Ablation(
+        "star_paper_slow",
+        "the paper's, but driven at 0.4 m/s",
+        ("controller.tracking=law", "robot.max_speed=0.4"),
+        "paper III; method 8",
+        "star_paper",
+    ),
+)
+"""The table. The paper's PID settles at a third of a metre a second whatever the limit, hence the last two rows."""
+
 BY_NAME = {row.name: row for row in ABLATIONS}
 
 
@@ -37,44 +120,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def ablate(options: argparse.Namespace) -> Results:
     """Run the rows, one file of trials each, then write table and plot."""
-    table, picture = options.out / "ablation.md", options.out / "ablation.png"
     check_rows(options, BY_NAME)
-    new_figure(1.0)  # tells whether there is a matplotlib before anything runs
+    new_figure(1.0)  # raises before any trial runs if matplotlib is missing
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
-    results, scenarios = run_variants(
-        {row.name: (row.method, row.overrides) for row in rows}, options, [table, picture]
-    )
-    text = ablation_table(results, scenarios)
-    write_text(table, text + "\n")
-    draw(results, scenarios, picture)
-    if not options.quiet:
-        print(text)
-        print(f"wrote {table}, {picture} and a file of trials for each row")
-    return results
+    variants = {row.name: (row.method, row.overrides) for row in rows}
+    return run_experiment(variants, options, {"ablation.md": ablation_table, "ablation.png": ablation_plot})
 
 
-def ablation_table(results: Results, scenarios: list[str]) -> str:
+def ablation_table(results: Results, scenarios: Sequence[str]) -> str:
     """A Markdown table with a row for each ablation; times are compared on trials that both reached."""
-    reference = results[REFERENCE.name]
     rows = []
     for name, records in results.items():
-        cells = [name, BY_NAME[name].meaning]
-        for scenario in scenarios:
-            trials = of_scenario(records, scenario)
-            cells += [
-                rate_text(count(trials, "reached"), len(trials)),
-                str(count(trials, "collision")),
-                number(compare(trials, reference).time_ratio, 2),
-            ]
-        rows.append((*cells, BY_NAME[name].reference))
-    head = ["variant", "meaning"]
-    for scenario in scenarios:
-        head += [f"{scenario}: reached (95 %)", "collisions", f"time / {REFERENCE.name}"]
-    return markdown_table((*head, "described in"), rows)
+        cells = comparison_cells(records, results[REFERENCE.name], scenarios)
+        rows.append((name, BY_NAME[name].meaning, *cells, BY_NAME[name].reference))
+    head = ("variant", "meaning", *comparison_head(scenarios, REFERENCE.name), "described in")
+    return markdown_table(head, rows)
 
 
-def draw(results: Results, scenarios: list[str], path: Path) -> None:
-    """Success with its 95 % interval, collisions and time ratio of each row, in three panels.
+def ablation_plot(results: Results, scenarios: Sequence[str]) -> bytes:
+    """Success with its 95 % interval, collisions and time ratio of each row, in three panels, as PNG.
 
     Raises:
         StarnavError: matplotlib is not installed.
@@ -83,7 +147,7 @@ def draw(results: Results, scenarios: list[str], path: Path) -> None:
     success, collisions, ratio = figure.subplots(1, 3, sharey=True, width_ratios=(2, 1, 1.4))
     offsets = [0.22 * (k - (len(scenarios) - 1) / 2) for k in range(len(scenarios))]
     for k, scenario in enumerate(scenarios):
-        colour, marker = STYLES[k % len(STYLES)]
+        colour, marker = COLORS[k % len(COLORS)], MARKERS[k % len(MARKERS)]
         style = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 5, "label": scenario}
         for y, records in enumerate(results.values()):
             trials = of_scenario(records, scenario)
@@ -109,7 +173,9 @@ def draw(results: Results, scenarios: list[str], path: Path) -> None:
     handles, labels = success.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique), frameon=False)
-    figure.savefig(path, dpi=130)
+    file = io.BytesIO()
+    figure.savefig(file, dpi=130, format="png")
+    return file.getvalue()
 
 
 if __name__ == "__main__":

@@ -16,18 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav.cli.options import exit_code
-from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import StarParameters
 from drake_starnav.regions.erosion import free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.robot import RobotParameters
-from drake_starnav.utils.files import check_writable, write_text
-from drake_starnav.worlds import Forest, Maze, PaperForest, Room, make_world
-from drake_starnav.worlds.view import View, random_views
+from drake_starnav.worlds.view import View
+from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
 
-KINDS = (Forest(), Maze(), Room(), PaperForest())
 FIXED = (4, 8, 16, 32, 64)
 REPEATS = 7
 """Each fit is timed this often, methods in turn; the fastest counts, as the rest is other load."""
@@ -76,12 +72,6 @@ def methods() -> list[Method]:
         rows += [Method("adaptive", base), Method("slope (paper)", replace(base, segmentation="slope"))]
         rows += [Method(f"{n} fixed", replace(base, segmentation="fixed", segments=n)) for n in FIXED]
     return rows
-
-
-def sample_views(scans: int, seed: int, lidar: LidarParameters, robot_radius: float) -> list[View]:
-    """Scans from random free poses, each of a world of its own, the kinds of world in turn."""
-    worlds = (make_world(KINDS[k % len(KINDS)], seed + k // len(KINDS), robot_radius) for k in range(scans))
-    return list(random_views(worlds, lidar, robot_radius, seed))
 
 
 def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, float, float]:
@@ -187,37 +177,22 @@ def plot(rows: list[Method], results: list[Deviation], path: Path) -> None:
     pyplot.close(figure)
 
 
-def main() -> int:
-    """Print the table and write it with its plot; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="ablate_segments.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for table and plot (default: out)")
-    options = parser.parse_args()
-    return exit_code(parser.prog, lambda: measure_segments(options))
-
-
-def measure_segments(options: argparse.Namespace) -> int:
-    """Measure, print the table and write it with its plot."""
+def measure_segments(options: argparse.Namespace) -> Measured:
+    """The table, and what draws its plot."""
     lidar, radius = LidarParameters(), RobotParameters().radius
-    if options.scans < 1:
-        raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
-    check_writable(options.out / "ablate_segments.md")
-    views = sample_views(options.scans, options.seed, lidar, radius)
     rows = methods()
-    results = measured(rows, views, radius)
+    results = measured(rows, sample_views(options.scans, options.seed, lidar, radius), radius)
     text = (
-        f"{options.scans} scans of {', '.join(type(kind).__name__ for kind in KINDS)} from random free poses, "
-        f"seed {options.seed}; {lidar.beams} beams, noise {lidar.noise:g} m; the free range has "
+        f"{sample_text(options)}; {lidar.beams} beams, noise {lidar.noise:g} m; the free range has "
         f"{StarParameters().bearings} bearings. Means over the scans; of the times the median.\n\n"
         f"{table(rows, results)}"
     )
-    print(text)
-    write_text(options.out / "ablate_segments.md", text + "\n")
-    plot(rows, results, options.out / "ablate_segments.png")
-    return 0
+    return text, lambda path: plot(rows, results, path)
+
+
+def main() -> int:
+    """Print the table and write it with its plot; returns the exit code."""
+    return scan_experiment("ablate_segments.py", __doc__, measure_segments)
 
 
 if __name__ == "__main__":

@@ -15,19 +15,15 @@ from pathlib import Path
 import numpy as np
 from pydrake.geometry.optimization import HPolyhedron, Hyperellipsoid, Iris, IrisOptions, Point, VPolytope
 
-from drake_starnav.cli.options import exit_code
-from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import StarParameters, StarRegion, scan_region
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.robot import RobotParameters
-from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.visualization.world_figure import draw_world
-from drake_starnav.worlds import Forest, Maze, PaperForest, Room, make_world
-from drake_starnav.worlds.view import View, random_views
+from drake_starnav.worlds.view import View
+from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
 
-KINDS = (Forest(), Maze(), Room(), PaperForest())
 EXAMPLES = 3
 """Scans in the picture, the first of as many kinds of world."""
 STAR, POLYTOPE, ELLIPSE = "#0072B2", "#D55E00", "#009E73"
@@ -199,39 +195,25 @@ def plot(comparisons: list[Comparison], path: Path) -> None:
     pyplot.close(figure)
 
 
-def main() -> int:
-    """Print the table and write it with its picture; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="compare_regions.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for table and picture (default: out)")
-    options = parser.parse_args()
-    return exit_code(parser.prog, lambda: measure_regions(options))
-
-
-def measure_regions(options: argparse.Namespace) -> int:
-    """Measure, print the table and write it with its picture."""
+def measure_regions(options: argparse.Namespace) -> Measured:
+    """The table, and what draws its picture."""
     lidar, radius = LidarParameters(), RobotParameters().radius
     parameters = StarParameters(erosion="none")
-    if options.scans < 1:
-        raise StarnavError(f"--scans is {options.scans}; allowed: a whole number 1 <= x")
-    check_writable(options.out / "compare_regions.md")
-    kinds = [(KINDS[k % len(KINDS)], options.seed + k // len(KINDS)) for k in range(options.scans)]
-    worlds = (make_world(kind, seed, radius) for kind, seed in kinds)
-    comparisons = [compare(view, parameters) for view in random_views(worlds, lidar, radius, options.seed)]
+    comparisons = [
+        compare(view, parameters) for view in sample_views(options.scans, options.seed, lidar, radius)
+    ]  # fmt: skip
     text = (
-        f"{options.scans} scans of {', '.join(type(kind).__name__ for kind in KINDS)} from random free poses, seed "
-        f"{options.seed}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
+        f"{sample_text(options)}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
         f'Star with erosion "none": all three regions are of a point robot.\n{OBSTACLES}\n'
         "Areas of polytope and ellipse count where they were seen (but for the last row).\n\n"
         f"{table(comparisons)}"
     )
-    print(text)
-    write_text(options.out / "compare_regions.md", text + "\n")
-    plot(comparisons[:EXAMPLES], options.out / "compare_regions.png")
-    return 0
+    return text, lambda path: plot(comparisons[:EXAMPLES], path)
+
+
+def main() -> int:
+    """Print the table and write it with its picture; returns the exit code."""
+    return scan_experiment("compare_regions.py", __doc__, measure_regions)
 
 
 if __name__ == "__main__":

@@ -9,15 +9,13 @@ from drake_starnav.cli.experiment import (
     Results,
     add_rows,
     check_rows,
-    count,
+    comparison_cells,
+    comparison_head,
     experiment,
     experiment_parser,
-    of_scenario,
-    run_variants,
+    run_experiment,
 )
-from drake_starnav.evaluation import compare
-from drake_starnav.evaluation.summary import markdown_table, number, rate_text
-from drake_starnav.utils.files import write_text
+from drake_starnav.evaluation.summary import markdown_table, number
 
 LEVELS = {
     "lidar.noise": (0.02, 0.03, 0.05),
@@ -63,36 +61,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def measure_faults(options: argparse.Namespace) -> Results:
     """Run the rows, one file of trials each, then write the table."""
-    table = options.out / "faults.md"
     check_rows(options, ROWS)
-    chosen = {name: ("star", row) for name, row in ROWS.items() if name in options.rows or not row}
-    results, scenarios = run_variants(chosen, options, [table])
-    text = fault_table(results, scenarios)
-    write_text(table, text + "\n")
-    if not options.quiet:
-        print(text)
-        print(f"wrote {table} and a file of trials for each row")
-    return results
+    variants = {name: ("star", row) for name, row in ROWS.items() if name in options.rows or not row}
+    return run_experiment(variants, options, {"faults.md": fault_table})
 
 
 def fault_table(results: Results, scenarios: Sequence[str]) -> str:
     """A Markdown table with a row for each fault; times are compared with the first row's, where both reached."""
     rows = []
     for name, records in results.items():
-        cells = [", ".join(ROWS[name]) or name]
-        for scenario in scenarios:
-            trials = of_scenario(records, scenario)
-            cells += [
-                rate_text(count(trials, "reached"), len(trials)),
-                str(count(trials, "collision")),
-                number(compare(trials, of_scenario(results["none"], scenario)).time_ratio, 2),
-            ]
         clearances = [r["min_clearance_m"] for r in records if r.get("min_clearance_m") is not None]
-        rows.append((*cells, number(min(clearances, default=None), 0, 1e3)))
-    head = ["faults"]
-    for scenario in scenarios:
-        head += [f"{scenario}: reached (95 %)", "collisions", "time / none"]
-    return markdown_table((*head, "least clearance mm"), rows)
+        cells = comparison_cells(records, results["none"], scenarios)
+        rows.append((", ".join(ROWS[name]) or name, *cells, number(min(clearances, default=None), 0, 1e3)))
+    return markdown_table(("faults", *comparison_head(scenarios, "none"), "least clearance mm"), rows)
 
 
 if __name__ == "__main__":

@@ -8,11 +8,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.cli.experiment import Results, count, experiment, experiment_parser, of_scenario, run_variants
+from drake_starnav.cli.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 from drake_starnav.cli.options import add_overrides
 from drake_starnav.evaluation.report.figures import new_figure, svg
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
-from drake_starnav.utils.files import write_text
 
 CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 BLIND = "movers.max_speed=0"
@@ -34,17 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def measure_curve(options: argparse.Namespace) -> Results:
     """Run the trials, one file for each caution, then write the table and draw the curve."""
-    table, figure = options.out / "movers.md", options.out / "movers.svg"
     keys = (BLIND, *(f"movers.caution={caution:g}" for caution in options.cautions))
     variants = {key: ("star", (*options.overrides, key)) for key in keys}
-    results, scenarios = run_variants(variants, options, [table, figure])
-    text = curve_table(results, scenarios)
-    write_text(table, text + "\n")
-    write_text(figure, curve_figure(results, scenarios))
-    if not options.quiet:
-        print(text)
-        print(f"wrote {table}, {figure} and a file of trials for each row")
-    return results
+    return run_experiment(variants, options, {"movers.md": curve_table, "movers.svg": curve_figure})
 
 
 def curve_table(results: Results, scenarios: Sequence[str]) -> str:

@@ -15,8 +15,7 @@ import numpy as np
 from tqdm import tqdm
 
 from drake_starnav.baselines import DsmParameters, KnownObstacles, Situation, baseline_step, known_obstacles
-from drake_starnav.cli.options import exit_code
-from drake_starnav.errors import StarnavError
+from drake_starnav.cli.options import check_numbers, exit_code
 from drake_starnav.evaluation import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.parameters import unknown_name
@@ -127,8 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run_grids(options: argparse.Namespace) -> int:
     """Try the grid of each method, and write its table."""
-    if options.trials < 1:
-        raise StarnavError(f"--trials is {options.trials}; allowed: a whole number >= 1")
+    check_numbers(options, trials=(1, math.inf))
     for method in options.method:
         if method not in GRIDS:
             raise unknown_name(f"method {method!r}", method, GRIDS)

@@ -18,11 +18,14 @@ from drake_starnav.evaluation.report.results import Results, read_results
 from drake_starnav.evaluation.report.tables import tables_markdown
 from drake_starnav.evaluation.summary import Summary, compare, markdown_table, number, rate_text, summarise
 from drake_starnav.utils.files import replacing
+from scripts.maintenance.trial_costs import costs_section, read_costs
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks" / "results"
+COSTS = FOLDER / "scaling.json"
+"""What benchmarks/scaling.py measured."""
 SECTION = "results", "python scripts/maintenance/record_results.py"
-"""Name of the sections of README and docs/benchmark.md, and the command that writes them."""
+"""Name of the sections of README, docs/benchmark.md and docs/scaling.md, and the command that writes them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -79,14 +82,15 @@ def stored() -> list[Path]:
 def texts() -> dict[Path, str]:
     """What each file that depends on the results should hold."""
     results = read_results(stored())
-    pages = {ROOT / "README.md": readme_section, ROOT / "docs" / "benchmark.md": benchmark_section}
+    sections = {
+        ROOT / "README.md": readme_section(results),
+        ROOT / "docs" / "benchmark.md": benchmark_section(results),
+        ROOT / "docs" / "scaling.md": costs_section(read_costs(COSTS)),
+    }
     return {
         FOLDER / "environment.json": environment(results),
         FOLDER / "summary.md": summary(results),
-        **{
-            path: with_section(path.read_text(encoding="utf-8"), *SECTION, section(results))
-            for path, section in pages.items()
-        },
+        **{path: with_section(path.read_text(encoding="utf-8"), *SECTION, text) for path, text in sections.items()},
     }
 
 

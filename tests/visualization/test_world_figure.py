@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from drake_starnav.evaluation.report.figures import draw_world as draw_in_report
 from drake_starnav.evaluation.report.figures import new_figure
 from drake_starnav.robot import RobotParameters
 from drake_starnav.visualization.meshes import MOVERS
-from drake_starnav.visualization.world_figure import world_axes, write_html, write_png
+from drake_starnav.visualization.world_figure import draw_world, world_axes, write_html, write_png
 from drake_starnav.worlds import Crowd, make_world
 
 WORLD = make_world(Crowd(min_movers=3, max_movers=3), 0, 0.25)
@@ -24,11 +23,11 @@ def test_movers_are_drawn_at_first_with_their_paths() -> None:
         assert np.array_equal(np.transpose(line.get_data()), path[:, 1:])
 
 
-def test_reports_draw_them_too() -> None:
+def test_their_paths_can_be_left_out() -> None:
     axes = new_figure(3.0).add_subplot()
-    draw_in_report(axes, WORLD)
-    (movers,) = [c for c in axes.collections if to_rgb(c.get_facecolor()[0]) == pytest.approx(MOVERS.color)]
-    assert len(movers.get_paths()) == 3
+    draw_world(axes, WORLD, paths=False)
+    moving = [patch for patch in axes.patches if to_rgb(patch.get_facecolor()) == pytest.approx(MOVERS.color)]
+    assert len(moving) == 3 and not axes.lines
 
 
 def test_files_are_written(tmp_path) -> None:

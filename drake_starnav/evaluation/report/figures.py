@@ -13,7 +13,7 @@ from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.intervals import ratio_interval
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.evaluation.summary import summarise, wilson_interval
-from drake_starnav.visualization.meshes import MOVERS
+from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds import World
 
 if TYPE_CHECKING:
@@ -31,8 +31,8 @@ BINS = 5
 """Worlds of about the same difficulty share one of so many bins."""
 LEAST_IN_BIN = 5
 """Fewer worlds make fewer bins."""
-DETAILED = 300
-"""A world with more outlines is drawn as pixels, to keep the page small."""
+OBSTACLES = "0.78"
+"""Their grey, lighter than elsewhere, as several paths cross them."""
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,7 @@ def trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | 
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, trial in zip(grid.flat, shown, strict=False):
-        draw_world(axes, worlds[trial])
+        _draw_task(axes, worlds[trial])
         for record in trials[trial]:
             look = style(results.methods, record["method"])
             path = np.array(record["path"])
@@ -271,23 +271,12 @@ def _world(results: Results, record: Record) -> World:
     return make_world_with_footprints(scenario.world, record["seed"], scenario.robot.radius)
 
 
-def draw_world(axes: "Axes", world: World) -> None:
-    """Obstacles, those that move as they are at first, start and goal of a world, to scale."""
-    from matplotlib.collections import PatchCollection
-    from matplotlib.patches import Circle, Polygon, Rectangle
-
-    outlines = [Circle((x, y), radius) for x, y, radius in world.discs]
-    outlines += [Polygon(corners, closed=True) for corners in world.polygons]
-    obstacles = PatchCollection(outlines, facecolor="0.78", edgecolor="none", zorder=1)
-    obstacles.set_rasterized(len(outlines) > DETAILED)
-    axes.add_collection(obstacles)
-    movers = [Circle(path[0, 1:], radius) for path, radius in zip(world.movers.paths, world.movers.radii, strict=True)]
-    axes.add_collection(PatchCollection(movers, facecolor=MOVERS.color, edgecolor="none", zorder=1))
-    x0, y0, x1, y1 = world.extent
-    if world.bounds is not None:
-        axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor="0.6", linewidth=1.0))
+def _draw_task(axes: "Axes", world: World) -> None:
+    """A world with start and goal, to scale."""
+    draw_world(axes, world, OBSTACLES, paths=False)
     axes.plot(*world.start[:2], marker="o", color="0.2", markersize=4, linestyle="none", zorder=5)
     axes.plot(*world.goal, marker="*", color="0.2", markersize=9, linestyle="none", zorder=5)
+    x0, y0, x1, y1 = world.extent
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
     axes.set_aspect("equal")

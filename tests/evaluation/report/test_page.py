@@ -1,10 +1,13 @@
 """The report in a real browser: it asks nothing of a network, fits 1100 pixels, and shows all its parts."""
 
+import sys
 from dataclasses import replace
 
 import pytest
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report import Report, chosen_trials, write_page
+from drake_starnav.evaluation.report.page import load_template
 from drake_starnav.visualization.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
 
@@ -112,3 +115,15 @@ def test_files_of_different_versions_are_told_apart(report) -> None:
     text = write_page(replace(report, results=replace(report.results, headers=(first, other))))
     assert f"(source {first['versions']['source']})" in text and "(source 0123456789ab)" in text
     assert "files of different versions" in text
+
+
+def test_every_value_is_escaped(report) -> None:
+    recording = replace(report.recordings[0], file="", reason="<b>why</b>")
+    text = write_page(replace(report, recordings=[recording]))
+    assert "&lt;b&gt;why&lt;/b&gt;" in text and "<b>why" not in text
+
+
+def test_a_missing_template_engine_is_reported(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    with pytest.raises(StarnavError, match="jinja2 is not installed; allowed: pip install"):
+        load_template()

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import scaling
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import TrialFile
 from scripts.maintenance import record_results
@@ -19,27 +18,13 @@ def test_what_is_said_of_the_results_is_up_to_date(path: Path) -> None:
     )
 
 
-def test_the_costs_in_the_docs_follow_from_the_figures() -> None:
-    measured = scaling.Scaling(**json.loads(scaling.FIGURES.read_text(encoding="utf-8")))
-    assert scaling.page(measured) == scaling.PAGE.read_text(encoding="utf-8"), f"run {scaling.COMMAND}"
-
-
-def test_costs_of_known_figures() -> None:
-    known = scaling.Scaling("a machine", 24, 3, one_s=48.0, two_s=25.0, longest_s=5.0, start_s=2.0, filed_per_s=200.0)
-    assert known.speedup == pytest.approx(1.92)
-    assert known.trial_s == pytest.approx(25.0 / 12.0)
-    assert known.wall_s(100, 10) == pytest.approx(2.0 + 100 * 25.0 / 12.0 / 10 + 5.0)
-    assert known.wall_s(100_000, 1000) == pytest.approx(2.0 + 500.0 + 5.0)  # filing is slower than a thousand cores
-    assert "| 1,000 | 507 s" in scaling.section(known)
-
-
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch) -> Path:
-    """A checkout with nothing but the two pages."""
+    """A checkout with nothing but the pages."""
     monkeypatch.setattr(record_results, "ROOT", tmp_path)
     monkeypatch.setattr(record_results, "FOLDER", tmp_path / "benchmarks" / "results")
     (tmp_path / "docs").mkdir()
-    for page in ("README.md", "docs/benchmark.md"):
+    for page in ("README.md", "docs/benchmark.md", "docs/scaling.md"):
         (tmp_path / page).write_text(
             "before\n<!-- results: written by `python scripts/maintenance/record_results.py` -->old"
             "<!-- end of results -->\nafter\n"

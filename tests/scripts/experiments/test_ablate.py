@@ -1,15 +1,12 @@
 """The table of ablations: each row is what it says, and the script leaves a table, a plot and the trials."""
 
-import runpy
 from pathlib import Path
 
 import pytest
 
 from drake_starnav.evaluation import make_cases, read_trials
-from drake_starnav.evaluation.ablation import ABLATIONS, REFERENCE, Ablation
 from drake_starnav.scenario import METHODS
-
-SCRIPT = Path(__file__).parents[2] / "scripts" / "experiments" / "ablate.py"
+from scripts.experiments.ablate import ABLATIONS, REFERENCE, Ablation, main
 
 
 def text(row: Ablation) -> str:
@@ -40,7 +37,6 @@ def test_every_override_of_a_row_counts(row: Ablation) -> None:
 
 def test_script_leaves_table_plot_and_trials(tmp_path: Path, capsys) -> None:
     pytest.importorskip("matplotlib")
-    main = runpy.run_path(str(SCRIPT))["main"]
     scenario = tmp_path / "tiny.yaml"
     scenario.write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\n")
     arguments = [str(scenario), "--rows", "star_paper", "--trials", "2", "--jobs", "1", "--out", str(tmp_path / "out")]
@@ -64,7 +60,6 @@ def test_script_leaves_table_plot_and_trials(tmp_path: Path, capsys) -> None:
 
 def test_script_tells_by_its_exit_code_that_trials_could_not_run(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    main = runpy.run_path(str(SCRIPT))["main"]
     scenario = tmp_path / "broken.yaml"
     scenario.write_text("world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n")
     arguments = [str(scenario), "--rows", "star", "--trials", "1", "--jobs", "1", "--out", str(tmp_path / "out")]

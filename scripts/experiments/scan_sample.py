@@ -1,0 +1,54 @@
+"""What experiments on random scans share: the scans, the options, a table and a picture."""
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from drake_starnav.cli.options import REACHED, CommandParser, check_numbers, run_command
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.utils.files import check_writable, write_text
+from drake_starnav.worlds import Forest, Maze, PaperForest, Room, make_world
+from drake_starnav.worlds.view import View, random_views
+
+KINDS = (Forest(), Maze(), Room(), PaperForest())
+Measured = tuple[str, Callable[[Path], None]]
+"""A Markdown table, and a function that draws its picture into a file."""
+
+
+def sample_views(scans: int, seed: int, lidar: LidarParameters, robot_radius: float) -> list[View]:
+    """Scans from random free poses, each of a world of its own, the kinds of world in turn."""
+    worlds = (make_world(KINDS[k % len(KINDS)], seed + k // len(KINDS), robot_radius) for k in range(scans))
+    return list(random_views(worlds, lidar, robot_radius, seed))
+
+
+def sample_text(options: argparse.Namespace) -> str:
+    """The sample in words; `options` has scans and seed."""
+    kinds = ", ".join(type(kind).__name__ for kind in KINDS)
+    return f"{options.scans} scans of {kinds} from random free poses, seed {options.seed}"
+
+
+def scan_experiment(script: str, description: str, measure: Callable[[argparse.Namespace], Measured]) -> int:
+    """Parse the arguments, measure, print the table and write it with its picture; returns the exit code.
+
+    Args:
+        script: its file name, which the table and the picture share.
+        description: what it measures.
+        measure: makes table and picture from the options scans and seed.
+    """
+    parser = CommandParser(prog=script, description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scans", type=int, default=100, help="number of scans (default: 100)")
+    parser.add_argument("--seed", type=int, default=0, help="of worlds and poses (default: 0)")
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for table and picture (default: out)")
+
+    def work(options: argparse.Namespace) -> int:
+        check_numbers(options, scans=(1, math.inf))
+        table = options.out / Path(script).with_suffix(".md")
+        check_writable(table)
+        text, draw = measure(options)
+        print(text)
+        write_text(table, f"{text}\n")
+        draw(table.with_suffix(".png"))
+        return REACHED
+
+    return run_command(parser, None, work)
