@@ -6,7 +6,7 @@ from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.margins import seen_from
+from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment
 from drake_starnav.station.robot_model import TOLERANCE
 
@@ -82,7 +82,7 @@ def _check_path(scenario: Scenario) -> None:
 def _check_beams(scenario: Scenario) -> None:
     """Where the robot decides to stop, it must not fit between two beams: walls would be open there."""
     robot, lidar = scenario.robot, scenario.lidar
-    distance = seen_from(lidar, scenario.drive, robot, scenario.controller)
+    distance = Declared.of(scenario).seen_from
     if distance * lidar.angle_increment > robot.radius:
         raise StarnavError(
             f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from drake_starnav.worlds.rooms import Rooms
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import clearance, make_world, shortest_path
+from drake_starnav.worlds.generators.rooms import Rooms
 
 RADIUS = 0.25
 WALL = 0.1
