@@ -1,4 +1,4 @@
-"""A room in which discs stand for a while, then walk, over and over, and make way for nobody."""
+"""A room in which discs stand for a while, then walk, again and again, and never yield."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.worlds.moving_obstacles import Movers
+from drake_starnav.worlds.moving_obstacles import Movers, there_and_back
 from drake_starnav.worlds.solvable import check_order, check_robot_radius
 from drake_starnav.worlds.world import World
 
@@ -40,7 +40,7 @@ class StopAndGo:
         check_order(self, "min_speed", "max_speed")
         check_order(self, "min_wait", "max_wait")
         if robot_radius >= _INSET:
-            raise StarnavError(f"StopAndGo: robot_radius is {robot_radius:g} m; allowed: below {_INSET:g} m")
+            raise StarnavError(f"StopAndGo with robot_radius {robot_radius:g} m; allowed: below {_INSET:g} m")
         start = np.array((_INSET, 0.5 * self.height))
         radii = rng.uniform(*_RADII, self.movers)
         return World(
@@ -66,10 +66,7 @@ class StopAndGo:
             place, duration = _walk(place, speed, low, high, rng)
             time += duration
             points.append((time, *place))
-        there = np.array(points)
-        back = there[-2::-1].copy()
-        back[:, 0] = 2.0 * time - back[:, 0]
-        return np.vstack((there, back))
+        return there_and_back(np.array(points))
 
 
 def _walk(
