@@ -15,9 +15,10 @@ HARDEST_BRAKING = 6.0
 
 
 def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
-    """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
+    """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
+    robot = station.equipment if isinstance(station, NavigationStation) else station
     for section in ("lidar", "localization", "drive"):
-        has, declared = getattr(station, section), getattr(scenario, section)
+        has, declared = getattr(robot, section), getattr(scenario, section)
         for field in dataclasses.fields(declared):
             value, wanted = getattr(has, field.name), getattr(declared, field.name)
             if value != wanted:
@@ -26,14 +27,14 @@ def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipm
                     "margins and predictions follow from it"
                 )
     step, radius = scenario.simulation.time_step, scenario.robot.radius
-    if station.time_step != step:
+    if robot.time_step != step:
         raise StarnavError(
-            f"the station has time_step {station.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
+            f"the station has time_step {robot.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
             "allowed: the same"
         )
-    if station.reach > radius + TOLERANCE:
+    if robot.reach > radius + TOLERANCE:
         raise StarnavError(
-            f"robot.radius is {radius:g} m, and the station's robot reaches {station.reach:.3f} m from its axis; "
+            f"robot.radius is {radius:g} m, and the station's robot reaches {robot.reach:.3f} m from its axis; "
             "allowed: a radius that holds all of the robot"
         )
 
