@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from drake_starnav.evaluation.report import Report, chosen_trials, write_page
+from drake_starnav.evaluation.report import Report, chosen_trials, figures, write_page
 from drake_starnav.visualization.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
 
@@ -112,3 +112,10 @@ def test_files_of_different_versions_are_told_apart(report) -> None:
     text = write_page(replace(report, results=replace(report.results, headers=(first, other))))
     assert f"(source {first['versions']['source']})" in text and "(source 0123456789ab)" in text
     assert "files of different versions" in text
+
+
+def test_the_page_compares_times_and_paths(monkeypatch) -> None:
+    asked: list[tuple[str, str]] = []
+    monkeypatch.setattr(figures, "comparison_figure", lambda results, field, label: asked.append((field, label)))
+    write_page(Report(made_up(trials=2), worlds=1))
+    assert asked == [("time_s", "time"), ("path_length_m", "path length")]
