@@ -12,7 +12,8 @@ from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.margins import sensing_error, tolerating
+from drake_starnav.scenario.error_budget import Declared, sensing_error
+from drake_starnav.scenario.margins import tolerating
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -115,8 +116,7 @@ def add_navigation(
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
-    declared = scenario.lidar, scenario.localization, scenario.drive, scenario.robot
-    error = sensing_error(*declared, scenario.controller, step)
+    error = sensing_error(Declared.of(scenario))
     planner_parameters, controller_parameters = tolerating(
         scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
     )

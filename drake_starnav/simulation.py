@@ -1,4 +1,4 @@
-"""One scenario and one seed -> one trial: its outcome, its figures and, if asked for, its recording."""
+"""One scenario and one seed -> one trial: its outcome, its metrics and, on request, its recording."""
 
 import hashlib
 import math
@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import simplified
@@ -34,17 +34,17 @@ from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 MONITOR_PERIOD = 0.02
-"""Arrival and contact are checked this often; the clearance is judged at every step of the plant afterwards, s.
+"""Arrival and contact are checked this often, s; the clearance is evaluated at every step of the plant afterwards.
 
-Contact where obstacles move is checked at every step, as it tells whether the robot stood."""
+Where obstacles move, contact is checked at every step, to determine whether the robot stood."""
 PROGRESS_PERIOD = 0.5
 """Simulated time between two reports of progress, s."""
 SHORTEST_PATH_SLACK = 0.005
 """The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
 FINE, COARSE, CELLS = 0.02, 0.05, 5e6
-"""That path is looked for on a grid of this step, m; a coarser one, up to the second, in a world of more cells."""
+"""Grid step for that path, m: the first, or up to the second in a world of more cells."""
 PATH_TOLERANCE = 0.02
-"""The path in a trial's record is this near to the one that was driven, m."""
+"""Largest deviation of the path in a trial's record from the driven one, m."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Trial:
         outcome: reached, collision, struck (by a moving obstacle, while the robot stood), timeout or unreachable.
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
-        shortest_path_m: by an omniscient robot of the same radius among what stands; None where there is no way, or a
-            model file's obstacles move.
+        shortest_path_m: shortest path of the same radius given the full map, among the static obstacles; None if there
+            is none, or a model file's obstacles move.
         straight_line_m: from the start to the goal.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
         score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
@@ -100,7 +100,7 @@ class Trial:
 
 
 class Observer(Protocol):
-    """Follows a trial from its diagram's making to its end."""
+    """Follows a trial from the construction of its diagram to its end."""
 
     def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
         """Add systems to the diagram."""
@@ -109,7 +109,7 @@ class Observer(Protocol):
         """The simulator is about to be initialized."""
 
     def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
-        """The run has ended; `lines` tell how, and `motion` is the robot's."""
+        """The run has ended; `lines` describe how, and `motion` is the robot's."""
 
 
 def run_trial(
@@ -129,9 +129,9 @@ def run_trial(
         method: its name, for the record: the one that the scenario was loaded with.
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
-        html: where to leave a recording, if anywhere.
-        observer: what else follows the run, if anything; it must not change it.
-        progress: called now and then with the simulated time and the time limit, s.
+        html: file for a recording, if any.
+        observer: follows the run, if any; it must not change it.
+        progress: called regularly with the simulated time and the time limit, s.
 
     Raises:
         UnsupportedError: the method cannot be tried in this world.
@@ -143,98 +143,126 @@ def run_trial(
         check_writable(html)
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-    timeout = scenario.simulation.timeout or world.timeout
-    shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is told at once
+    shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is refused at once
+    observers: list[Observer] = [] if observer is None else [observer]
+    if html is not None:
+        from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
+
+        observers.append(Recorder(html))
     stopwatch = Stopwatch()
     builder = DiagramBuilder()
     made: Diagram | DiagramBuilder = builder
     try:
         navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
-        add_collision_monitor(builder, navigation)
-        _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
-        log = LogVectorOutput(
-            navigation.station.GetOutputPort("cheat.robot_state"), builder, scenario.simulation.time_step
-        )
-        observers: list[Observer] = [] if observer is None else [observer]
-        if html is not None:
-            from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
-
-            observers.append(Recorder(html))
+        log = _add_monitors(builder, navigation, scenario)
         for each in observers:
             each.add_to(builder, navigation, scenario)
-        made = builder.Build()
-        simulator = Simulator(made)
-        start = time.perf_counter()
+        made = diagram = builder.Build()
         for each in observers:
             each.start()
-        message = _advance(simulator, timeout, progress)
-        wall = time.perf_counter() - start
-        context = simulator.get_context()
-        record = log.FindLog(context)
-        states, times = record.data(), record.sample_times().copy()
-        driven = planar_states(states.T, navigation.station.plant.num_positions(navigation.station.robot_model))
-        elapsed = context.get_time()
-        nodes = 0
-        if navigation.planner is not None:
-            roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
-            nodes = len(roadmap.roadmap)
+        run = _simulated(diagram, navigation, log, scenario.simulation.timeout or world.timeout, progress)
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
-        trial = Trial(
-            scenario=scenario.name,
-            method=method,
-            seed=seed,
-            time_s=round(elapsed, 6),
-            nodes=nodes,
-            wall_s=wall,
-            state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-            **_figures(scenario, world, shortest, message, elapsed, times, driven),
-            **steps,
-        )
+        figures = _figures(scenario, world, shortest, run)
+        trial = Trial(scenario=scenario.name, method=method, seed=seed, **figures, **steps)
         for each in observers:
-            each.finish(caption_lines(trial), Motion(times, driven[:, :3]))
+            each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))
         return trial
     finally:
         release(made)
 
 
-def _figures(
-    scenario: Scenario,
-    world: World,
-    shortest: tuple[float, np.ndarray] | None,
-    message: str,
-    elapsed: float,
-    times: np.ndarray,
-    driven: np.ndarray,
-) -> dict[str, Any]:
-    """How a run is judged: its outcome, and what follows from where the robot drove.
+@dataclass(frozen=True)
+class _Run:
+    """What a simulation leaves.
+
+    Attributes:
+        message: why it ended.
+        elapsed: when it ended, s.
+        times: of the states, shape (n,), s.
+        driven: shape (n, 5): x, y, yaw, v, omega at these times.
+        state_hash: of the logged plant states.
+        nodes: in the roadmap.
+        wall: wall-clock time, s.
+    """
+
+    message: str
+    elapsed: float
+    times: np.ndarray
+    driven: np.ndarray
+    state_hash: str
+    nodes: int
+    wall: float
+
+
+def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> VectorLogSink:
+    """Add what ends a trial, and the log of the robot's states."""
+    add_collision_monitor(builder, navigation)
+    _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
+    state = navigation.station.GetOutputPort("cheat.robot_state")
+    return LogVectorOutput(state, builder, scenario.simulation.time_step)
+
+
+def _simulated(
+    diagram: Diagram,
+    navigation: Navigation,
+    log: VectorLogSink,
+    timeout: float,
+    progress: Callable[[float, float], None] | None,
+) -> _Run:
+    """Simulate a built diagram until something ends the trial; `timeout` in s."""
+    simulator = Simulator(diagram)
+    start = time.perf_counter()
+    message = _advance(simulator, timeout, progress)
+    wall = time.perf_counter() - start
+    context = simulator.get_context()
+    record = log.FindLog(context)
+    states, station = record.data(), navigation.station
+    nodes = 0
+    if navigation.planner is not None:
+        roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+        nodes = len(roadmap.roadmap)
+    return _Run(
+        message=message,
+        elapsed=context.get_time(),
+        times=record.sample_times().copy(),
+        driven=planar_states(states.T, station.plant.num_positions(station.robot_model)),
+        state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
+        nodes=nodes,
+        wall=wall,
+    )
+
+
+def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: _Run) -> dict[str, Any]:
+    """Fields of the `Trial`: its outcome, and what follows from where the robot drove.
 
     Args:
         scenario: of the run.
         world: of the run, with its footprints.
-        shortest: the path that it is compared with, as of `omniscient_path`.
-        message: why the simulation ended.
-        elapsed: when it ended, s.
-        times: shape (n,), s.
-        driven: shape (n, 5): x, y, yaw, v, omega at these times.
+        shortest: the path for comparison, as of `omniscient_path`.
+        run: what was simulated.
     """
-    path, radius = driven[:, :2], scenario.robot.radius
+    path, radius = run.driven[:, :2], scenario.robot.radius
     standing = clearance(world, path)
-    outcome = COLLISION if standing.min() < radius else message
-    clearances = np.minimum(standing, mover_clearance(world.movers, path, times)) - radius
+    outcome = COLLISION if standing.min() < radius else run.message
+    clearances = np.minimum(standing, mover_clearance(world.movers, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     motion = motion_metrics(
-        path, driven[:, 3:], clearances, time_step=scenario.simulation.time_step, robot_radius=radius
+        path, run.driven[:, 3:], clearances, time_step=scenario.simulation.time_step, robot_radius=radius
     )
     return {
         "outcome": outcome,
+        "time_s": round(run.elapsed, 6),
         "path_length_m": length,
         "shortest_path_m": None if shortest is None else float(shortest[0]),
         "straight_line_m": math.dist(world.start[:2], world.goal),
         "tightest_gap_m": None if shortest is None else _finite(tightest_gap(world, shortest[1])),
-        "score": benchmark_score(outcome, elapsed, world.optimal_time),
+        "score": benchmark_score(outcome, run.elapsed, world.optimal_time),
         "min_clearance_m": float(clearances.min()),
-        "mean_speed_mps": length / elapsed if elapsed > 0.0 else 0.0,
+        "mean_speed_mps": length / run.elapsed if run.elapsed > 0.0 else 0.0,
         **vars(motion),
+        "nodes": run.nodes,
+        "wall_s": run.wall,
+        "state_hash": run.state_hash,
         "path": simplified(path, PATH_TOLERANCE).round(3).tolist(),
     }
 
@@ -255,7 +283,7 @@ def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> fl
 
 
 def caption_lines(trial: Trial) -> tuple[str, ...]:
-    """What to tell of a trial beside its picture."""
+    """The caption of a trial's picture."""
     said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
     outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
@@ -300,14 +328,14 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
 
 
 def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | None:
-    """The shortest path of a robot that knows the world, which a trial is compared with.
+    """The shortest path given the full map, with which a trial is compared.
 
     Args:
         world: with its footprints, if it is of a model file.
         radius: of the robot, m.
 
     Returns:
-        As `shortest_path`, whose passages leave 2 to 4 cm to spare; None also where obstacles move.
+        As `shortest_path`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
     """
     if world.model is not None and world.model.moving:
         return None
@@ -323,5 +351,5 @@ def trial_record(trial: Trial) -> dict[str, Any]:
 
 
 def _finite(value: float) -> float | None:
-    """The value, or None for an infinite one, which JSON has no word for."""
+    """The value, or None for an infinite one, which JSON cannot represent."""
     return value if math.isfinite(value) else None

@@ -6,7 +6,7 @@ from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.margins import seen_from
+from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment
 from drake_starnav.station.robot_model import TOLERANCE
 
@@ -15,9 +15,10 @@ HARDEST_BRAKING = 6.0
 
 
 def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
-    """Raise a `StarnavError` where a station was made with other parameters than navigation reckons with."""
+    """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
+    robot = station.equipment if isinstance(station, NavigationStation) else station
     for section in ("lidar", "localization", "drive"):
-        has, declared = getattr(station, section), getattr(scenario, section)
+        has, declared = getattr(robot, section), getattr(scenario, section)
         for field in dataclasses.fields(declared):
             value, wanted = getattr(has, field.name), getattr(declared, field.name)
             if value != wanted:
@@ -26,14 +27,14 @@ def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipm
                     "margins and predictions follow from it"
                 )
     step, radius = scenario.simulation.time_step, scenario.robot.radius
-    if station.time_step != step:
+    if robot.time_step != step:
         raise StarnavError(
-            f"the station has time_step {station.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
+            f"the station has time_step {robot.time_step:g} s, the scenario's simulation.time_step is {step:g} s; "
             "allowed: the same"
         )
-    if station.reach > radius + TOLERANCE:
+    if robot.reach > radius + TOLERANCE:
         raise StarnavError(
-            f"robot.radius is {radius:g} m, and the station's robot reaches {station.reach:.3f} m from its axis; "
+            f"robot.radius is {radius:g} m, and the station's robot reaches {robot.reach:.3f} m from its axis; "
             "allowed: a radius that holds all of the robot"
         )
 
@@ -82,7 +83,7 @@ def _check_path(scenario: Scenario) -> None:
 def _check_beams(scenario: Scenario) -> None:
     """Where the robot decides to stop, it must not fit between two beams: walls would be open there."""
     robot, lidar = scenario.robot, scenario.lidar
-    distance = seen_from(lidar, scenario.drive, robot, scenario.controller)
+    distance = Declared.of(scenario).seen_from
     if distance * lidar.angle_increment > robot.radius:
         raise StarnavError(
             f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "

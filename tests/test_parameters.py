@@ -1,4 +1,5 @@
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +9,12 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import allowed_text, build, check_parameters, convert, is_finite, parameter, unknown_name
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 
 SHIPPED = (RobotParameters, StarParameters, PlannerParameters, ControllerParameters)
 
@@ -143,3 +146,20 @@ def test_a_name_without_a_near_one_gets_no_suggestion():
     error = unknown_name("world", "zzzz", iter(("forest", "maze")))
     assert str(error) == "unknown world: allowed: forest, maze"
     assert "did you mean maze?" in str(unknown_name("world", "mase", ("forest", "maze")))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: RobotParameters(radius=-1.0), "robot.radius is -1"),
+        (lambda: RobotParameters(max_acceleration=math.nan), "robot.max_acceleration is nan"),
+        (lambda: PlannerParameters(erosion="dics"), "planner.erosion is 'dics'"),
+        (lambda: PlannerParameters(margin=-0.2), "planner.margin is -0.2"),
+        (lambda: DriveParameters(delay=-1.0), "drive.delay is -1"),
+        (lambda: LocalizationParameters(drift=7.0), "localization.drift is 7"),
+        (lambda: LidarParameters(quantisation=2.0), "lidar.quantisation is 2"),
+    ],
+)
+def test_parameters_are_checked_wherever_they_are_made(make, words):
+    with pytest.raises(StarnavError, match=words):
+        make()

@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario
-from drake_starnav.scenario.margins import seen_from
+from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_model import TOLERANCE
 from drake_starnav.validation import check_equipment, check_promises
@@ -38,7 +38,7 @@ def test_the_lidar_sees_as_far_as_what_moves_may_come_while_the_robot_brakes(cha
 def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() -> None:
     overrides = ["robot.max_speed=3", "controller.safety_range=6"]
     scenario = load_scenario("room", overrides=overrides)
-    distance = seen_from(scenario.lidar, scenario.drive, scenario.robot, scenario.controller)
+    distance = Declared.of(scenario).seen_from
     enough = math.ceil(2.0 * math.pi * distance / scenario.robot.radius)
     check_promises(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
     with pytest.raises(StarnavError, match=f"lidar.beams is {enough - 1}: at "):
@@ -54,3 +54,14 @@ def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> Non
     else:
         with pytest.raises(StarnavError, match="allowed: a radius that holds all of the robot"):
             check_equipment(ROOM, station)
+
+
+@pytest.mark.parametrize("beams, speed, fits", [(36, 0.8, False), (36, 3.0, True), (90, 3.0, True), (360, 3.0, False)])
+def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams, speed, fits):
+    changes = [f"lidar.beams={beams}", f"robot.max_speed={speed}", "controller.safety_range=6"]
+    scenario = load_scenario("room", overrides=changes)
+    if fits:
+        with pytest.raises(StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* at most robot.radius"):
+            check_promises(scenario)
+    else:
+        check_promises(scenario)

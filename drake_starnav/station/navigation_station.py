@@ -5,7 +5,7 @@ import math
 from pydrake.geometry import GeometryId, Role, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.errors import StarnavError
@@ -43,7 +43,7 @@ class RobotEquipment(Diagram):
         drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
         desired_state: vector of the robot's model, to the plant.
 
-    The lidar sees other robots in the plant, where they reach into its plane, and not its own.
+    The lidar sees other robots in the plant where they reach into its plane, but not its own robot.
     """
 
     def __init__(
@@ -55,7 +55,6 @@ class RobotEquipment(Diagram):
         *,
         localization: LocalizationParameters | None = None,
         drive: DriveParameters | None = None,
-        time_step: float = 0.005,
         seed: int = 0,
     ) -> None:
         """
@@ -64,15 +63,14 @@ class RobotEquipment(Diagram):
             scene_graph: of the plant.
             model: the robot, as from `add_robot`.
             lidar: the sensor.
-            localization: error of the pose; none by default.
-            drive: delay and slip of the wheels; none by default.
-            time_step: of the plant, s.
-            seed: of the faults and the sensor's noise.
+            localization: error of the believed pose; none by default.
+            drive: faults of the drive; none by default.
+            seed: of the sensor's noise and of the faults.
         """
         super().__init__()
-        drive = drive or DriveParameters()
-        self.lidar, self.localization, self.drive = lidar, localization or LocalizationParameters(), drive
-        self.time_step, self.reach = time_step, robot_reach(plant, scene_graph, model)[0]
+        self.lidar = lidar
+        self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
+        self.time_step, self.reach = plant.time_step(), robot_reach(plant, scene_graph, model)[0]
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
@@ -99,15 +97,7 @@ class RobotEquipment(Diagram):
         )
         wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
         builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
-        turning, command = wheels.GetOutputPort("desired_state"), wheels.GetInputPort("twist_command")
-        if drive.slip > 0.0:
-            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=drive.slip, seed=seed))
-            builder.Connect(turning, slipping.get_input_port())
-            turning = slipping.get_output_port()
-        if drive.delay > 0.0:
-            late = builder.AddNamedSystem("drive_delay", DiscreteTimeDelay(time_step, delay_steps(drive, time_step), 2))
-            builder.Connect(late.get_output_port(), command)
-            command = late.get_input_port()
+        command, turning = self._add_drive_faults(builder, wheels, seed)
         builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
         builder.ExportInput(command, "drive.twist_command")
         for name in LIDAR_PORTS:
@@ -116,6 +106,22 @@ class RobotEquipment(Diagram):
             builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
         builder.ExportOutput(turning, "desired_state")
         builder.BuildInto(self)
+
+    def _add_drive_faults(
+        self, builder: DiagramBuilder, wheels: WheelSpeedCommand, seed: int
+    ) -> tuple[InputPort, OutputPort]:
+        """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
+        command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
+        if self.drive.slip > 0.0:
+            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=self.drive.slip, seed=seed))
+            builder.Connect(turning, slipping.get_input_port())
+            turning = slipping.get_output_port()
+        if self.drive.delay > 0.0:
+            delay = DiscreteTimeDelay(self.time_step, delay_steps(self.drive, self.time_step), 2)
+            late = builder.AddNamedSystem("drive_delay", delay)
+            builder.Connect(late.get_output_port(), command)
+            command = late.get_input_port()
+        return command, turning
 
 
 class NavigationStation(Diagram):
@@ -172,22 +178,9 @@ class NavigationStation(Diagram):
         self.plant: MultibodyPlant = plant
         self.scene_graph: SceneGraph = scene_graph
         self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
-        equipment = builder.AddNamedSystem(
-            "robot",
-            RobotEquipment(
-                plant,
-                scene_graph,
-                self.robot_model,
-                lidar,
-                localization=localization,
-                drive=drive,
-                time_step=time_step,
-                seed=seed,
-            ),
-        )
-        self.lidar, self.localization, self.drive = equipment.lidar, equipment.localization, equipment.drive
-        self.time_step, self.reach = equipment.time_step, equipment.reach
-        self.robot_geometries = equipment.robot_geometries
+        model = plant, scene_graph, self.robot_model
+        equipment = RobotEquipment(*model, lidar, localization=localization, drive=drive, seed=seed)
+        self.equipment: RobotEquipment = builder.AddNamedSystem("robot", equipment)
         self.mover_geometries = add_mover_drive(builder, plant, world.movers)
         robot_state = plant.get_state_output_port(self.robot_model)
         builder.Connect(scene_graph.get_query_output_port(), equipment.GetInputPort("geometry_query"))
@@ -202,9 +195,14 @@ class NavigationStation(Diagram):
         builder.BuildInto(self)
         self.set_name("station")
 
+    @property
+    def robot_geometries(self) -> list[GeometryId]:
+        """Proximity geometries of the robot."""
+        return self.equipment.robot_geometries
+
 
 def delay_steps(drive: DriveParameters, time_step: float) -> int:
-    """The drive's delay in steps of the plant, rounded up: one at least, if there is any delay."""
+    """The drive's delay in steps of the plant, rounded up: at least one if there is any delay."""
     return max(math.ceil(drive.delay / time_step - 1e-9), int(drive.delay > 0.0))
 
 
@@ -231,7 +229,7 @@ def add_plant(
 
 
 def plant_config(time_step: float) -> MultibodyPlantConfig:
-    """How a plant is to be simulated so that the robots drive as they are told; `time_step` in s."""
+    """Settings of a plant with which the robots drive as commanded; `time_step` in s."""
     return MultibodyPlantConfig(
         time_step=time_step,
         contact_model="point",

@@ -100,6 +100,20 @@ def mover_clearance(movers: Movers, points: np.ndarray, times: np.ndarray) -> np
     return (np.hypot(offsets[..., 0], offsets[..., 1]) - movers.radii).min(axis=1, initial=np.inf)
 
 
+def there_and_back(way_points: np.ndarray) -> np.ndarray:
+    """The path that returns through the same way points at the same speeds, and ends where it begins.
+
+    Args:
+        way_points: as of `Movers`, shape (k, 3): time, x, y, s and m.
+
+    Returns:
+        Shape (2 k - 1, 3).
+    """
+    back = way_points[-2::-1].copy()
+    back[:, 0] = 2.0 * way_points[-1, 0] - back[:, 0]
+    return np.vstack((way_points, back))
+
+
 @njit(cache=True)
 def _states(times: np.ndarray, way_points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     count = len(first) - 1

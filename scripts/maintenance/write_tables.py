@@ -1,4 +1,4 @@
-"""Write docs/ports.md, docs/parameters.md and the tables of docs/worlds.md.
+"""Write docs/ports.md, docs/parameters.md and the tables of docs/worlds.md and SAFETY.md.
 
 Run: python scripts/maintenance/write_tables.py [--check]
 """
@@ -9,6 +9,7 @@ import importlib
 import inspect
 import pkgutil
 import sys
+import textwrap
 import typing
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
@@ -28,6 +29,7 @@ import drake_starnav.visualization
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.parameters import allowed_text
 from drake_starnav.scenario import METHODS, Scenario
+from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
@@ -54,10 +56,11 @@ from drake_starnav.worlds.moving_obstacles import Movers
 
 ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
 """Packages whose modules define systems."""
-DOCS = Path(__file__).parents[2] / "docs"
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
 WRITTEN = "Written by `python scripts/maintenance/write_tables.py`; change the code, not this file."
 DIAGRAMS = DOCS / "images" / "diagrams"
-WORLDS_PAGE = DOCS / "worlds.md"
+WORLDS_PAGE, SAFETY_PAGE = DOCS / "worlds.md", ROOT / "SAFETY.md"
 BEGIN = "<!-- tables: written by `python scripts/maintenance/write_tables.py`; change the code, not these -->"
 END = "<!-- end of the tables -->"
 
@@ -261,12 +264,30 @@ def worlds_page() -> str:
     """The text of docs/worlds.md: what is written there by hand, with its tables up to date."""
     what = [(f"`!{name}`", _summary(cls)) for name, cls in WORLD_KINDS.items()]
     rows = [(f"`!{name}`", *row) for name, cls in WORLD_KINDS.items() for row in parameter_rows(cls, "world")]
-    before, rest = WORLDS_PAGE.read_text(encoding="utf-8").split(BEGIN)
-    tables = f"\n\n{table(('world', 'what it is'), what)}\n\n{table(('world', *PARAMETER_HEAD), rows)}\n\n"
-    return before + BEGIN + tables + END + rest.split(END)[1]
+    return _with_tables(WORLDS_PAGE, [table(("world", "what it is"), what), table(("world", *PARAMETER_HEAD), rows)])
 
 
-PAGES = {"ports.md": ports_page, "parameters.md": parameters_page, "worlds.md": worlds_page}
+def safety_page() -> str:
+    """The text of SAFETY.md: what is written there by hand, with the formula of the margins up to date."""
+    terms = [(f"`{'+' if k else 'e ='} {entry.text}`", entry.meaning) for k, entry in enumerate(TERMS)]
+    symbols = [(f"`{name}`", f"`{entry.text}`", entry.meaning) for name, entry in SYMBOLS.items()]
+    tables = [table(("error, m", "caused by"), terms), table(("symbol", "value", "meaning"), symbols)]
+    return _with_tables(SAFETY_PAGE, [textwrap.indent(text, "   ") for text in tables], indent="   ")
+
+
+def _with_tables(page: Path, tables: Sequence[str], indent: str = "") -> str:
+    """The text of a page with other tables between `BEGIN` and `END`, which stand indented."""
+    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
+    return "\n\n".join((before + BEGIN, *tables, indent + END)) + rest.split(END)[1]
+
+
+PAGES = {
+    "docs/ports.md": ports_page,
+    "docs/parameters.md": parameters_page,
+    "docs/worlds.md": worlds_page,
+    "SAFETY.md": safety_page,
+}
+"""What is written, by its place in the repository."""
 
 
 def main() -> int:
@@ -276,15 +297,15 @@ def main() -> int:
     options = parser.parse_args()
     outdated = 0
     for name, page in PAGES.items():
-        path, text = DOCS / name, page()
+        path, text = ROOT / name, page()
         current = path.is_file() and path.read_text(encoding="utf-8") == text
         if options.check and not current:
             outdated = 1
-            print(f"docs/{name} is out of date; run python scripts/maintenance/write_tables.py", file=sys.stderr)
+            print(f"{name} is out of date; run python scripts/maintenance/write_tables.py", file=sys.stderr)
         elif not options.check:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")
-            print(f"docs/{name}: {'unchanged' if current else 'written'}")
+            print(f"{name}: {'unchanged' if current else 'written'}")
     return outdated
 
 

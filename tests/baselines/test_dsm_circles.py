@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.baselines import dsm_velocity
 from drake_starnav.errors import StarnavError
+from tests.helpers.reference_vectors import COUNT, RESULTS, TOLERANCE, reference_case
 
 ANGLE = st.floats(-math.pi, math.pi)
 SEED = st.integers(0, 2**32 - 1)
@@ -145,3 +146,21 @@ def test_the_centre_is_the_reference_point_by_default(seed, tail_effect):
     arguments = {"robot_radius": 0.2, "tail_effect": tail_effect}
     found = dsm_velocity(position, velocity, circles, reference_points=circles[:, :2], **arguments)
     np.testing.assert_array_equal(found, dsm_velocity(position, velocity, circles, **arguments))
+
+
+@pytest.mark.parametrize("k", range(COUNT))
+def test_it_returns_what_the_authors_implementation_returns(k):
+    c = reference_case(k)
+    for name, tail_effect, velocities in (
+        ("dsm_tail_on", True, None),
+        ("dsm_tail_off", False, None),
+        ("dsm_moving", True, c["circle_velocities"]),
+    ):
+        found = dsm_velocity(
+            *c["start"],
+            c["circles"],
+            robot_radius=c["radius"],
+            tail_effect=tail_effect,
+            circle_velocities=velocities,
+        )
+        np.testing.assert_allclose(found, RESULTS[name][k], rtol=0.0, atol=TOLERANCE, err_msg=name)

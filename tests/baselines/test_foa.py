@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.baselines import foa_cluster_velocity, foa_velocity
 from drake_starnav.errors import StarnavError
+from tests.helpers.reference_vectors import COUNT, RESULTS, TOLERANCE, reference_case
 
 BOTH = pytest.mark.parametrize("function", [foa_velocity, foa_cluster_velocity])
 ANGLE = st.floats(-math.pi, math.pi)
@@ -118,3 +119,12 @@ def test_bad_input_names_the_argument(function, change, message):
     good = {"position": [0.0, 0.0], "nominal_velocity": [1.0, 0.0], "points": [[1.0, 0.0]], "control_radius": RADIUS}
     with pytest.raises(StarnavError, match=function.__name__ + ": " + message):
         function(**(good | change))
+
+
+@pytest.mark.parametrize("k", range(COUNT))
+def test_it_returns_what_the_authors_implementation_returns(k):
+    c = reference_case(k)
+    found = foa_velocity(*c["start"], c["points"], control_radius=c["radius"])
+    np.testing.assert_allclose(found, RESULTS["foa_sampled"][k], rtol=0.0, atol=TOLERANCE)
+    found = foa_cluster_velocity(*c["start"], c["points"], control_radius=c["radius"])
+    np.testing.assert_allclose(found, RESULTS["foa_cluster"][k], rtol=0.0, atol=TOLERANCE)

@@ -102,3 +102,12 @@ def test_a_fault_that_nobody_foresaw_is_recorded_with_its_kind(monkeypatch) -> N
     monkeypatch.setattr("drake_starnav.simulation.run_trial", fail)
     record = run_job(Job(Case("empty", "star", "world: !Obstacles {}"), 0, 0))
     assert (record["outcome"], record["message"]) == ("error", "ZeroDivisionError: float division")
+
+
+def test_every_case_has_its_first_trial_before_any_has_its_second() -> None:
+    cases = [Case(name, "star", "world: !Forest {}\n") for name in ("a", "b")]
+    keys = [(job.trial, job.case.scenario) for job in make_jobs(cases, 3, 0)]
+    assert keys == [(trial, name) for trial in range(3) for name in "ab"]
+    assert [(job.trial, job.case.scenario) for job in make_jobs(cases, [7, 4], 0)] == [
+        (trial, name) for trial in (7, 4) for name in "ab"
+    ]

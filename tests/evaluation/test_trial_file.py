@@ -2,6 +2,7 @@
 
 import json
 import lzma
+import os
 import re
 import resource
 import shutil
@@ -326,3 +327,29 @@ def test_a_compressed_void_is_not_read_to_its_end(tmp_path: Path) -> None:
     path.write_bytes(lzma.compress(json.dumps(HEADER).encode() + b"\n" + b" " * (LONGEST_LINE + 1)))
     with pytest.raises(StarnavError, match="cannot read .*: it has a line of more than"):
         read_trials(path)
+
+
+def test_each_record_is_synchronised_with_the_disk(tmp_path: Path, monkeypatch) -> None:
+    sizes: list[int] = []
+    monkeypatch.setattr(os, "fsync", lambda handle: sizes.append(os.fstat(handle).st_size))
+    with TrialFile(tmp_path / "trials.jsonl", make_header(CASES, 3)) as file:
+        for job in make_jobs(CASES, 4, 3):
+            file.append(error_record(job, "for the test"))
+            assert sizes[-1] == file.path.stat().st_size
+    assert len(set(sizes)) == 5  # the header's and the records'
+
+
+def test_the_hash_of_the_source_is_of_names_and_contents_in_all_folders(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(trial_file, "__file__", str(tmp_path / "benchmark" / "trial_file.py"))
+    hashes = []
+    for names, content in ((("a", "b"), "x"), (("a", "b"), "y"), (("a", "c"), "y"), (("a/c",), "y"), (("a/d",), "y")):
+        for path in tmp_path.rglob("*.py"):
+            path.unlink()
+        for name in names:
+            path = tmp_path / f"{name}.py"
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(content)
+        hashes.append(trial_file.source_hash.__wrapped__())
+        (tmp_path / "notes.txt").write_text(str(names))
+        assert trial_file.source_hash.__wrapped__() == hashes[-1]
+    assert len(set(hashes)) == len(hashes)

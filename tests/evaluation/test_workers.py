@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 import time
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job
-from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
+from drake_starnav.evaluation.workers import LONE_CRASHES, THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
 
 JOBS = [Job(Case("tiny", "star", ""), k, k) for k in range(8)]
 
@@ -148,3 +149,26 @@ def test_a_killed_worker_costs_only_a_retry() -> None:
         records.append(record)
     assert sorted(record["trial"] for record in records) == [0, 1, 2, 3]
     assert {record["outcome"] for record in records} == {"reached"}
+
+
+def test_a_deadly_trial_is_given_up_after_so_many_crashes_alone(monkeypatch) -> None:
+    class Deadly(Executor):
+        def submit(self, function, /, *args, **kwargs) -> Future:
+            future: Future = Future()
+            if args:
+                runs.append(args[0].trial)
+                future.set_exception(BrokenExecutor("a worker died"))
+            else:
+                future.set_result(function())
+            return future
+
+    runs: list[int] = []
+    monkeypatch.setattr(workers, "_load", lambda: None)
+    (record,) = run_jobs([Job(JOBS[0].case, 5, 1)], Pool(lambda: nullcontext(Deadly()), 4))
+    assert runs == [5] * 3  # once among the others, twice alone
+    assert (record["outcome"], LONE_CRASHES) == ("error", 2)
+
+
+def test_workers_leave_an_interrupt_to_their_parent() -> None:
+    with local_processes(1) as executor:
+        assert executor.submit(signal.getsignal, signal.SIGINT).result() is signal.SIG_IGN

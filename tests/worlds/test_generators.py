@@ -67,7 +67,8 @@ def test_the_same_world_in_another_process():
 def test_seeds_and_kinds_differ():
     worlds = [make_world(kind(), seed, 0.25) for kind in GENERATORS for seed in range(3)]
     assert len({fingerprint(world) for world in worlds}) == len(worlds)
-    assert len({world.start[2] for world in worlds}) == len(worlds)
+    yaws = [world.start[2] for world in worlds if world.name != "stop_and_go"]  # there the robot faces the goal
+    assert len(set(yaws)) == len(yaws)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in GENERATORS if kind is not Channel])  # it is as wide as any robot

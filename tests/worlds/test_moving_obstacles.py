@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.moving_obstacles import Movers, mover_clearance, mover_states
+from drake_starnav.worlds.moving_obstacles import Movers, mover_clearance, mover_states, there_and_back
 
 SQUARE = np.array([(0.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1.0, 1.0), (7.0, 0.0, 1.0), (8.0, 0.0, 0.0)])
 LINE = np.array([(0.0, -1.0, 2.0), (5.0, 4.0, 2.0)])
@@ -84,3 +84,9 @@ def test_what_is_given_is_kept_and_cannot_be_changed() -> None:
 def test_nonsense_is_refused(radii, paths, message: str) -> None:
     with pytest.raises(StarnavError, match=message):
         Movers(radii, paths)
+
+
+def test_a_path_there_and_back_is_the_same_both_ways():
+    path = there_and_back(np.array([(0.0, 1.0, 1.0), (2.0, 3.0, 1.0), (3.0, 3.0, 2.0)]))
+    np.testing.assert_array_equal(path[:, 1:], path[::-1, 1:])
+    np.testing.assert_array_equal(path[:, 0], (0.0, 2.0, 3.0, 4.0, 6.0))

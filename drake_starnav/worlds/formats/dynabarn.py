@@ -7,67 +7,44 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.worlds.endpoints import check_free_ends
-from drake_starnav.worlds.formats.listings import check_list, check_numbers
-from drake_starnav.worlds.formats.world_file import WorldFile, check_keys
+from drake_starnav.parameters import parameter
+from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
+from drake_starnav.worlds.formats.world_file import NumberedWorld, WorldFile, check_keys
 from drake_starnav.worlds.moving_obstacles import Movers
 from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import World
 
 MOVER_RADIUS = 0.5
-"""Of every obstacle that moves, m."""
+"""Of every moving obstacle, m."""
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
-class DynaBarn:
+class DynaBarn(NumberedWorld):
     """A numbered world of a file in the DynaBARN benchmark's form, or of the shipped one with worlds of the same kind.
 
-    The obstacles move evenly between the file's key frames, which the benchmark's own simulator joins by a spline.
+    The obstacles move uniformly between the file's key frames, which the benchmark's own simulator joins by a spline.
 
     Source: A. Nair et al., DynaBARN: benchmarking metric ground navigation in dynamic environments, 2022.
     """
 
     file: str = parameter("dynabarn_like", "shipped file of worlds by name, or the path of a JSON file", path=True)
-    id: int = parameter(0, "number of the world in the file", low=0)
-    timeout: float = parameter(100.0, "time a trial may take", unit="s", above=0.0)
 
-    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """The world as the file has it; nothing in it is random.
+    KEYS = ("walls", "plugins")
 
-        Args:
-            rng: not used.
-            robot_radius: m.
-
-        Raises:
-            StarnavError: the file is missing or not one of worlds, it has no world of that number or one that lacks
-                something, or the robot touches a wall at the start or the goal.
-        """
-        check_parameters(self, "DynaBarn")
-        check_robot_radius(robot_radius)
-        file = WorldFile.read("DynaBarn", self.file)
-        name, entry = file.world(self.id, ("walls", "plugins"))
+    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
         check_keys(file.content, str(file.path), ("meta", "trajectories"))
         meta = file.content["meta"]
         check_keys(meta, f"{file.path}: meta", ("start", "goal"))
-        x, y, yaw = check_numbers(meta["start"], f"{file.path}: meta.start", ("x", "y", "yaw"))
-        goal_x, goal_y = check_numbers(meta["goal"], f"{file.path}: meta.goal", ("x", "y"))
-        world = World(
+        start, goal = check_ends(meta["start"], meta["goal"], f"{file.path}: meta.")
+        return World(
             name=f"dynabarn_{self.id}",
-            start=(x, y, yaw),
-            goal=(goal_x, goal_y),
-            polygons=_walls(entry["walls"], f"{name}: walls"),
+            start=start,
+            goal=goal,
+            polygons=_walls(entry["walls"], f"{place}: walls"),
             timeout=self.timeout,
-            movers=_movers(file, check_list(entry["plugins"], f"{name}: plugins"), name),
+            movers=_movers(file, check_list(entry["plugins"], f"{place}: plugins"), place),
         )
-        check_free_ends(world, robot_radius, name)
-        return world
-
-    def check_numbers(self, numbers: Iterable[int]) -> None:
-        """Raise `StarnavError` unless the file has a world of each number."""
-        WorldFile.read("DynaBarn", self.file).check_numbers(numbers)
 
 
 def _walls(walls: Any, name: str) -> tuple[np.ndarray, ...]:
@@ -94,7 +71,7 @@ def _movers(file: WorldFile, plugins: Iterable[Any], name: str) -> Movers:
         path = [list(check_numbers(key, f"{where}.keys[{n}]", ("t", "x", "y"))) for n, key in enumerate(keys)]
         (total,) = check_numbers([trajectories[plugin]["total"]], f"{where}.total", ("a time in s",))
         if path and total > path[-1][0]:
-            path.append([total, *path[-1][1:]])  # it waits until it begins anew
+            path.append([total, *path[-1][1:]])  # it waits until its path begins again
         paths.append(np.array(path).reshape(-1, 3))
     try:
         return Movers(np.full(len(paths), MOVER_RADIUS), tuple(paths))

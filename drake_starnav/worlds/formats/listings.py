@@ -20,6 +20,13 @@ def check_list(value: Any, name: str) -> Sequence:
     return value
 
 
+def check_ends(start: Any, goal: Any, prefix: str) -> tuple[tuple[float, float, float], tuple[float, float]]:
+    """Start (x, y, yaw) and goal (x, y), or a `StarnavError` that names the wrong one after a prefix."""
+    x, y, yaw = check_numbers(start, f"{prefix}start", ("x", "y", "yaw"))
+    goal_x, goal_y = check_numbers(goal, f"{prefix}goal", ("x", "y"))
+    return (x, y, yaw), (goal_x, goal_y)
+
+
 def check_numbers(value: Any, name: str, entries: tuple[str, ...], *, or_empty: bool = False) -> Sequence:
     """The value, or a `StarnavError` if it is no list of as many finite numbers as there are `entries`."""
     numbers = check_list(value, name)

@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.utils.resources import resolve_path
-from drake_starnav.worlds.formats.listings import check_numbers, listing
+from drake_starnav.worlds.formats.listings import check_ends, listing
 from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import ModelFile, World
 
@@ -39,20 +39,17 @@ class Model:
         """
         check_parameters(self, "Model")
         check_robot_radius(robot_radius)
-        check_numbers(self.start, "Model.start", ("x", "y", "yaw"))
-        check_numbers(self.goal, "Model.goal", ("x", "y"))
+        start, goal = check_ends(self.start, self.goal, "Model.")
         path = resolve_path(self.directives)
         allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
         if not path.name.endswith(FORMATS):
             raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
         if not os.path.isfile(path):
             raise StarnavError(f"model {path}: no such file; {allowed}")
-        x, y, yaw = self.start
-        goal_x, goal_y = self.goal
         return World(
             name=path.name.partition(".")[0],
-            start=(x, y, yaw),
-            goal=(goal_x, goal_y),
+            start=start,
+            goal=goal,
             timeout=self.timeout,
             model=ModelFile(str(path), self.weld),
         )

@@ -8,7 +8,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.endpoints import check_free_ends
-from drake_starnav.worlds.formats.listings import check_list, check_numbers, listing
+from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers, listing
 from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import MOST_SHAPES, World
 
@@ -51,16 +51,13 @@ class Obstacles:
             )
         if len(check_list(self.bounds, "Obstacles.bounds")):
             check_numbers(self.bounds, "Obstacles.bounds", ("x_min", "y_min", "x_max", "y_max"))
-        check_numbers(self.start, "Obstacles.start", ("x", "y", "yaw"))
-        check_numbers(self.goal, "Obstacles.goal", ("x", "y"))
+        start, goal = check_ends(self.start, self.goal, "Obstacles.")
         check_parameters(self, "Obstacles")
         check_robot_radius(robot_radius)
-        x, y, yaw = self.start
-        goal_x, goal_y = self.goal
         world = World(
             name="obstacles",
-            start=(x, y, yaw),
-            goal=(goal_x, goal_y),
+            start=start,
+            goal=goal,
             cylinders=np.array(self.cylinders),
             polygons=tuple(evened(np.array(polygon, dtype=float)) for polygon in self.polygons),
             bounds=(self.bounds[0], self.bounds[1], self.bounds[2], self.bounds[3]) if len(self.bounds) else None,

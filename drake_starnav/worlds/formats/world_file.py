@@ -1,15 +1,21 @@
-"""Files of numbered worlds, as benchmarks have them: {"worlds": [{"id": 0, ...}, ...]} in JSON."""
+"""Files of numbered worlds, as benchmarks have them: {"worlds": [{"id": 0, ...}, ...]} in JSON; their one reader."""
 
 import json
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
+
+import numpy as np
 
 from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.utils.files import read_bytes, reason_of
 from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds.endpoints import check_free_ends
+from drake_starnav.worlds.solvable import check_robot_radius
+from drake_starnav.worlds.world import World
 
 
 def shipped_file(name: str) -> Path | None:
@@ -20,10 +26,10 @@ def shipped_file(name: str) -> Path | None:
 
 @dataclass(frozen=True)
 class WorldFile:
-    """What a file holds, and how messages call it.
+    """The content of a file, and its name in messages.
 
     Attributes:
-        kind: of the worlds: the name of their class.
+        kind: name of the worlds' class.
         path: of the file.
         content: all of it.
         worlds: its worlds by number.
@@ -73,15 +79,55 @@ class WorldFile:
                 raise StarnavError(f"{self.kind}.id is {number}; allowed: a world of {self.path}: {known}")
 
     def world(self, number: int, keys: Sequence[str]) -> tuple[str, dict[str, Any]]:
-        """A name for messages and the entry of a world that has all of some keys, or a `StarnavError`."""
+        """A world's name in messages and its entry, or a `StarnavError` if the entry lacks one of the keys."""
         self.check_numbers([number])
         place, entry = f"{self.path}: world {number}", self.worlds[number]
         check_keys(entry, place, keys)
         return place, entry
 
 
+@dataclass(frozen=True)
+class NumberedWorld:
+    """One world of a file; each benchmark's form is a subclass, which says what an entry holds."""
+
+    file: str = parameter("", "shipped file of worlds by name, or the path of a JSON file", path=True)
+    id: int = parameter(0, "number of the world in the file", low=0)
+    timeout: float = parameter(100.0, "time a trial may take", unit="s", above=0.0)
+
+    KEYS: ClassVar[tuple[str, ...]] = ()
+    """Of an entry."""
+
+    def make(self, rng: np.random.Generator, robot_radius: float) -> World:
+        """The world as in the file; nothing in it is random.
+
+        Args:
+            rng: not used.
+            robot_radius: m.
+
+        Raises:
+            StarnavError: the file is missing or holds no worlds, it has no world of that number or an incomplete one,
+                or the robot touches an obstacle at the start or the goal.
+        """
+        kind = type(self).__name__
+        check_parameters(self, kind)
+        check_robot_radius(robot_radius)
+        file = WorldFile.read(kind, self.file)
+        place, entry = file.world(self.id, self.KEYS)
+        world = self._world(entry, place, file)
+        check_free_ends(world, robot_radius, place)
+        return world
+
+    def check_numbers(self, numbers: Iterable[int]) -> None:
+        """Raise `StarnavError` unless the file has a world of each number."""
+        WorldFile.read(type(self).__name__, self.file).check_numbers(numbers)
+
+    def _world(self, entry: dict[str, Any], place: str, file: WorldFile) -> World:
+        """The world of an entry; `place` is its name in messages."""
+        raise NotImplementedError
+
+
 def check_keys(entry: Any, place: str, keys: Sequence[str]) -> None:
-    """Raise `StarnavError` unless an entry of a file is a mapping with all of some keys."""
+    """Raise `StarnavError` unless an entry of a file is a mapping with all of the keys."""
     missing = [key for key in keys if not isinstance(entry, dict) or key not in entry]
     if missing:
         raise StarnavError(f"{place} has no {', '.join(missing)}; allowed: a mapping with {', '.join(keys)}")

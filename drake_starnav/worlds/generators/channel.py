@@ -84,12 +84,15 @@ def _middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndar
 
 
 def _spiral(length: float, lanes: int, pitch: float) -> np.ndarray:
-    """A rectangular spiral inwards: its runs are shorter by a pitch from the second turn on, and at least that long."""
+    """A rectangular spiral inwards, whose runs become shorter by a pitch from the third turn on.
+
+    It ends before the first run that is shorter than a pitch: the lanes at both ends of that one would merge.
+    """
     runs = [length] + [max(length - k * pitch, 0.0) for k in range(lanes) for _ in range(2)]
     steps = itertools.cycle(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
     corners = [np.zeros(2)]
     for run, step in zip(runs[:lanes], steps, strict=False):
-        if run < 0.5 * pitch:
+        if run < pitch and len(corners) > 1:
             break
         corners.append(corners[-1] + run * np.array(step))
     return np.array(corners)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
@@ -11,6 +12,8 @@ from drake_starnav.worlds.world import World
 
 _WALL = 0.1
 """Thickness of walls, m."""
+_DOOR_POST = 0.1
+"""Least distance of a door from both ends of its wall, m."""
 _GOALS = ("wall", "corner", "niche")
 
 
@@ -36,17 +39,18 @@ class Rooms:
         """The rooms for a robot of this radius (m).
 
         Raises:
-            StarnavError: a parameter is out of its limits.
+            StarnavError: a parameter is out of its limits, or the robot does not fit through a door or beside the goal.
         """
         check_parameters(self, "Rooms")
         check_robot_radius(robot_radius)
+        self._check_sizes(robot_radius)
         n, side = self.count, self.count * self.size
         joined = _joined_rooms(n, self.shut, rng)
         polygons = []
         for axis in (0, 1):
             for i, j in np.ndindex(n - 1, n):
                 wall, along = (i + 1) * self.size, j * self.size
-                gap = along + rng.uniform(0.1, max(self.size - self.door - 0.1, 0.1))
+                gap = along + rng.uniform(_DOOR_POST, self.size - self.door - _DOOR_POST)
                 pieces = [(along, gap), (gap + self.door, along + self.size)] if joined[axis][i, j] else []
                 for first, last in pieces or [(along, along + self.size)]:
                     low, high = (wall - _WALL / 2.0, first), (wall + _WALL / 2.0, last)
@@ -60,6 +64,22 @@ class Rooms:
             bounds=(0.0, 0.0, side, side),
             timeout=self.timeout,
         )
+
+    def _check_sizes(self, robot_radius: float) -> None:
+        """Raise `StarnavError` unless the robot fits through the doors and, in the last room, beside the goal."""
+        width, widest = 2.0 * robot_radius, self.size - 2.0 * _DOOR_POST
+        if not width < self.door <= widest + 1e-9:
+            raise StarnavError(
+                f"Rooms.door is {self.door:g} m with robot_radius {robot_radius:g} m and Rooms.size {self.size:g} m; "
+                f"allowed: wider than the robot, {width:g} m, and at most {widest:g} m, as its wall has two ends"
+            )
+        taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
+        most = self.size - 0.5 * _WALL - taken
+        if self.goal_clearance > most:
+            raise StarnavError(
+                f"Rooms.goal_clearance is {self.goal_clearance:g} m with robot_radius {robot_radius:g} m and "
+                f"Rooms.size {self.size:g} m; allowed: at most {most:g} m, so that the robot fits beside the goal"
+            )
 
     def _goal(
         self, rng: np.random.Generator, robot_radius: float, side: float

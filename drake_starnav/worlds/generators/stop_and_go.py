@@ -1,4 +1,4 @@
-"""A room in which discs stand for a while, then walk, over and over, and make way for nobody."""
+"""A room in which discs stand for a while, then walk, again and again, and never yield."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.worlds.moving_obstacles import Movers
+from drake_starnav.worlds.moving_obstacles import Movers, there_and_back
 from drake_starnav.worlds.solvable import check_order, check_robot_radius, random_yaw
 from drake_starnav.worlds.world import World
 
@@ -69,10 +69,7 @@ class StopAndGo:
             place, duration = _walk(place, speed, low, high, rng)
             time += duration
             points.append((time, *place))
-        there = np.array(points)
-        back = there[-2::-1].copy()
-        back[:, 0] = 2.0 * time - back[:, 0]
-        return np.vstack((there, back))
+        return there_and_back(np.array(points))
 
 
 def _walk(

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.moving_obstacles import there_and_back
 from drake_starnav.worlds.world import World
 
 _DURATION = 90.0  # s, until it goes back the way it came
@@ -50,10 +51,7 @@ def wander(
             if turned is None:
                 return None
             heading = turned
-    there = np.array(points)
-    back = there[-2::-1].copy()
-    back[:, 0] = 2.0 * time - back[:, 0]
-    return np.vstack((there, back))
+    return there_and_back(np.array(points))
 
 
 def _direction(heading: float) -> np.ndarray:

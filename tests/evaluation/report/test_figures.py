@@ -127,3 +127,23 @@ def test_a_scenario_may_be_called_anything() -> None:
     renamed = {**header, "cases": [{**case, "scenario": name} for case in header["cases"]]}
     strange = make_results([renamed], [{**r, "scenario": name} for r in results.records])
     assert figures.svg(figures.success_figure(strange))
+
+
+@pytest.mark.parametrize(("field", "percent"), [("time_s", "150.0 %"), ("path_length_m", "200.0 %")])
+def test_a_comparison_is_of_the_field_that_is_asked_for(field: str, percent: str) -> None:
+    slow = record(method="star_paper", time_s=30.0, path_length_m=28.0)
+    results = make_results([made_up().headers[0]], [record(), slow])
+    assert figures.comparison_figure(results, field, "it").axes[0].texts[0].get_text() == percent
+
+
+def test_a_world_between_two_bins_is_in_the_upper_one() -> None:
+    gaps = np.arange(11.0) + 1.0
+    outcomes = ["collision" if gap == 6.0 else "reached" for gap in gaps]
+    records = [record(trial=k, outcome=outcomes[k], tightest_gap_m=gap) for k, gap in enumerate(gaps)]
+    results = make_results([made_up(methods=("star",)).headers[0]], records)
+    edges = figures.difficulty_edges(records, figures.gap)
+    assert list(edges) == [1.0, 6.0, 11.0]
+    (axes,) = figures.difficulty_figure(results).axes
+    counts, _ = np.histogram(gaps, edges)
+    assert axes.lines[0].get_ydata() == pytest.approx([100.0, 100.0 * (counts[1] - 1) / counts[1]])
+    assert axes.lines[0].get_xdata() == pytest.approx([3.0, 8.5])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.report import Report, chosen_trials, write_page
+from drake_starnav.evaluation.report import Report, chosen_trials, figures, write_page
 from drake_starnav.evaluation.report.page import load_template
 from drake_starnav.visualization.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
@@ -127,3 +127,10 @@ def test_a_missing_template_engine_is_reported(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "jinja2", None)
     with pytest.raises(StarnavError, match="jinja2 is not installed; allowed: pip install"):
         load_template()
+
+
+def test_the_page_compares_times_and_paths(monkeypatch) -> None:
+    asked: list[tuple[str, str]] = []
+    monkeypatch.setattr(figures, "comparison_figure", lambda results, field, label: asked.append((field, label)))
+    write_page(Report(made_up(trials=2), worlds=1))
+    assert asked == [("time_s", "time"), ("path_length_m", "path length")]

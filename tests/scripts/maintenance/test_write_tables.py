@@ -17,9 +17,9 @@ SYSTEMS = {type(system).__name__: system for system in write_tables.all_systems(
 
 @pytest.mark.parametrize("name", write_tables.PAGES)
 def test_page_is_up_to_date(name: str) -> None:
-    written = (write_tables.DOCS / name).read_text(encoding="utf-8")
+    written = (write_tables.ROOT / name).read_text(encoding="utf-8")
     assert written == write_tables.PAGES[name](), (
-        f"run python scripts/maintenance/write_tables.py: docs/{name} is out of date"
+        f"run python scripts/maintenance/write_tables.py: {name} is out of date"
     )
 
 
@@ -138,7 +138,7 @@ def test_a_last_column_without_a_word_is_left_out() -> None:
 
 
 def test_check_mode_reports_an_outdated_page_and_writes_nothing(tmp_path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(write_tables, "DOCS", tmp_path)
+    monkeypatch.setattr(write_tables, "ROOT", tmp_path)
     monkeypatch.setattr("sys.argv", ["write_tables.py", "--check"])
     assert write_tables.main() == 1
     assert "docs/ports.md is out of date" in capsys.readouterr().err

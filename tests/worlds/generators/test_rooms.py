@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from drake_starnav.worlds.rooms import Rooms
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import clearance, make_world, shortest_path
+from drake_starnav.worlds.generators.rooms import Rooms
 
 RADIUS = 0.25
 WALL = 0.1
@@ -77,8 +77,21 @@ def test_each_kind_of_goal_comes_about():
 
 
 @pytest.mark.parametrize(
-    "kind", [Rooms(door=0.45), Rooms(size=1.5, door=1.45)], ids=["narrower than the robot", "wider than its wall"]
+    ("kind", "message"),
+    [
+        (Rooms(door=0.45), r"Rooms\.door is 0\.45 m .* allowed: wider than the robot, 0\.5 m, and at most 2\.3 m"),
+        (Rooms(door=0.5), r"Rooms\.door is 0\.5 m"),
+        (Rooms(size=1.5, door=1.45), r"Rooms\.door is 1\.45 m .* at most 1\.3 m"),
+        (Rooms(goal="niche", goal_clearance=1.5), r"Rooms\.goal_clearance is 1\.5 m .* allowed: at most 1\.45 m"),
+        (Rooms(goal="wall", goal_clearance=1.96), r"Rooms\.goal_clearance is 1\.96 m .* allowed: at most 1\.95 m"),
+    ],
+    ids=str,
 )
-def test_doors_that_make_no_world_are_refused(kind):
-    with pytest.raises(StarnavError, match="allowed"):
+def test_sizes_that_make_no_world_are_refused(kind, message):
+    with pytest.raises(StarnavError, match=message):
         make_world(dataclasses.replace(kind, shut=0.0), 0, RADIUS)
+
+
+@pytest.mark.parametrize("kind", [Rooms(door=0.52), Rooms(door=2.3), Rooms(goal="niche", goal_clearance=1.45)], ids=str)
+def test_the_largest_and_smallest_sizes_make_a_world(kind):
+    make_world(kind, 0, RADIUS)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from drake_starnav.worlds.channel import _SHAPES, Channel, _middle_line
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import clearance, make_world, shortest_path
+from drake_starnav.worlds.generators.channel import _SHAPES, Channel, _middle_line
 
 RADIUS = 0.25
 
