@@ -82,7 +82,7 @@ def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_rob
 
 
 @given(seeds)
-def test_hits_of_two_neighbouring_beams_are_never_doubted(seed):
+def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
     scan = cast(scattered(np.random.default_rng(seed)))
     kept, certain = without_strays(scan, ORIGIN, NOTHING)
     points = np.where(scan.hits[:, None], scan.points_at(scan.distances, np.ones(360, bool), ORIGIN), np.inf)
