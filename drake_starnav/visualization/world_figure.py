@@ -1,4 +1,4 @@
-"""Pictures of a world before anyone drives in it: obstacles, start, goal, and the shortest path between them."""
+"""Pictures of worlds without a run: obstacles, start, goal, and the shortest path between them."""
 
 import html
 import math
