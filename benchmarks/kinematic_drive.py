@@ -23,12 +23,12 @@ SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
 ARRIVED = 0.3
 """At the goal the drive ends this far from it, m."""
 SAMPLED = 10
-"""Every so many scans and commands of a drive are kept, and every so many plans their roadmap."""
+"""One in this many scans and commands of a drive is kept, and the roadmap of one in this many plans."""
 
 
 @dataclass(frozen=True)
 class ScanMoment:
-    """What a scan's processing is given: `before` holds the scans before."""
+    """Inputs of a scan's processing; `before` holds the earlier scans."""
 
     scan: LaserScan
     pose: np.ndarray
@@ -37,7 +37,7 @@ class ScanMoment:
 
 @dataclass(frozen=True)
 class CommandMoment:
-    """What a command is given; FOA needs the scan with its pose instead of regions and star."""
+    """Inputs of a command; FOA needs the scan with its pose instead of regions and star."""
 
     pose: np.ndarray
     twist: np.ndarray
@@ -49,11 +49,11 @@ class CommandMoment:
 
 @dataclass
 class Drive:
-    """What was kept of one drive.
+    """Samples of one drive.
 
     Attributes:
         scans, commands: some of them.
-        plans: of every search of the roadmap, its number of nodes and the time of that step, s.
+        plans: for every search of the roadmap, its number of nodes and the time of that step, s.
         roadmaps: some of those searched, with the goal, shape (2,), W, m.
         node_count: of the roadmap at the end.
     """
@@ -66,7 +66,7 @@ class Drive:
 
 
 def scan_processing(moment: ScanMoment) -> Perceived:
-    """All that happens to a scan before anybody uses it."""
+    """The complete processing of a scan."""
     return perceive(moment.before, moment.scan, moment.pose, SETTINGS)
 
 
@@ -85,7 +85,7 @@ def command(moment: CommandMoment) -> np.ndarray:
 
 
 def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:
-    """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly."""
+    """Drive to the goal, for `seconds` of simulated time, or up to a number of nodes; twists are followed exactly."""
     kept = Drive()
     shapes, goal = visible_shapes(world), np.array(world.goal)
     pose, twist, period = np.array(world.start), np.zeros(2), 1.0 / CONTROLLER.rate

@@ -1,8 +1,8 @@
-"""What a large map costs: python -m benchmarks.map_world [--map FILE] [--pairs 5]
+"""Measure the cost of a large map: python -m benchmarks.map_world [--map FILE] [--pairs 5]
 
-Without --map a noisy warehouse of 1,700 x 1,000 cells of 5 cm is drawn. Told are the number of boxes, the time to read
-the map and draw start and goal, to build the station, for a step of its plant, for a scan, for the shortest path, and
-for the clearances of a drive.
+Without --map a noisy warehouse of 1,700 x 1,000 cells of 5 cm is drawn. Reports the number of boxes, and the time to
+read the map and draw start and goal, to build the station, for a step of its plant, for a scan, for the shortest path,
+and for the clearances of a drive.
 """
 
 import argparse
@@ -49,7 +49,7 @@ def warehouse(rng: np.random.Generator, rows: int = 1000, columns: int = 1700) -
     return cells
 
 
-def tell(name: str, value: str) -> None:
+def report(name: str, value: str) -> None:
     """Print one line."""
     print(f"{name:>40}  {value}", flush=True)
 
@@ -71,28 +71,28 @@ def main() -> int:
         worlds = [make_world(RosMap(file=str(path)), seed, robot.radius) for seed in range(options.pairs)]
         read = (time.perf_counter() - begin) / options.pairs
     shortest_path(worlds[0], robot.radius)  # compiles
-    tell("boxes", f"{len(worlds[0].polygons)}")
-    tell("read the map, draw start and goal", f"{read:.2f} s")
+    report("boxes", f"{len(worlds[0].polygons)}")
+    report("read the map, draw start and goal", f"{read:.2f} s")
     for world in worlds:
         begin = time.perf_counter()
         found = shortest_path(world, robot.radius)
         took = time.perf_counter() - begin
-        tell("shortest path", f"{took:.2f} s for {found[0]:.1f} m" if found else "none")
+        report("shortest path", f"{took:.2f} s for {found[0]:.1f} m" if found else "none")
     begin = time.perf_counter()
     station = NavigationStation(worlds[0], robot, LidarParameters())
     simulator = Simulator(station)
-    tell("build the station", f"{time.perf_counter() - begin:.2f} s")
+    report("build the station", f"{time.perf_counter() - begin:.2f} s")
     station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.0, 0.0])
     simulator.Initialize()
     now = simulator.get_context().get_time()
     begin = time.perf_counter()
     simulator.AdvanceTo(now + 5.0)
-    tell("a simulated second at rest, with scans", f"{1e3 * (time.perf_counter() - begin) / 5.0:.0f} ms")
+    report("a simulated second at rest, with scans", f"{1e3 * (time.perf_counter() - begin) / 5.0:.0f} ms")
     places = np.random.default_rng(0).uniform(worlds[0].extent[:2], worlds[0].extent[2:], (20_000, 2))
     clearance(worlds[0], places[:10])
     begin = time.perf_counter()
     clearance(worlds[0], places)
-    tell("clearances of 20,000 places", f"{time.perf_counter() - begin:.2f} s")
+    report("clearances of 20,000 places", f"{time.perf_counter() - begin:.2f} s")
     return 0
 
 

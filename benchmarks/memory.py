@@ -1,7 +1,7 @@
-"""What a worker's memory grows to over many trials: python -m benchmarks.memory [SCENARIO ...] [--trials 300]
+"""Measure the growth of a worker's memory over many trials: python -m benchmarks.memory [SCENARIO ...] [--trials 300]
 
 One worker process runs short trials of all scenarios and methods in turn, as `scripts/benchmark.py --jobs 1` would.
-Ends with 1 if after the last trial the worker holds more than a bound above what it held after the first ones.
+The exit code is 1 if the worker's memory grows by more than a bound after the first trials.
 """
 
 import argparse
@@ -16,15 +16,15 @@ from drake_starnav.evaluation.workers import local_processes
 
 SCENARIOS = ("forest", "maze", "room", "crowd_room")
 WARM = 20
-"""After so many trials a worker has loaded what it needs."""
+"""Number of trials after which a worker has loaded everything it needs."""
 BOUND = 30.0
-"""From then on its memory may grow by so much, MB."""
+"""Allowed growth of its memory from then on, MB."""
 SHORT = 2.0
-"""A trial is ended after this time, s."""
+"""Time limit of a trial, s."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the trials and print what the worker holds; returns the exit code."""
+    """Run the trials and print the worker's memory; returns the exit code."""
     parser = argparse.ArgumentParser(prog="memory", description=(__doc__ or "").partition("\n\n")[2])
     parser.add_argument("scenario", nargs="*", default=SCENARIOS, help=f"default: {' '.join(SCENARIOS)}")
     parser.add_argument("--method", nargs="+", default=["star"], help="default: star")
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the trials one after another in one process, which is asked for its memory in between."""
+    """Run the trials one after another in one process, and query its memory in between."""
     if options.trials <= WARM:
         raise StarnavError(f"--trials is {options.trials}; allowed: a whole number > {WARM}")
     overrides = [f"simulation.timeout={options.timeout}", *options.overrides]

@@ -1,10 +1,10 @@
-"""What each step of the pipeline costs, beside plain NumPy and the FOA baseline in the same process.
+"""Time each step of the pipeline, beside plain NumPy and the FOA baseline in the same process.
 
 Run in the checkout: python -m benchmarks.pipeline [--seconds 10] [--rounds 3] [--corridor 300]
 
-A robot without dynamics drives through a forest, a maze and a room; what its steps were given is kept and computed
-again by the package and by `numpy_pipeline.py` in turn, so that both meet the same load of the machine. Every result
-is compared. Plans are timed as the robot drives, since a roadmap grows cheaply only at its end.
+A robot without dynamics drives through a forest, a maze and a room. The inputs of its steps are kept and processed
+again by the package and by `numpy_pipeline.py` in turn, so that both see the same load of the machine. Every result
+is compared. Plans are timed during the drive, since a roadmap grows cheaply only at its end.
 """
 
 import argparse
@@ -43,7 +43,7 @@ from drake_starnav.worlds import Corridor, Forest, Maze, Room, make_world
 TOLERANCE = 1e-9
 """Largest allowed difference between the package and NumPy, in SI units."""
 FEW, MANY, AROUND = 50, 400, 0.1
-"""Numbers of nodes at which plans are compared, and how far from them a plan still counts."""
+"""Numbers of nodes at which plans are compared, and the relative tolerance for them."""
 
 
 def foa_command(moment: CommandMoment) -> np.ndarray:
@@ -186,7 +186,7 @@ def percentiles(seconds: np.ndarray) -> tuple[float, float]:
 
 
 def plan_seconds(plans: list[tuple[int, float]], nodes: int) -> np.ndarray:
-    """Times of the plans of roadmaps with about so many nodes, s."""
+    """Times of the plans of roadmaps with about `nodes` nodes, s."""
     return np.array([seconds for count, seconds in plans if abs(count - nodes) <= AROUND * nodes])
 
 

@@ -1,4 +1,4 @@
-"""What many trials cost: python -m benchmarks.scaling
+"""Measure the cost of many trials: python -m benchmarks.scaling
 
 Measures trials in one and in two processes in turn, the start of a worker, and how fast one process hands trials to a
 Dask cluster and files what comes back; writes the figures to benchmarks/results/scaling.json, from which
@@ -29,7 +29,7 @@ from drake_starnav.utils.files import write_text
 SCENARIOS = ("forest", "maze", "room")
 FIGURES = Path(__file__).parent / "results" / "scaling.json"
 PATH = [[0.01 * k, 0.02 * k] for k in range(30)]
-"""About as much as a real record has."""
+"""About as long as in a real record."""
 
 
 def measure(trials: int, rounds: int) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def measure(trials: int, rounds: int) -> dict[str, Any]:
 
 
 def timed_round(executor: Executor, jobs: Sequence[Job]) -> tuple[float, list[Record]]:
-    """How long the trials take, s, and their records."""
+    """Duration of the trials, s, and their records."""
     start = time.perf_counter()
     records = list(executor.map(run_job, jobs))
     return time.perf_counter() - start, records
@@ -92,7 +92,7 @@ def filing_rate(count: int) -> float:
 
 
 def at_once(job: Job) -> Record:
-    """A record as large as a real one, without a trial."""
+    """A record of realistic size, without a trial."""
     step = {"count": 900, "mean_s": 2.123456789e-05, "p50_s": 2.123456789e-05, "p99_s": 5.123456789e-05}
     return {
         "trial": job.trial, "scenario": job.case.scenario, "method": job.case.method, "seed": job.seed,

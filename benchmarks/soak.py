@@ -1,9 +1,9 @@
-"""Many goals in a row in one process: what the roadmap, a plan and the memory grow to.
+"""Measure the growth of roadmap, planning time and memory over many goals in one process.
 
 Run in the checkout: python -m benchmarks.soak [SCENARIO] [--goals 1000] [--set world.size=24] [--out out/soak]
 
-One robot drives through one world in one simulation, from each goal to the next; the goals are random places with a way
-to them. Writes a CSV with a row for each goal as it ends, and a plot; when interrupted, of the goals so far.
+One robot drives through one world in one simulation, from each goal to the next; the goals are random reachable
+places. Writes a CSV with a row for each finished goal, and a plot; when interrupted, for the goals so far.
 """
 
 import argparse
@@ -32,9 +32,9 @@ from drake_starnav.worlds import clearance
 from drake_starnav.worlds.world import World
 
 STEP = 0.5
-"""Between two looks at where the robot is, s."""
+"""Period at which the robot's position is checked, s."""
 MARGIN = 0.15
-"""Beside a robot at a goal there is at least this much room, m."""
+"""Least clearance around a robot at a goal, m."""
 SLOWEST = 0.2
 """A goal is given up after the time that its shortest path takes at this speed, and ALLOWANCE, m/s."""
 ALLOWANCE = 60.0
@@ -42,7 +42,7 @@ ALLOWANCE = 60.0
 
 @dataclass(frozen=True)
 class Leg:
-    """The way to one goal: how it ended, and what it left."""
+    """The drive to one goal: outcome and figures."""
 
     goal: int
     outcome: str
@@ -55,7 +55,7 @@ class Leg:
 
 
 def random_place(world: World, radius: float, rng: np.random.Generator) -> np.ndarray:
-    """A place that a robot of some radius (m) can stand at, shape (2,), W, m."""
+    """A random free position for a robot of a radius (m), shape (2,), W, m."""
     x0, y0, x1, y1 = world.extent
     while True:
         places = rng.uniform((x0, y0), (x1, y1), (100, 2))
@@ -71,7 +71,7 @@ def memory_mb() -> float:
 
 
 class Soak:
-    """One simulation, in which the goal moves on."""
+    """One simulation with a sequence of goals."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         self.scenario = scenario

@@ -1,4 +1,4 @@
-"""The commands `benchmark` and `report`: many trials, and what their figures tell."""
+"""The commands `benchmark` and `report`: run many trials, and report on them."""
 
 import argparse
 import math
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
     from drake_starnav.evaluation.report import Results
 
 MOST_TRIALS, MOST_JOBS = 1_000_000, 1000
-"""More would only fill the memory."""
+"""Larger numbers would only fill the memory."""
 MOST_WORLDS = 100_000
-"""In one range of `--worlds`."""
+"""Limit for one range of `--worlds`."""
 
 
 def benchmark(arguments: Sequence[str] | None = None) -> int:
-    """Run many trials and tell their figures; see `--help`. Returns the exit code."""
+    """Run many trials and report their figures; see `--help`. Returns the exit code."""
     parser = CommandParser(
         prog=command_name("benchmark"),
         description="Run many trials of scenarios and methods, and compare them.",
@@ -65,7 +65,7 @@ def _interrupted(options: argparse.Namespace) -> str:
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
-    """The options that every command which runs many trials has; see `check_batch_options`."""
+    """Add the options shared by all commands that run many trials; see `check_batch_options`."""
     parser.add_argument("--trials", type=int, default=30, help="of each scenario and method (default: 30)")
     parser.add_argument("--seed", type=int, default=0, help="that all trials' seeds are derived from (default: 0)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one for each core)")
@@ -83,7 +83,7 @@ def check_batch_options(options: argparse.Namespace) -> None:
 
 
 def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
-    """Where the trials run: the processes or the cluster that the options of `add_batch_options` ask for."""
+    """The processes or the cluster that the options of `add_batch_options` select."""
     from drake_starnav.evaluation import dask_pool, local_pool
 
     return dask_pool(options.dask, options.jobs) if options.dask else nullcontext(local_pool(options.jobs))
@@ -196,12 +196,12 @@ def _check_report_options(options: argparse.Namespace) -> None:
 
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
-    """Raise a `StarnavError` unless the report can be written: no output is an input or another output.
+    """Raise a `StarnavError` unless the report can be written and no output is an input or another output.
 
     Args:
         options: parsed.
-        inputs: what is read.
-        outputs: what is written besides the report.
+        inputs: files that are read.
+        outputs: files that are written besides the report.
     """
     check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
     if options.html is not None:
@@ -215,12 +215,12 @@ def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | s
 
 
 def _recordings_folder(html: Path) -> Path:
-    """Of a report: no other report in the same folder has it."""
+    """The folder for a report's recordings, unique among the reports in a folder."""
     return html.with_name(f"{html.stem}_recordings" if html.suffix == ".html" else f"{html.name}.recordings")
 
 
 def _report(results: "Results", options: argparse.Namespace) -> None:
-    """Print the tables and write what the options of `_add_report_options` ask for."""
+    """Print the tables and write the files that the options of `_add_report_options` name."""
     from drake_starnav.evaluation.report import (
         Report,
         chosen_trials,

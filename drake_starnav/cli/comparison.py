@@ -1,4 +1,4 @@
-"""Several methods in one scene: each drives alone, then all are shown at once."""
+"""Compare several methods in one scene: each drives alone, then all are shown together."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -40,21 +40,21 @@ COLORS: tuple[Color, ...] = (
     (0.00, 0.45, 0.70), (0.84, 0.37, 0.00), (0.00, 0.62, 0.45), (0.80, 0.47, 0.65), (0.90, 0.62, 0.00),
     (0.34, 0.71, 0.91), (0.30, 0.30, 0.30),
 )  # fmt: skip
-"""Of the robots, in their order; apart for colour-blind eyes (Okabe and Ito, 2008)."""
+"""Colours of the robots in order, distinguishable for colour-blind readers (Okabe and Ito, 2008)."""
 TRAIL_PERIOD = 0.2
-"""Trails grow this often, s."""
+"""Period at which trails grow, s."""
 ROBOT_PATH = "/robots"
 HULL_HEIGHT = 0.13
-"""Of a robot as it is shown, m."""
+"""Height of a displayed robot, m."""
 STACKED = 0.02
-"""Robots that are in one place hide one another: the first is the highest, by so much, m."""
+"""Height step between robots, m: where several coincide, the first one is on top."""
 DECK = 0.55
-"""Of the hull's radius: less than the shipped robot's, to show more of its colour."""
+"""Radius of the deck as a share of the hull's; less than the shipped robot's, to show more of its colour."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Entry:
-    """How one method drove.
+    """The run of one method.
 
     Attributes:
         method: its name.
@@ -70,7 +70,7 @@ class Entry:
 
 
 class _Witness:
-    """Observes a trial only to keep how it went."""
+    """Observes a trial to store its outcome and motion."""
 
     def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
         pass
@@ -92,14 +92,14 @@ def record_comparison(
 ) -> Film:
     """Let each method drive the same world alone, then record all their robots in one scene.
 
-    The robots do not meet: each is where it was at that time of its own run, and stays where that ended.
+    The robots do not interact: each repeats its own run and stays at the pose where that ended.
 
     Args:
         scenarios: method -> the scenario with its settings; they have the same world.
         seed: of the world and of the sensor's noise.
         html: the file to write.
         view: camera preset that it opens with.
-        progress: called now and then with the simulated time of the run at hand and its time limit, s.
+        progress: called repeatedly with the simulated time of the current run and its time limit, s.
 
     Raises:
         StarnavError: as of `run_trial`, or unknown view.
@@ -137,7 +137,7 @@ def replay(
     """Record robots that repeat their motions in one scene.
 
     Args:
-        entries: what they did.
+        entries: their runs.
         world: that they drove through.
         radius: of each, m.
         parameters: of the recording.
@@ -184,7 +184,7 @@ def _play(
 
 
 def _play_movers(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
-    """Keyframes of the obstacles that move."""
+    """Keyframes of the moving obstacles."""
     times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
     positions, _ = mover_states(world.movers, times)
     for k, radius in enumerate(world.movers.radii):

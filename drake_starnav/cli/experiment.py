@@ -1,4 +1,4 @@
-"""What scripts that run the same trials of several variants have in common: options, errors, a file for each."""
+"""What experiments on several variants share: options, errors, a file of trials for each variant."""
 
 import argparse
 import sys
@@ -19,13 +19,13 @@ Results = dict[str, list[Record]]
 
 
 def experiment_parser(prog: str, description: str, scenarios: Sequence[str], out: Path) -> argparse.ArgumentParser:
-    """A parser with the options of every experiment: scenario, --out, and those of `add_batch_options`.
+    """A parser with the common options of experiments: scenario, --out, and those of `add_batch_options`.
 
     Args:
         prog: the script's name.
         description: what it measures.
-        scenarios: that it runs by default.
-        out: the folder that it writes to by default.
+        scenarios: default scenarios.
+        out: default output folder.
     """
     parser = CommandParser(prog=prog, description=description)
     parser.add_argument("scenario", nargs="*", default=scenarios, help=f"default: {' '.join(scenarios)}")
@@ -51,7 +51,7 @@ def experiment(
 
 
 def add_rows(parser: argparse.ArgumentParser, rows: Iterable[str]) -> None:
-    """The option --rows, of the variants' names; see `check_rows`."""
+    """Add the option --rows, which selects variants by name; see `check_rows`."""
     names = list(rows)
     parser.add_argument("--rows", nargs="+", default=names, metavar="ROW", help=f"of {', '.join(names)} (default: all)")
 
@@ -139,5 +139,5 @@ def of_scenario(records: Iterable[Record], scenario: str) -> list[Record]:
 
 
 def count(records: Iterable[Record], outcome: str) -> int:
-    """How many trials ended so."""
+    """Number of trials with this outcome."""
     return sum(record["outcome"] == outcome for record in records)

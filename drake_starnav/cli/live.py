@@ -31,18 +31,18 @@ START, PAUSE, STOP = "start", "pause", "stop"
 KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
 """Buttons and the keys that press them; each of `camera.VIEWS` has a button as well."""
 STEP = 0.05
-"""Simulated time between two looks at the buttons, s."""
+"""Polling period of the buttons in simulated time, s."""
 POLL = 0.05
-"""Time between two looks at the buttons while nothing runs, s."""
+"""Polling period of the buttons while nothing runs, s."""
 
 
 class Controls:
     """The buttons in Meshcat's panel.
 
     Attributes:
-        running: whether the robot shall drive.
-        stopped: whether the run shall end.
-        view: the camera preset chosen last.
+        running: whether the robot is to drive.
+        stopped: whether the run is to end.
+        view: the last chosen camera preset.
     """
 
     def __init__(self, meshcat: Meshcat, world: World) -> None:
@@ -54,7 +54,7 @@ class Controls:
         frame_camera(meshcat, world.extent, panel="right")
 
     def poll(self, pose: np.ndarray) -> None:
-        """Do what has been clicked since the last call.
+        """Apply the clicks since the last call.
 
         Args:
             pose: of the robot, (x, y, yaw), W, m and rad.
@@ -82,8 +82,8 @@ class LiveRun:
         meshcat: the page; its address is `meshcat.web_url()`.
         controls: its buttons.
         simulator: of the diagram.
-        outcome: why the run ended, in words; empty while it has not.
-        collided: whether because the robot touched an obstacle, or one that moves touched it.
+        outcome: why the run ended, in words; empty while it runs.
+        collided: whether it ended because the robot touched an obstacle or a moving obstacle hit it.
     """
 
     def __init__(
@@ -100,8 +100,8 @@ class LiveRun:
             scenario: the parameters.
             seed: of the world and of the sensor's noise.
             real_time_rate: simulated time over real time at most; 0 for as fast as it goes.
-            html: where to leave a recording, if anywhere; the page then slows down as it fills.
-            say: is told what happens.
+            html: file for a recording, if any; the page then slows down as the recording grows.
+            say: called with each event as a text.
 
         Raises:
             StarnavError: the world cannot be made.
@@ -142,7 +142,7 @@ class LiveRun:
         return system.get_output_port().Eval(system.GetMyContextFromRoot(self.simulator.get_context()))
 
     def step(self) -> bool:
-        """Do what the buttons say: drive on for a moment, or wait for one.
+        """Poll the buttons, then drive on for `STEP` or wait for `POLL`.
 
         Returns:
             whether the run goes on.
@@ -155,7 +155,7 @@ class LiveRun:
             time.sleep(POLL)
         else:
             if not was_running:
-                self.simulator.ResetStatistics()  # or it would make up for the time that it stood still
+                self.simulator.ResetStatistics()  # or it would catch up on the paused time
             status = self.simulator.AdvanceTo(self.time + STEP)
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
@@ -173,7 +173,7 @@ class LiveRun:
             self._end(f"stopped after {self.time:.1f} s")
 
     def finish(self, method: str, seed: int) -> None:
-        """Write the recording, if there shall be one, and take the buttons off the page.
+        """Write the recording, if requested, and remove the buttons from the page.
 
         Raises:
             StarnavError: the file cannot be written.
@@ -190,7 +190,7 @@ class LiveRun:
         self._say(outcome)
 
     def _tell(self) -> None:
-        """Say what has changed: the goal is reached, or cannot be."""
+        """Report whether the goal has been reached or is unreachable, if that has changed."""
         planner, status = self._navigation.planner, None
         if planner is not None:
             status = planner.GetOutputPort("status").Eval(planner.GetMyContextFromRoot(self.simulator.get_context()))

@@ -1,4 +1,4 @@
-"""The command lines of the package: what scripts/ and `starnav` call; `python -m drake_starnav` is the same."""
+"""The command lines of the package, for `starnav`, `python -m drake_starnav` and scripts/."""
 
 import argparse
 import inspect
@@ -37,7 +37,7 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     """Run one scenario; see `--help`. Returns the exit code."""
     parser = CommandParser(
         prog=command_name("simulate"),
-        description="Drive one scenario and say how it went.",
+        description="Drive one scenario and report how it went.",
         epilog="exit codes: 0 the goal was reached, 1 it was not, 2 bad input",
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
@@ -65,7 +65,7 @@ def _simulate(options: argparse.Namespace) -> int:
     if options.meshcat:
         return _simulate_live(scenario, options)
     world = make_world(scenario.world, options.seed, scenario.robot.radius)
-    from drake_starnav.simulation import run_trial, trial_record  # late: bad input is told before Drake is loaded
+    from drake_starnav.simulation import run_trial, trial_record  # late: bad input is reported before Drake is loaded
 
     with progress_bar(f"{scenario.name} seed {options.seed}", options.quiet) as progress:
         trial = run_trial(
@@ -96,7 +96,7 @@ def _check_live_options(options: argparse.Namespace) -> None:
 
 
 def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
-    from drake_starnav.cli.live import LiveRun  # late: bad input is told before Drake is loaded
+    from drake_starnav.cli.live import LiveRun  # late: bad input is reported before Drake is loaded
 
     rate = 1.0 if options.real_time_rate is None else options.real_time_rate
     say = (lambda text: None) if options.quiet else print
@@ -114,7 +114,7 @@ def show_world(arguments: Sequence[str] | None = None) -> int:
     """Draw the world of one scenario; see `--help`. Returns the exit code."""
     parser = CommandParser(
         prog=command_name("show_world"),
-        description="Draw a scenario's world with start, goal, shortest path and the paths of what moves.",
+        description="Draw a scenario's world with start, goal, shortest path and the paths of moving obstacles.",
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
     parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
@@ -130,7 +130,9 @@ def _show_world(options: argparse.Namespace) -> int:
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
     check_outputs([file], input_files(options.scenario, scenario))
-    make_world(scenario.world, options.seed, scenario.robot.radius)  # first: bad input is told before Drake is loaded
+    make_world(
+        scenario.world, options.seed, scenario.robot.radius
+    )  # first: bad input is reported before Drake is loaded
     from drake_starnav.simulation import omniscient_path
     from drake_starnav.station.model_world import make_world_with_footprints
     from drake_starnav.visualization.world_figure import write_html, write_png
@@ -185,7 +187,7 @@ def _list(arguments: Sequence[str]) -> int:
 
 
 def _listing() -> str:
-    """All that a command line can name."""
+    """Commands, scenarios, methods and worlds."""
     commands = {name: _first_sentence(command).partition(";")[0] for name, command in COMMANDS.items()}
     worlds = {f"!{name}": _first_sentence(kind) for name, kind in WORLD_KINDS.items()}
     width = max(map(len, (*commands, *worlds)))

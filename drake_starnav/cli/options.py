@@ -1,4 +1,4 @@
-"""What the command lines share."""
+"""Options, exit codes and messages that the commands share."""
 
 import argparse
 import math
@@ -20,12 +20,12 @@ ENTRY_POINT = "starnav"
 
 
 def program_name() -> str:
-    """What the package was called by: its entry point, or its name."""
+    """The command that started the package: its entry point, or `python -m` with its name."""
     return ENTRY_POINT if Path(sys.argv[0]).stem == ENTRY_POINT else "python -m drake_starnav"
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser of arguments that refuses bad ones in one line."""
+    """An argument parser that reports bad arguments in one line."""
 
     def error(self, message: str) -> NoReturn:
         """End the program."""
@@ -33,7 +33,7 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def command_name(name: str) -> str:
-    """What a command was called by: the package, or the command's own script."""
+    """The name under which a command was started: through the package, or by its own script."""
     return f"{program_name()} {name}" if Path(sys.argv[0]).stem in (ENTRY_POINT, "__main__") else f"{name}.py"
 
 
@@ -49,7 +49,7 @@ def run_command(
         parser: of the arguments.
         arguments: None for those of the process.
         work: may raise `StarnavError`.
-        interrupted: what is told on Ctrl-C.
+        interrupted: message on Ctrl-C.
     """
 
     def parsed() -> int:
@@ -60,38 +60,38 @@ def run_command(
 
 
 def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
-    """What a command's work returns, or the code for what ended it, which is told in one line.
+    """Run a command's work and return its exit code; an error is reported in one line.
 
     Args:
         prog: the command's name.
         work: may raise `StarnavError`.
-        interrupted: what is told on Ctrl-C.
+        interrupted: message on Ctrl-C.
     """
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # whatever is in the name of a file, a terminal shows it somehow
+        if hasattr(stream, "reconfigure"):  # so that a terminal can show every file name
             stream.reconfigure(errors="backslashreplace")
     try:
         try:
             return work()
         finally:
             if sys.stdout is not None:
-                sys.stdout.flush()  # or the interpreter does, when nobody can tell any more that it failed
+                sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
     except StarnavError as error:
-        return _told(f"{prog}: {error}", BAD_INPUT)
-    except BrokenPipeError:  # who read the output has gone, as `head` does
+        return _reported(f"{prog}: {error}", BAD_INPUT)
+    except BrokenPipeError:  # the reader of the output has exited, as `head` does
         _drop_output()
         return BROKEN_PIPE
     except OSError as error:
         _drop_output()
         what = "the output" if error.filename is None else shown(str(error.filename))
         reason = error.strerror or said_by(error)
-        return _told(
+        return _reported(
             f"{prog}: cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
         )
     except MemoryError as error:
-        return _told(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
+        return _reported(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
     except KeyboardInterrupt:
-        return _told(f"{prog}: {interrupted}", INTERRUPTED)
+        return _reported(f"{prog}: {interrupted}", INTERRUPTED)
 
 
 @contextmanager
@@ -114,15 +114,15 @@ def print_written(paths: Iterable[Path | None]) -> None:
             print(f"wrote {path}")
 
 
-def _told(text: str, code: int) -> int:
-    """The code, once the text has been told; where nobody can hear it, the code says enough."""
+def _reported(text: str, code: int) -> int:
+    """Print the text to standard error, if that is open, and return the code."""
     with suppress(OSError):
         print(one_line(text), file=sys.stderr, flush=True)
     return code
 
 
 def _drop_output() -> None:
-    """Send what is still to be printed nowhere, if standard output takes nothing any more."""
+    """Discard pending output if standard output is closed."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -133,7 +133,7 @@ def _drop_output() -> None:
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
-    """The option `--set`."""
+    """Add the option `--set`."""
     parser.add_argument(
         "--set",
         action="append",

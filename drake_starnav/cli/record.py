@@ -36,20 +36,20 @@ if TYPE_CHECKING:
     from drake_starnav.visualization.plot import PlotCamera
 
 TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
-"""Of files that hold trials; everything else is a scenario."""
+"""Suffixes of files with trials; every other argument is a scenario."""
 SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
-"""What a file with a single trial must have; `text`, the scenario, may be there too."""
+"""Required fields of a file with a single trial; the scenario, `text`, is optional."""
 RENDERERS = ("auto", "browser", "matplotlib")
 
 
 @dataclass(frozen=True)
 class Run:
-    """What is to be recorded.
+    """A run to record.
 
     Attributes:
         scenarios: method -> scenario, in the order given.
         seed: of the world and the sensor's noise.
-        state_hash: that the run must have to be the one it repeats; None for a new one.
+        state_hash: of the run to repeat; None for a new run.
     """
 
     scenarios: dict[str, Scenario]
@@ -58,7 +58,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """For files: scenario, methods, seed."""
+        """Scenario, methods and seed, for file names."""
         scenario = next(iter(self.scenarios.values()))
         return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
 
@@ -103,7 +103,7 @@ def record(arguments: Sequence[str] | None = None) -> int:
 def _record(options: argparse.Namespace) -> int:
     run = chosen_run(options)
     html = options.html or Path("out") / f"{run.name}.html"
-    check_outputs([html])  # so that it has a name, which others are derived from
+    check_outputs([html])  # so that it has a name, from which others are derived
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
     stills = {time: html.with_name(f"{html.stem}-{time:g}s.png") for time in options.png}
     _check_numbers(options)
@@ -112,7 +112,7 @@ def _record(options: argparse.Namespace) -> int:
         read.add(scenario_path(options.run))
     check_outputs([html, *clips.values(), *stills.values()], read)
 
-    from drake_starnav.visualization.camera import check_view  # late: bad input is told before Drake is loaded
+    from drake_starnav.visualization.camera import check_view  # late: bad input is reported before Drake is loaded
 
     check_view(options.view)
     _check_tools(options, bool(clips or stills))
@@ -136,7 +136,7 @@ def _record(options: argparse.Namespace) -> int:
 
 
 def chosen_run(options: argparse.Namespace) -> Run:
-    """What the command line asks for.
+    """The run that the command line selects.
 
     Raises:
         StarnavError: no such trial, scenario, method or parameter, or options that do not go together.
@@ -164,10 +164,10 @@ def chosen_run(options: argparse.Namespace) -> Run:
 
 
 def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
-    """One trial of a file: its record, and under `text` the scenario it ran, if the file tells.
+    """One trial of a file: its record, and under `text` its scenario, if the file has it.
 
     Args:
-        path: of what `simulate.py --json` or `benchmark.py --json` wrote.
+        path: a file by `simulate.py --json` or `benchmark.py --json`.
         line: of the trial, from 1; None if there is only one.
 
     Raises:
@@ -211,7 +211,7 @@ def _check_numbers(options: argparse.Namespace) -> None:
 
 
 def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
-    """Raise `StarnavError` before the run for a program that its pictures will lack."""
+    """Raise `StarnavError` before the run if a program needed for its pictures is missing."""
     from drake_starnav.visualization.browser import browser_missing
     from drake_starnav.visualization.clips import find_ffmpeg
 
@@ -226,7 +226,7 @@ def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
 
 
 def _shoot(run: Run, html: Path, options: argparse.Namespace) -> tuple["Film", bool]:
-    """Simulate and record; also whether the run is the one that it should repeat."""
+    """Simulate and record; returns the film, and whether the run repeats the given trial."""
     with progress_bar("driving", options.quiet) as progress:
         if options.compare:
             from drake_starnav.cli.comparison import record_comparison

@@ -1,4 +1,4 @@
-"""Many trials: run through an executor, kept in a file, summarised."""
+"""Run many trials through an executor, store them in a file, summarise them."""
 
 from drake_starnav.evaluation.batch import run_batch
 from drake_starnav.evaluation.cluster import dask_pool

@@ -1,4 +1,4 @@
-"""Cases and a number of trials -> their records, in a file that survives interruption."""
+"""Run cases and collect the trials' records, in a file that survives interruption."""
 
 import sys
 from collections.abc import Sequence
@@ -23,19 +23,19 @@ def run_batch(
     quiet: bool = False,
     title: str = "",
 ) -> list[Record]:
-    """Run the trials that `file` does not hold yet or that could not be run, append each as it ends, and return all.
+    """Run the trials that `file` lacks or in which an error occurred, append each as it ends, and return all.
 
     Args:
         cases: see `make_cases`.
-        trials: of each case, see `make_jobs`; a file that holds more of them keeps them.
+        trials: of each case, see `make_jobs`; further trials in the file are kept.
         seed: of the batch; see `trial_seed`.
-        pool: where they run.
-        file: where to keep the records, and which trials are done; None to keep none.
-        quiet: neither show progress nor name the trials that fail or, of each case, the first that cannot be tried.
-        title: of the progress bar and of what is said about failed trials.
+        pool: where the trials run.
+        file: stores the records and holds those of earlier runs; None to store none.
+        quiet: show no progress, and report neither failed trials nor the first unsupported one of each case.
+        title: of the progress bar and of reports about failed trials.
 
     Raises:
-        StarnavError: the file cannot be written any more, or the workers not be started or reached.
+        StarnavError: the file can no longer be written, or the workers cannot be started or reached.
     """
     records = {record_key(record): record for record in file.records} if file else {}
     done = {key for key, record in records.items() if record["outcome"] != "error"}
@@ -59,7 +59,7 @@ def run_batch(
 
 
 def _failure(record: Record) -> str:
-    """One line that says how to see a failed trial."""
+    """One line that identifies a failed trial and its outcome."""
     message = f": {record['message']}" if "message" in record else ""
     return (
         f"{record['scenario']} {record['method']} trial {record['trial']} seed {record['seed']}: "

@@ -1,4 +1,4 @@
-"""Trials on a Dask cluster: one that runs somewhere, or one of this machine's processes."""
+"""Run trials on a Dask cluster: a running one, or one of local processes."""
 
 import logging
 from collections.abc import Iterator
@@ -10,28 +10,28 @@ from drake_starnav.evaluation.trial_file import versions
 from drake_starnav.evaluation.workers import Pool
 
 LOCAL = "local"
-"""Stands for an address: the cluster is started here, and ended afterwards."""
+"""In place of an address: a cluster is started on this machine and stopped afterwards."""
 LOOPBACK = "127.0.0.1"
-"""Whatever a local cluster listens for, no other machine can reach: whoever can may run code in it."""
+"""A local cluster listens here only: every machine that can reach it could run code in it."""
 CONNECT_TIMEOUT = 5.0
-"""A scheduler that does not answer for so long is not there, s."""
+"""Time limit for the scheduler's answer, s."""
 WORKERS_TIMEOUT = 30.0
-"""So long is waited for the first worker, s."""
+"""Time limit for the first worker, s."""
 LEAST_IN_FLIGHT = 1000
-"""So many trials at least wait at the scheduler: a cluster that grows finds work."""
+"""Least number of trials submitted at a time, so that new workers of a growing cluster find work."""
 
 
 @contextmanager
 def dask_pool(address: str, count: int) -> Iterator[Pool]:
-    """Workers of a Dask cluster. A trial whose worker is lost is run by another, at the scheduler's order.
+    """Workers of a Dask cluster. If a worker is lost, the scheduler assigns its trial to another one.
 
     Args:
-        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`; `LOCAL` for a cluster of this machine's processes.
-        count: number of workers, if the cluster is a local one.
+        address: of the scheduler, e.g. `tcp://10.0.0.1:8786`; `LOCAL` for a cluster of local processes.
+        count: number of workers of a local cluster.
 
     Raises:
-        StarnavError: Dask is not installed, there is no cluster at the address, it has no workers, or they run
-            other versions than this process.
+        StarnavError: Dask is not installed, there is no cluster at the address, it has no workers, or their versions
+            differ from this process's.
     """
     try:
         from distributed import Client, LocalCluster
@@ -51,7 +51,7 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
             target = stack.enter_context(cluster)
         try:
             client = stack.enter_context(Client(target, timeout=CONNECT_TIMEOUT))
-        except Exception as error:  # of any kind, if what answers speaks another protocol
+        except Exception as error:  # any kind: the server there may speak another protocol
             reason = error if isinstance(error, (OSError, ValueError)) else "something else answers"
             raise StarnavError(
                 f"--dask {address}: no Dask scheduler there ({reason}); allowed: {LOCAL}, or the address of a running "

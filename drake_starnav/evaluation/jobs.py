@@ -1,4 +1,4 @@
-"""One trial as text and numbers, which any process on any machine can run."""
+"""One trial as plain text and numbers, so that any process on any machine can run it."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -11,22 +11,22 @@ from drake_starnav.scenario import load_scenario, parse_scenario
 from drake_starnav.scenario.schema import in_world, scenario_text
 
 Record = dict[str, Any]
-"""A finished trial as it stands in a file: the fields of a `Trial` and its number."""
+"""A finished trial as stored in a file: the fields of a `Trial` and its number."""
 Key = tuple[str, str, int]
-"""What tells one trial of a file from another: scenario, method, number."""
+"""Identifies a trial within a file: scenario, method, number."""
 NEVER_RAN = ("error", "unsupported")
 """Outcomes of trials that could not be run."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is repeated with other seeds: a scenario driven by a method.
+    """A scenario driven by a method, which is repeated with different seeds.
 
     Attributes:
         scenario: its name.
         method: its name.
-        text: the scenario as YAML with every parameter written out, the method's and the overrides in it.
-        source: what it was loaded by, a shipped scenario's name or a path.
+        text: the scenario as YAML with every parameter written out, including the method's and the overrides.
+        source: the name of the shipped scenario, or the path, from which it was loaded.
     """
 
     scenario: str
@@ -40,7 +40,7 @@ class Job:
     """One trial to run: the `trial`-th of a case, with its own seed.
 
     Attributes:
-        in_world: whether the trial's number is also that of its world, in place of the case's `world.id`.
+        in_world: whether the trial's number replaces the case's `world.id`.
     """
 
     case: Case
@@ -50,12 +50,12 @@ class Job:
 
     @property
     def key(self) -> Key:
-        """What tells it from the other trials of a file."""
+        """Identifies the trial within a file."""
         return self.case.scenario, self.case.method, self.trial
 
 
 def trial_seed(seed: int, trial: int) -> int:
-    """The seed of one trial: the same alone or in a batch, however many trials and cases there are.
+    """The seed of one trial, independent of the number of trials and cases in the batch.
 
     Args:
         seed: of the batch, a whole number >= 0.
@@ -70,10 +70,10 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
     Args:
         scenarios: names of shipped scenarios, or paths to YAML files.
         methods: see `drake_starnav.scenario.METHODS`.
-        overrides: "dotted.key=value" texts, laid over every scenario.
+        overrides: "dotted.key=value" texts, applied to every scenario.
 
     Raises:
-        StarnavError: as of `load_scenario`, or two cases could not be told apart by their names.
+        StarnavError: as of `load_scenario`, or two cases have the same names.
     """
     cases = []
     for name in scenarios:
@@ -102,13 +102,13 @@ def check_worlds(cases: Sequence[Case], worlds: Sequence[int]) -> None:
 
 
 def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, done: Collection[Key] = ()) -> list[Job]:
-    """The trials that are still to run, all cases in turn, so that an interrupted batch is a fair one.
+    """The trials still to run, alternating between the cases, so that an interrupted batch compares them fairly.
 
     Args:
         cases: as of `make_cases`.
-        trials: how many of each case, or the numbers of the worlds to drive, one trial in each.
+        trials: number of trials of each case, or the numbers of the worlds, with one trial in each.
         seed: of the batch.
-        done: keys of those that are not to be repeated.
+        done: keys of the trials to leave out.
     """
     in_world = not isinstance(trials, int)
     numbers = range(trials) if isinstance(trials, int) else trials
@@ -117,9 +117,9 @@ def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, don
 
 
 def run_job(job: Job) -> Record:
-    """Run one trial; one that cannot be run is a record too, with the outcome `error` and a message.
+    """Run one trial; if it cannot be run, the record has the outcome `error` and a message.
 
-    A method that cannot be tried in the trial's world gives the outcome `unsupported`.
+    If the method does not support the trial's world, the outcome is `unsupported`.
     """
     from drake_starnav.simulation import run_trial, trial_record  # late: only workers need Drake
 
@@ -131,7 +131,7 @@ def run_job(job: Job) -> Record:
         return {**error_record(job, str(error)), "outcome": "unsupported"}
     except StarnavError as error:
         return error_record(job, str(error))
-    except Exception as error:  # a fault in one trial must not cost the others
+    except Exception as error:  # a fault in one trial must not end the others
         return error_record(job, f"{type(error).__name__}: {error}")
     world = {"world": job.trial} if job.in_world else {}
     return {"trial": job.trial, **world, **trial_record(trial)}

@@ -1,4 +1,4 @@
-"""Named sets of trials, and the published figures that they are compared with."""
+"""Named sets of trials, and the published figures for comparison."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -27,11 +27,11 @@ class Published:
 
 @dataclass(frozen=True)
 class Suite:
-    """What `benchmark.py --suite` runs.
+    """A set of trials that `benchmark.py --suite` runs.
 
     Attributes:
-        meaning: what it is for, in a few words.
-        scenarios, methods: every one with every other.
+        meaning: its purpose, in a few words.
+        scenarios, methods: each scenario is run with each method.
         reference: the method that times and paths are compared with.
         published: figures by scenario and method.
     """
@@ -71,14 +71,14 @@ SUITES: dict[str, Suite] = {
 
 
 def find_suite(name: str) -> Suite:
-    """A suite by name, or a `StarnavError` that names the nearest."""
+    """A suite by name; raises a `StarnavError` with the nearest name for an unknown one."""
     if name not in SUITES:
         raise unknown_name(f"suite {shown(name)}", name, SUITES)
     return SUITES[name]
 
 
 def suite_table(suite: Suite, records: Sequence[Record]) -> Table:
-    """A row for each scenario and method: our figures, each beside the published one."""
+    """A row for each scenario and method, with each measured figure beside the published one."""
     by_case: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         by_case.setdefault((record["scenario"], record["method"]), []).append(record)

@@ -1,4 +1,4 @@
-"""Many trials -> the figures that methods are compared by, and their tables."""
+"""Summarise many trials by the figures that compare methods, as tables."""
 
 import re
 from collections import Counter
@@ -13,17 +13,17 @@ from drake_starnav.evaluation.jobs import Record
 CONFIDENCE = 0.95
 """Level of the confidence intervals."""
 OUTCOMES = ("collision", "timeout", "unreachable", "error")
-"""How a trial may fail, in the order of the tables."""
+"""Ways in which a trial may fail, in the order of the tables' columns."""
 UNSUPPORTED = "unsupported"
-"""The outcome of a method that cannot be tried in the trial's world; counted apart from successes and failures."""
+"""The outcome of a method that does not support the trial's world; neither a success nor a failure."""
 
 
 def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
-    """The 95 % confidence interval of a rate; it is meaningful for few trials and for rates of 0 and 1 too.
+    """The 95 % Wilson score interval of a rate, which remains valid for few trials and for rates of 0 and 1.
 
     Args:
         successes: 0 <= successes <= trials.
-        trials: if none, the interval is (0, 1).
+        trials: the interval of 0 trials is (0, 1).
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
     """
@@ -37,19 +37,19 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Summary:
-    """The figures of one case; None where no trial tells.
+    """The figures of one case; None where no trial has the data.
 
     Attributes:
-        trials: all but the unsupported ones; a trial that could not be run is one that was not reached.
+        trials: all but the unsupported ones; a trial that could not be run counts as not reached.
         reached: how many reached the goal.
         interval: 95 % confidence interval of the success rate.
-        failures: how many ended in each of `OUTCOMES`, and in any other, `UNSUPPORTED` among them.
+        failures: number of trials by outcome, of `OUTCOMES` and any other such as `UNSUPPORTED`.
         path_mean, path_median, path_p95: path over the omniscient shortest one, where the goal was reached.
         time_s: mean time where the goal was reached.
         speed_mps: total path over total time where the goal was reached.
-        score: mean where a benchmark scored any of the trials, in which those that could not be run count as 0.
-        clearance_m: the least of all trials.
-        command_p50_s, command_p99_s, scan_p50_s, plan_p50_s: medians over the trials of each one's percentile.
+        score: mean if a benchmark scored any of the trials; trials that could not be run count as 0.
+        clearance_m: the minimum over all trials.
+        command_p50_s, command_p99_s, scan_p50_s, plan_p50_s: median over the trials of the percentile in each.
         wall_ratio: wall-clock time over simulated time.
     """
 
@@ -121,7 +121,7 @@ class Comparison:
     """One method against another, on the trials in which both reached the goal.
 
     Attributes:
-        trials: how many those are.
+        trials: their number.
         time_ratio: total time over the other's (the paper's TTR as a fraction); None if there is no such trial.
         path_ratio: total path length over the other's (the paper's PLR as a fraction).
     """
@@ -132,7 +132,7 @@ class Comparison:
 
 
 def compare(records: Sequence[Record], reference: Sequence[Record]) -> Comparison:
-    """Compare two sets of trials of the same scenario and batch seed; trials correspond by scenario and number."""
+    """Compare two sets of trials with the same batch seed; trials are paired by scenario and number."""
     ours, theirs = (
         {(r["scenario"], r["trial"]): r for r in side if r["outcome"] == "reached"} for side in (records, reference)
     )
@@ -161,12 +161,12 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 
 
 def summary_tables(summaries: Sequence[Summary]) -> str:
-    """Two Markdown tables, readable as plain text: how the trials ended, and at what cost."""
+    """Two Markdown tables, of outcomes and of costs, which are also readable as plain text."""
     return f"{markdown_table(*outcome_table(summaries))}\n\n{markdown_table(*cost_table(summaries))}"
 
 
 def outcome_table(summaries: Sequence[Summary]) -> Table:
-    """How the trials ended."""
+    """Outcomes of the trials."""
     others = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))
     rows = [
         (
@@ -179,7 +179,7 @@ def outcome_table(summaries: Sequence[Summary]) -> Table:
 
 
 def cost_table(summaries: Sequence[Summary]) -> Table:
-    """At what cost the goal was reached, and what the computer had to do."""
+    """Path length, time and clearance on the way to the goal, and computation times."""
     rows = [
         (
             s.scenario, s.method, number(s.path_mean, 3), number(s.path_median, 3), number(s.path_p95, 2),
@@ -211,13 +211,13 @@ def number(value: float | None, digits: int, scale: float = 1.0) -> str:
 
 
 def markdown_text(text: str) -> str:
-    """A text so that Markdown shows it as it is, in one line: no cell ends, no element, link or emphasis begins."""
+    """A text in one line, escaped so that Markdown shows it literally, also inside a table cell."""
     text = one_line(" ".join(text.split())).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\|`*\[\]~$]|(?<!\w)_|_(?!\w))", r"\\\1", text)
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table whose columns are padded, so that it can also be read as it is."""
+    """A Markdown table with padded columns, readable as plain text."""
     cells = [[markdown_text(cell) for cell in row] for row in (head, *rows)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in cells]

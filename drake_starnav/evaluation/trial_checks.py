@@ -1,4 +1,4 @@
-"""What must be in the lines of a file of trials, and what is wrong with one that lacks it."""
+"""Validate the lines of a file of trials."""
 
 import json
 import math
@@ -9,7 +9,7 @@ from drake_starnav.evaluation.jobs import NEVER_RAN
 from drake_starnav.utils.stopwatch import STEPS
 
 Kind = tuple[str, Callable[[Any], bool]]
-"""What is allowed, in words, and whether a value is."""
+"""The allowed values in words, and a predicate for them."""
 Kinds = Mapping[str, Kind]
 
 
@@ -62,7 +62,7 @@ RUN: Kinds = {
     "score": _or_null(NUMBER), "wall_s": NUMBER, "state_hash": TEXT, "path": CORNERS,
     **dict.fromkeys(STEPS, MAPPING),
 }  # fmt: skip
-"""Of a trial that ran; one that did not may have some of them."""
+"""Fields of a trial that ran; one that did not run may have some of them."""
 RECORD_IF_THERE: Kinds = {
     "world": WHOLE,
     **dict.fromkeys(
@@ -76,7 +76,7 @@ RECORD_IF_THERE: Kinds = {
 
 
 def header_fault(entry: Any) -> str | None:
-    """What is wrong with a header: the field, its value, and what is allowed; None if nothing is."""
+    """The first fault of a header: field, value, and what is allowed; None if it is valid."""
     if not isinstance(entry, dict):
         return _shown("it", entry, MAPPING)
     fault = _fault(entry, HEADER, HEADER_IF_THERE)
@@ -90,7 +90,7 @@ def header_fault(entry: Any) -> str | None:
 
 
 def record_fault(entry: Any) -> str | None:
-    """What is wrong with a record: the field, its value, and what is allowed; None if nothing is."""
+    """The first fault of a record: field, value, and what is allowed; None if it is valid."""
     if not isinstance(entry, dict):
         return _shown("it", entry, MAPPING)
     if fault := _fault(entry, RECORD, RECORD_IF_THERE):
@@ -107,7 +107,7 @@ def record_fault(entry: Any) -> str | None:
 
 
 def _fault(entry: dict[str, Any], kinds: Kinds, if_there: Kinds, place: str = "") -> str | None:
-    """The first fault of a mapping's fields, of which some may be missing."""
+    """The first fault among a mapping's fields; those of `if_there` may be missing."""
     for name, kind in kinds.items():
         if name not in entry:
             return f"it has no {place}{name}; allowed: {kind[0]}"
@@ -118,7 +118,7 @@ def _fault(entry: dict[str, Any], kinds: Kinds, if_there: Kinds, place: str = ""
 
 
 def _not_finite(entry: dict[str, Any]) -> str | None:
-    """The first number that is none, in fields of any name."""
+    """The first number that is not finite, in fields of any name."""
     for name, value in entry.items():
         if isinstance(value, (int, float)) and not isinstance(value, bool) and not _is_number(value):
             return _shown(name, value, NUMBER)

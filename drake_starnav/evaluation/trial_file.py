@@ -1,4 +1,4 @@
-"""Files of trials: a header line that says what was run, then one JSON line for each trial that has ended."""
+"""Files of trials: a header line that describes the run, then one JSON line for each finished trial."""
 
 import contextlib
 import fcntl
@@ -24,11 +24,11 @@ from drake_starnav.utils.files import reason_of, unwritable
 from drake_starnav.utils.resources import model_path
 
 LONGEST_LINE = 16 * 2**20
-"""Of a file, bytes."""
+"""Limit for one line of a file, bytes."""
 PACKED = ".xz"
-"""Files whose names end so are read compressed."""
+"""Suffix of compressed files."""
 FORMAT = 1
-"""Of the file; a header has it under the key `format`."""
+"""Version of the file format, which the header states under the key `format`."""
 Header = dict[str, Any]
 
 
@@ -40,12 +40,12 @@ def make_header(
     suite: str | None = None,
     in_worlds: bool = False,
 ) -> Header:
-    """What a file's trials have in common: the versions that ran them, and everything that defines them.
+    """The header of a file: the versions that ran its trials, and everything that defines them.
 
     Args:
         cases, seed, overrides: see `make_cases` and `trial_seed`.
-        suite: whose cases these are, if any; a report then shows its table.
-        in_worlds: whether trials are numbered as the worlds they are driven in.
+        suite: name of the suite that the cases belong to; a report then shows its table.
+        in_worlds: whether the number of a trial is the number of its world.
     """
     return {
         "format": FORMAT,
@@ -61,14 +61,14 @@ def make_header(
 
 
 def case_files(case: Case) -> set[Path]:
-    """The files that a case's world and robot are made from; see `source_files`."""
+    """Files that define a case's world and robot; see `source_files`."""
     return source_files(parse_scenario(case.text, name=case.scenario, method=case.method))
 
 
 def file_hashes(cases: Sequence[Case]) -> dict[str, str]:
-    """Hashes of the files that cases' worlds and robots are made from, by path; see `source_files`.
+    """Hashes of the files that define the worlds and robots of cases, by path; see `source_files`.
 
-    What is shipped is left out: see `models_hash`.
+    Shipped files are left out: see `models_hash`.
     """
     shipped = model_path().resolve()
     paths = {path for case in cases for path in case_files(case)}
@@ -80,7 +80,7 @@ def file_hashes(cases: Sequence[Case]) -> dict[str, str]:
 
 
 def versions() -> dict[str, str]:
-    """What a trial's result may depend on, beside its parameters: trials of other versions are not mixed."""
+    """Versions that a trial's result may depend on; one file holds trials of the same versions only."""
     return {
         "drake_starnav": _version("drake-starnav"),
         "source": source_hash(),
@@ -92,13 +92,13 @@ def versions() -> dict[str, str]:
 
 @cache
 def source_hash() -> str:
-    """The first 12 digits of the SHA-256 of the package's code: its version number does not change with every edit."""
+    """The first 12 digits of the SHA-256 of the package's code, which changes with every edit."""
     return _folder_hash(Path(__file__).parents[1], "*.py")
 
 
 @cache
 def models_hash() -> str:
-    """The same of the shipped robots, worlds, maps and scenarios."""
+    """The corresponding hash of the shipped robots, worlds, maps and scenarios."""
     return _folder_hash(model_path(), "*")
 
 
@@ -110,7 +110,7 @@ def _folder_hash(folder: Path, pattern: str) -> str:
 
 
 def processor_name() -> str:
-    """The processor's name, as Linux tells it; elsewhere what Python knows."""
+    """The processor's name from /proc/cpuinfo on Linux, elsewhere from Python's `platform`."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
@@ -127,7 +127,7 @@ def _version(distribution: str) -> str:
 
 
 def record_key(record: Record) -> Key:
-    """What tells a record from the others of its file."""
+    """Identifies a record within its file."""
     return record["scenario"], record["method"], record["trial"]
 
 
@@ -172,17 +172,17 @@ class TrialFile:
 
     @property
     def records(self) -> list[Record]:
-        """Those in the file: each trial once, in the order of their first lines."""
+        """The trials in the file, each once, in the order of their first lines."""
         return list(self._records.values())
 
     def append(self, record: Record) -> None:
-        """Add the record of a trial that has ended, and see it onto the disk; it replaces one with `error`."""
+        """Write the record of a finished trial to the disk; it replaces one with the outcome `error`."""
         self._write(record)
         self._records[record_key(record)] = record
 
     def close(self) -> None:
-        """Close the file; nothing can be appended any more."""
-        with contextlib.suppress(OSError):  # of what could not be written, which has been told
+        """Close the file."""
+        with contextlib.suppress(OSError):  # a failed write has been reported already
             self._file.close()
 
     def __enter__(self) -> "TrialFile":
@@ -221,7 +221,7 @@ class TrialFile:
             self._write(header)
 
     def _write(self, entry: dict[str, Any]) -> None:
-        """Add a line, or nothing: what a full disk takes of it is removed again."""
+        """Add a line, or nothing: if the disk is full, the written part is removed again."""
         size = os.fstat(self._file.fileno()).st_size
         rest = memoryview(json.dumps(entry, allow_nan=False).encode() + b"\n")
         try:
@@ -237,9 +237,7 @@ class TrialFile:
 
 
 def read_trials(path: Path) -> tuple[Header, list[Record]]:
-    """Header and records of a file, e.g. for a report; a last line that is cut off is left out.
-
-    A file whose name ends in .xz is read compressed.
+    """Header and records of a file, compressed if its name ends in .xz; a truncated last line is ignored.
 
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
@@ -257,7 +255,7 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
 
 
 def _whole_lines(file: IO[bytes]) -> Iterator[bytes]:
-    """The lines of a file but for a last one that is cut off; one that is too long ends it, as of a compressed void."""
+    """The lines of a file without a truncated last one; raises OSError for a line longer than `LONGEST_LINE`."""
     while (line := file.readline(LONGEST_LINE)).endswith(b"\n"):
         yield line
     if len(line) == LONGEST_LINE:
@@ -297,7 +295,7 @@ def parse_trials(lines: Iterable[bytes], place: str) -> tuple[Header, list[Recor
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:
-    """Raise `StarnavError` unless trials of two headers may stand in one file; the number of trials may differ."""
+    """Raise `StarnavError` unless trials of two headers may share a file; the number of trials may differ."""
     differences = []
     if found["format"] != wanted["format"]:
         differences.append(f"format {found['format']}, now {wanted['format']}")
@@ -326,6 +324,6 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
 
 
 def _lines(before: str, now: str) -> str:
-    """The sections of two scenario texts that differ; a text has a line for each."""
+    """Sections in which two scenario texts differ; each section is one line."""
     changed = set(before.splitlines()) ^ set(now.splitlines())
     return ", ".join(dict.fromkeys(line.partition(":")[0] for line in now.splitlines() if line in changed))

@@ -1,4 +1,4 @@
-"""Trials through a `concurrent.futures.Executor`: processes of this machine, or whatever has the same interface."""
+"""Run trials through a `concurrent.futures.Executor`, such as processes of this machine."""
 
 import multiprocessing
 import os
@@ -16,9 +16,9 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Job, Record, error_record, run_job
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""A worker has one core: these keep the libraries in it from starting threads of their own."""
+"""Each worker has one core: these variables keep its libraries from starting threads of their own."""
 LONE_CRASHES = 2
-"""A trial that ends its worker this often while nothing else runs is given up."""
+"""A trial is given up after it has killed its worker this many times while running alone."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Pool:
     """Where trials run.
 
     Attributes:
-        make_executor: makes an executor as a context manager: once, and again after it broke.
-        in_flight: how many trials are handed to the executor at a time; at least the number of its workers.
+        make_executor: makes an executor as a context manager, and a new one after it broke.
+        in_flight: number of trials submitted to the executor at a time; at least its number of workers.
     """
 
     make_executor: Callable[[], AbstractContextManager[Executor]]
@@ -40,13 +40,13 @@ def local_pool(count: int) -> Pool:
 
 
 def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
-    """Run trials and yield each one's record as it ends; a lost worker costs a retry of what was under way there.
+    """Run trials and yield the record of each as it ends; trials of a lost worker are retried.
 
-    Trials that were under way when a worker was lost run again one at a time, so that the one to blame is known. If
-    it is lost again, it becomes a record with the outcome `error`.
+    Trials that were running when a worker was lost run again one at a time, which identifies the culprit. If its worker
+    is lost again, it yields a record with the outcome `error`.
 
     Raises:
-        StarnavError: the workers cannot be started, or not be reached any more.
+        StarnavError: the workers cannot be started, or can no longer be reached.
     """
     waiting = deque(jobs)
     suspects: deque[Job] = deque()
@@ -68,7 +68,7 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
 
 
 def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record, None, list[Job]]:
-    """Take jobs from the queue until it is empty or the executor breaks; returns those whose worker was lost."""
+    """Run jobs from the queue until it is empty or the executor breaks; returns those with a lost worker."""
     running: dict[Future[Record], Job] = {}
     ended: SimpleQueue[Future[Record]] = SimpleQueue()
     lost: list[Job] = []
@@ -88,7 +88,7 @@ def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record,
         job = running.pop(future)
         if future.cancelled():
             raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can, for the rest")
-        error = future.exception()  # never the trial's own: run_job makes a record of that
+        error = future.exception()  # never the trial's own: run_job turns that into a record
         if error is None:
             yield future.result()
         else:
@@ -111,9 +111,10 @@ def _load() -> None:
 
 @contextmanager
 def local_processes(count: int) -> Iterator[Executor]:
-    """Spawned processes of this machine, one thread each, which end at once when the context is left by an exception.
+    """Spawned processes of this machine, with one thread each.
 
-    They also end when this process is killed. They are spawned, never forked: forking with Drake's threads deadlocks.
+    They end at once if the context is left by an exception or this process is killed. They are spawned, not forked:
+    forking with Drake's threads deadlocks.
 
     Args:
         count: number of processes, >= 1.
@@ -138,7 +139,7 @@ def local_processes(count: int) -> Iterator[Executor]:
 
 
 def _hold(lifeline: Connection) -> None:
-    """Tie the worker to the process that started it: it dies when the other end of the pipe is closed."""
+    """Tie the worker to its parent process: it exits when the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
 
     def end_with_parent() -> None:

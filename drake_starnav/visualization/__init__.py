@@ -1,1 +1,1 @@
-"""Pictures of worlds and runs: in Meshcat, in recordings that open offline, in figures."""
+"""Draw worlds and runs in Meshcat, in recordings that open offline, and in figures."""

@@ -1,4 +1,4 @@
-"""Takes pictures of a recording's page with headless Chromium."""
+"""Take pictures of a recording's page with headless Chromium."""
 
 import io
 import os
@@ -12,22 +12,22 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.visualization.camera import PAGE, check_view
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-"""Of the program, in the order in which they are looked for on PATH."""
+"""Names of the program, in the order of search on PATH."""
 PLACES = ("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",)
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""Rendering without a graphics card, also as root in a container."""
+"""For rendering without a graphics card, also as root in a container."""
 PATIENCE = 120.0
-"""A page that is not ready by then never will be, s."""
+"""Time limit for a page to become ready, s."""
 
 
 def find_chromium() -> str | None:
-    """The program, or None where there is none."""
+    """Path of the program; None if none is installed."""
     found = (shutil.which(name) for name in NAMES)
     return next((path for path in (*found, *PLACES) if path and os.access(path, os.X_OK)), None)
 
 
 def browser_missing() -> str | None:
-    """What is missing for taking pictures with a browser, in words, or None."""
+    """The program that is missing for pictures by a browser, in words; None if all are there."""
     if find_chromium() is None:
         return f"Chromium (none of {', '.join(NAMES)} is on PATH)"
     try:

@@ -1,4 +1,4 @@
-"""Where the camera of a recording stands."""
+"""Camera presets of a recording."""
 
 import math
 
@@ -8,15 +8,15 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.worlds.world import World
 
 FIELD_OF_VIEW = 20.0
-"""Of the camera, deg: narrow, so that tall obstacles seen from above hide little."""
+"""Of the camera, deg; narrow, so that tall obstacles seen from above hide little."""
 PAGE = (1100.0, 800.0)
-"""Width and height of the page that the camera presets are made for, pixels."""
+"""Width and height of the page for which the camera presets are made, pixels."""
 PANEL_WIDTH = 225.0
-"""Of the caption and legend on the left, which the camera presets leave free, pixels."""
+"""Width that the camera presets leave free on the left for caption and legend, pixels."""
 CONTROLS_WIDTH = 265.0
-"""Of Meshcat's own panel, on the right, with a margin, pixels."""
+"""Width of Meshcat's own panel on the right, with a margin, pixels."""
 TILTS = {"top": 0.05, "follow": 35.0, "oblique": 50.0}
-"""Of each preset's line of sight from straight down, deg; straight down itself would leave "up" undefined."""
+"""Angle of each preset's line of sight from straight down, deg; at 0 the direction "up" would be undefined."""
 VIEWS = tuple(TILTS)
 FOLLOWED = (9.0, 7.0)
 """Size of the box around the robot that the preset `follow` shows, m."""
@@ -31,7 +31,7 @@ def around_robot(position: np.ndarray) -> Extent:
 
 
 def camera_pose(extent: Extent, view: str = "top", panel: str = "left") -> tuple[np.ndarray, np.ndarray]:
-    """Where the camera stands and what it looks at so that a box of the floor fills the page beside the panel.
+    """Position and target of a camera for which a box of the floor fills the page beside the panel.
 
     Args:
         extent: the box, (x_min, y_min, x_max, y_max), W, m; its longer side lies across.
@@ -66,7 +66,7 @@ def camera_pose(extent: Extent, view: str = "top", panel: str = "left") -> tuple
 
 
 def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
-    """How the view `top` of a box of the floor shows the floor: pixels = matrix @ (x, y) + offset.
+    """The map from floor to page in the view `top` of a box of the floor: pixels = matrix @ (x, y) + offset.
 
     Args:
         extent: the box, as for `camera_pose`.
@@ -88,6 +88,6 @@ def camera_presets(world: World) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def check_view(view: str) -> None:
-    """Raise `StarnavError` for a view that there is not."""
+    """Raise `StarnavError` for an unknown view."""
     if view not in VIEWS:
         raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join(VIEWS)}")

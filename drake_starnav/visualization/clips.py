@@ -16,11 +16,11 @@ GIF_COLORS, PALETTE_PICTURES, KMEANS = 128, 5, 3
 """Of the palette that all pictures of a GIF share, so that none shimmers: its size, the pictures it is made from, and
 Pillow's threshold for refining it."""
 FINAL_PAUSE = 1.5
-"""The last picture stays this long, s."""
+"""Duration of the last picture, s."""
 
 
 def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
-    """When a clip's pictures are taken, shape (n,), s of the run; the first at its start, the last at its end.
+    """Times of a clip's pictures, shape (n,), s of the run; the first at its start, the last at its end.
 
     Args:
         duration: of the run, s.
@@ -32,7 +32,7 @@ def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
 
 
 def trimmed(pictures: list[Image.Image]) -> list[Image.Image]:
-    """The pictures without the rows at their lower rim that are white in all of them, but for a margin."""
+    """The pictures without the bottom rows that are white in all of them, except for a margin."""
     if not pictures:
         return []
     filled = [ImageChops.invert(picture).getbbox() for picture in pictures]
@@ -48,7 +48,7 @@ def write_png(path: Path, picture: Image.Image) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
-    """Write pictures of equal size, `rate` a second (a GIF counts hundredths of seconds), as a GIF that repeats."""
+    """Write pictures of equal size, `rate` a second (rounded to hundredths of seconds), as a repeating GIF."""
     kept = list(pictures)
     chosen = [kept[round(at)] for at in np.linspace(0, len(kept) - 1, PALETTE_PICTURES)]
     sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
@@ -63,7 +63,7 @@ def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
-    """Write pictures of equal size, `rate` a second, as H.264 that every player knows.
+    """Write pictures of equal size, `rate` a second, as H.264 that all common players support.
 
     Raises:
         StarnavError: there is no ffmpeg, or it fails.
@@ -78,7 +78,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
         encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         assert encoder.stdin is not None and encoder.stderr is not None
         try:
-            with contextlib.suppress(BrokenPipeError):  # it says itself why it ended
+            with contextlib.suppress(BrokenPipeError):  # ffmpeg reports the reason itself
                 picture = first
                 encoder.stdin.write(picture.tobytes())
                 for picture in pictures:
@@ -98,7 +98,7 @@ def find_ffmpeg() -> str:
     """The program, from PATH or from the package imageio-ffmpeg.
 
     Raises:
-        StarnavError: there is neither.
+        StarnavError: neither is installed.
     """
     found = shutil.which("ffmpeg")
     if found is None:

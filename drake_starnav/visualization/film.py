@@ -1,4 +1,4 @@
-"""Everything that is needed to draw pictures of a recorded run."""
+"""A recorded run with everything needed to draw pictures of it."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from drake_starnav.visualization.timeline import Timeline
 from drake_starnav.worlds.world import World
 
 SHELL_COLOR: Color = (0.13, 0.32, 0.58)
-"""Of the shipped robot's hull; the others of what stands on it."""
+"""Colour of the shipped robot's hull; the others are of the parts on it."""
 DECK_COLOR: Color = (0.90, 0.92, 0.95)
 HEADING_COLOR: Color = (0.98, 0.60, 0.10)
 LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
@@ -37,9 +37,9 @@ class Film:
     """A recorded run.
 
     Attributes:
-        caption: what is told beside the scene.
+        caption: text beside the scene.
         world: that the robots drive through.
-        timeline: what is drawn on the floor.
+        timeline: drawings on the floor.
         actors: the robots; the camera follows the first.
     """
 

@@ -1,4 +1,4 @@
-"""Objects in Meshcat that come and go in recorded time."""
+"""Objects in Meshcat that appear and disappear in recorded time."""
 
 from collections.abc import Mapping
 
@@ -10,17 +10,17 @@ from pydrake.perception import PointCloud
 from drake_starnav.visualization.meshes import LAYERS, Layer, Mesh
 
 POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.0}
-"""Of the layers that are drawn as points, pixels at any distance."""
+"""Size of the points in layers of points, pixels at any distance."""
 SEEN_THROUGH = ("scan",)
-"""Layers of points that nothing hides: a hit lies right on the surface of an obstacle."""
+"""Layers of points that are never hidden: a hit lies on the surface of an obstacle."""
 
 
 class MeshcatStage:
-    """Objects of layers in Meshcat that come and go in recorded time.
+    """Objects of layers in Meshcat that appear and disappear in recorded time.
 
-    Meshcat records no creation of an object, only changes of transforms and properties. So every object is created
-    once, and its recorded property `visible` brings it on stage and takes it off again. Without a recording the times
-    are ignored and the changes take effect at once.
+    Meshcat does not record the creation of an object, only changes of transforms and properties. Hence every object is
+    created once, and its recorded property `visible` shows and hides it. Without a recording the times are ignored and
+    changes take effect at once.
     """
 
     def __init__(
@@ -31,8 +31,8 @@ class MeshcatStage:
             meshcat: to draw into.
             root: path of the folder that holds the layers.
             frame: time between two frames of the recording, s.
-            layers: name -> what may be drawn.
-            keep: whether what has left the stage may be wanted again, as by a recording; else it is deleted.
+            layers: by name, the layers that may be drawn.
+            keep: whether removed objects are only hidden, as a recording needs them; else they are deleted.
         """
         self._meshcat, self._root, self._frame = meshcat, root, frame
         self._layers, self._keep = layers, keep
@@ -50,13 +50,13 @@ class MeshcatStage:
     def add(
         self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
     ) -> str | None:
-        """Show a new object from now on.
+        """Show a new object from a time on.
 
         Args:
             layer: that it belongs to.
             mesh: W, m; nothing is added when it is empty.
             time: now, s.
-            opacity: below 1 it hides nothing behind it, and may change later.
+            opacity: below 1 the object hides nothing, and its opacity may change later.
             colors: shape (n, 3), one for each vertex, instead of the layer's.
 
         Returns:
@@ -73,11 +73,11 @@ class MeshcatStage:
         return path
 
     def swap(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, key: str = "") -> None:
-        """Show a new object instead of the last one of the same layer and key; an empty mesh only hides that."""
+        """Replace the last object of the same layer and key; an empty mesh only hides it."""
         self._replace(layer + key, self.add(layer, mesh, time, opacity), time)
 
     def add_points(self, layer: str, points: np.ndarray, time: float) -> str | None:
-        """Show points of shape (n, 2), W, m, from now on; the path as from `add`."""
+        """Show points of shape (n, 2), W, m, from a time on; returns the path as `add` does."""
         if not len(points):
             return None
         path = self._new_path(layer)
@@ -93,7 +93,7 @@ class MeshcatStage:
         return path
 
     def swap_points(self, layer: str, points: np.ndarray, time: float, key: str = "") -> None:
-        """Show points of shape (n, 2), W, m, instead of the last ones of the same layer and key."""
+        """Replace the last points of the same layer and key by others of shape (n, 2), W, m."""
         self._replace(layer + key, self.add_points(layer, points, time), time)
 
     def prepare(self, layer: str, mesh: Mesh) -> None:
@@ -118,7 +118,7 @@ class MeshcatStage:
         self._places[layer] = None if position is None else np.array(position)
 
     def remove(self, path: str, time: float) -> None:
-        """Take an object off the stage for good."""
+        """Hide an object permanently."""
         if self._keep:
             self._show(path, False, time)
         else:
@@ -156,5 +156,5 @@ class MeshcatStage:
         self._meshcat.SetProperty(path, "visible", visible, time)
 
     def _order(self, layer: str) -> float:
-        """In which order translucent layers are drawn."""
+        """Rank in the drawing order of translucent layers."""
         return 1.0 + list(self._layers).index(layer)

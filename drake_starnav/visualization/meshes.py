@@ -1,4 +1,4 @@
-"""What a recording draws: its layers with their colours, and flat triangle meshes for them."""
+"""The layers of a recording with their colours, and flat triangle meshes for them."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from drake_starnav.worlds.moving_obstacles import MOVER_COLOR
 from drake_starnav.worlds.world import World
 
 MITRE_LIMIT = 2.0
-"""A ribbon is at most this many times wider at a corner than along its sides."""
+"""Largest width of a ribbon at a corner over its width along the sides."""
 SAME_POINT = 1e-6
 """Points of a polyline nearer than this count once, m."""
 
@@ -21,13 +21,13 @@ Color = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Layer:
-    """One kind of thing in a recording, switched as one in Meshcat's panel.
+    """One kind of object in a recording, which Meshcat's panel shows or hides as a whole.
 
     Attributes:
         label: its meaning, for the legend.
         color: red, green, blue, 0 to 1.
-        symbol: how the legend shows it: area, line, disc, square, dot, ring, cross, star or gradient.
-        height: above the floor, m; what is higher hides what is lower.
+        symbol: in the legend: area, line, disc, square, dot, ring, cross, star or gradient.
+        height: above the floor, m; higher layers hide lower ones.
     """
 
     label: str
@@ -36,7 +36,7 @@ class Layer:
     height: float
 
 
-# The colours stay apart for colour-blind eyes (Okabe and Ito, 2008); symbols differ as well.
+# Colours distinguishable for colour-blind readers (Okabe and Ito, 2008); symbols differ as well.
 LAYERS = {
     "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
     "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
@@ -52,7 +52,7 @@ LAYERS = {
     "goal": Layer("goal", (0.00, 0.50, 0.36), "star", 0.13),
     "scan": Layer("laser scan", (0.84, 0.25, 0.00), "dot", 0.14),
 }
-"""Name in Meshcat's panel -> what it is, lowest first."""
+"""By name in Meshcat's panel, lowest first."""
 
 MOVERS = Layer("obstacle that moves", MOVER_COLOR, "disc", 0.5)
 """They are part of the scene; see `with_movers`."""
@@ -62,7 +62,7 @@ SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.
 
 
 def with_movers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
-    """The layers of a legend, and the obstacles that move if a world has some."""
+    """The layers of a legend, with the moving obstacles if the world has any."""
     return {**layers, "movers": MOVERS} if len(world.movers) else layers
 
 
@@ -177,7 +177,7 @@ def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
 
 
 def swath(path: np.ndarray, radius: float, z: float, sides: int = 10) -> Mesh:
-    """What a disc of `radius` (m) sweeps ahead of it along a path of shape (n, 2) or (n, 3), W, m."""
+    """The area that a disc of `radius` (m) sweeps ahead along a path of shape (n, 2) or (n, 3), W, m."""
     path = np.asarray(path, dtype=float)[:, :2]
     body = ribbon(path, 2.0 * radius, z)
     if not len(body):
@@ -196,11 +196,11 @@ def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
 
 
 def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarray, np.ndarray]:
-    """Where the frontiers stood that a newer roadmap of the same margin no longer has, each shape (n, 2), W, m.
+    """Positions of frontiers that a newer roadmap of the same margin no longer has, each shape (n, 2), W, m.
 
     Returns:
-        covered: those that regions have reached past since, or that turned out to face a wall.
-        stuck: those that were retired with the unknown behind them still unseen.
+        covered: those that regions have since reached past, or that turned out to face a wall.
+        stuck: those on the blacklist whose unknown side is still unseen.
     """
     kept = set(map(tuple, np.hstack((after.frontiers.stand, after.frontiers.probe))))
     gone = np.array([tuple(row) not in kept for row in np.hstack((before.stand, before.probe))], dtype=bool)

@@ -14,7 +14,7 @@ from drake_starnav.visualization.meshes import LAYERS, SPEED_COLORS, Layer
 
 @dataclass(frozen=True)
 class Caption:
-    """What is told beside a scene.
+    """The text beside a scene.
 
     Attributes:
         heading: e.g. the scenario.
@@ -40,8 +40,8 @@ class Cameras:
     Attributes:
         poses: view -> position and target, each of shape (3,), W, m, at the start of the run.
         view: the one the page opens with.
-        followed: path in Meshcat of what the view `follow` moves with.
-        start: where that is at first, (x, y), W, m.
+        followed: path in Meshcat of the object that the view `follow` moves with.
+        start: its initial position, (x, y), W, m.
     """
 
     poses: Mapping[str, tuple[np.ndarray, np.ndarray]]
@@ -81,7 +81,7 @@ def _settings(cameras: Cameras) -> str:
         "followed": cameras.followed.strip("/").split("/"),
         "start": [*cameras.start, 0.0],
     }
-    return json.dumps(settings).replace("<", "\\u003c")  # which may end the script, or begin a comment
+    return json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
 
 
 _STYLE = (
@@ -157,7 +157,7 @@ def css_color(color: tuple[float, float, float] | np.ndarray) -> str:
 
 
 def _symbol(layer: Layer) -> str:
-    """The layer's sign in the legend, as inline SVG."""
+    """The layer's symbol in the legend, as inline SVG."""
     color = css_color(layer.color)
     angle = -0.5 * math.pi + math.pi / 5.0 * np.arange(10)
     spoke = 6.5 * np.where(np.arange(10) % 2, 0.45, 1.0)

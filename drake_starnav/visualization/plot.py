@@ -1,4 +1,4 @@
-"""Draws the moments of a recorded run with Matplotlib: what a browser shows from above, where there is none."""
+"""Draw moments of a recorded run with Matplotlib, as a browser shows them from above."""
 
 import math
 from collections.abc import Callable
@@ -26,17 +26,17 @@ from drake_starnav.worlds.world import World
 DPI = 72.0
 """One point is one pixel of the page."""
 OBSTACLE_ORDER, ROBOT_ORDER, ON_TOP, PANEL_ORDER = 100.0, 200.0, 300.0, 1000.0
-"""What is drawn over what: flat layers have their heights in cm."""
+"""Drawing order; flat layers have the order of their height in cm."""
 
 
 class PlotCamera:
-    """Takes pictures of a film without a browser: from above only."""
+    """Takes pictures of a film from above without a browser."""
 
     def __init__(self, film: Film, view: str = "top", width: int = int(PAGE[0])) -> None:
         """
         Args:
             film: the run.
-            view: `top`, or `follow`, which then looks straight down as well.
+            view: `top` or `follow`, both looking straight down.
             width: of the pictures, pixels.
 
         Raises:
@@ -157,7 +157,7 @@ def _draw_panel(axes: Axes, caption: Caption, time: float) -> None:
 
 
 def _draw_symbol(axes: Axes, layer: Layer, x: float, y: float) -> None:
-    """The layer's sign in the legend, about a point of the page."""
+    """The layer's symbol in the legend, about a point of the page."""
     if layer.symbol == "area":
         color = (*layer.color, 0.45)
         axes.add_artist(

@@ -1,4 +1,4 @@
-"""A goal that is moved by hand."""
+"""A goal that the user moves with sliders."""
 
 from collections.abc import Callable
 
@@ -9,17 +9,17 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_starnav.worlds.world import World
 
 SLIDERS = {"goal x": ("ArrowLeft", "ArrowRight"), "goal y": ("ArrowDown", "ArrowUp")}
-"""Labels in Meshcat's panel -> the keys that move them down and up."""
+"""By label in Meshcat's panel, the keys that decrease and increase the value."""
 STEP = 0.05
-"""Of the sliders, m."""
+"""Step of the sliders, m."""
 
 
 def add_goal_sliders(meshcat: Meshcat, world: World) -> Callable[[], np.ndarray | None]:
-    """Add two sliders that reach over a world and begin at its goal.
+    """Add two sliders that span a world and begin at its goal.
 
     Args:
-        meshcat: whose panel gets them.
-        world: where the goal is at first, and how far it may go.
+        meshcat: the sliders appear in its panel.
+        world: defines the initial goal and the range.
 
     Returns:
         a function for `SliderGoal` that reads them: None until one has been moved.

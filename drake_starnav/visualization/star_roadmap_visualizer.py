@@ -24,10 +24,10 @@ from drake_starnav.visualization.meshes import LAYERS, Mesh
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 OUTLINE_OPACITY = (0.9, 0.3)
-"""Of the newest region's outline and of older ones."""
+"""Opacity of the newest region's outline, and of older ones."""
 CERTIFICATE_OPACITY = 0.55
 CERTIFICATE_POINTS = 8
-"""A certificate's path is thinned out to about this many points."""
+"""A certificate's path is reduced to about this many points."""
 
 
 class StarRoadmapVisualizer(LeafSystem):
@@ -74,9 +74,9 @@ class StarRoadmapVisualizer(LeafSystem):
         Args:
             meshcat: to draw into.
             parameters: of the drawing.
-            robot: whose radius and speed are drawn.
+            robot: defines the radius and the maximum speed that are drawn.
             name: of the folder in Meshcat's panel.
-            keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
+            keep: whether hidden objects stay in Meshcat, as a recording needs them.
         """
         super().__init__()
         self._parameters = parameters
@@ -134,7 +134,7 @@ class StarRoadmapVisualizer(LeafSystem):
         return port.Eval(context) if port.HasValue(context) else None
 
     def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
-        """Regions, nodes, edges and frontiers: what is new since the last snapshot, or everything if it was rebuilt."""
+        """Draw regions, nodes, edges and frontiers: the new ones, or all if the roadmap was rebuilt."""
         drawn, last = self._drawn, self._drawn.roadmap
         if roadmap is last:
             return
@@ -158,7 +158,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self._draw_open_frontiers(last.frontiers, roadmap.frontiers, time)
 
     def _draw_open_frontiers(self, last: Frontiers, now: Frontiers, time: float) -> None:
-        """One object for each region's frontiers, so that only regions where they changed are drawn anew."""
+        """Draw one object for each region's frontiers, so that only changed ones are drawn again."""
         for owner in np.union1d(last.owner, now.owner):
             stands = now.stand[now.owner == owner]
             if not np.array_equal(stands, last.stand[last.owner == owner]):
@@ -188,7 +188,7 @@ class StarRoadmapVisualizer(LeafSystem):
                 self._drawn.bright.append(_Fading(path, k, bright, faint))
 
     def _fade(self, time: float) -> None:
-        """Let the regions that are no longer the newest fade, by one keyframe at the start and one at the end.
+        """Fade the regions that are no longer the newest, with one keyframe at the start and one at the end.
 
         Each keyframe is set in its own time: one ahead of it might make the recording longer than the run.
         """
@@ -206,7 +206,7 @@ class StarRoadmapVisualizer(LeafSystem):
         return time + 0.5 / self._parameters.frames_per_second >= due
 
     def _grow(self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0) -> str | None:
-        """Add to a layer what stays as long as the roadmap only grows."""
+        """Add an object that remains for as long as the roadmap only grows."""
         path = self._stage.add(layer, mesh, time, opacity)
         if path:
             self._drawn.growing.append(path)
@@ -259,7 +259,7 @@ class StarRoadmapVisualizer(LeafSystem):
 
 @dataclass
 class _Fading:
-    """A part of a region that is or was the newest."""
+    """A part of a region that is the newest one, or is fading."""
 
     path: str
     region: int
@@ -270,7 +270,7 @@ class _Fading:
 
 @dataclass
 class _Drawn:
-    """What is on the stage: the snapshots drawn last, and the objects that will have to change."""
+    """The snapshots drawn last, and the objects that will change."""
 
     roadmap: StarRoadmap
     scan: LaserScan | None = None

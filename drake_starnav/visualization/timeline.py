@@ -1,4 +1,4 @@
-"""What a recording shows when, kept in memory: from it a picture can be drawn without a browser."""
+"""The contents of a recording over time, kept in memory to draw pictures without a browser."""
 
 import bisect
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ class Shape:
         faces: shape (k, 3), indices of points; None for lone points.
         colors: shape (1, 3) for all of it, or (n, 3) for each point; red, green, blue, 0 to 1.
         size: of a lone point, pixels.
-        on_top: whether nothing hides it.
+        on_top: whether it is never hidden.
         tracks: property -> its keyframes.
     """
 
@@ -35,7 +35,7 @@ class Shape:
 
     @cached_property
     def loops(self) -> list[list[int]]:
-        """The rims of the triangles, inner ones the other way round: indices of points."""
+        """Boundary loops of the triangles as indices of points; inner loops have the opposite sense."""
         faces = np.zeros((0, 3), int) if self.faces is None else self.faces
         edges = np.vstack((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]])).tolist()
         inner = {(b, a) for a, b in edges}
@@ -76,7 +76,7 @@ class Track:
             self.values.insert(k, value)
 
     def at(self, time: float) -> Any:
-        """The value at a time: numbers glide from keyframe to keyframe, as in Meshcat, and others jump."""
+        """The value at a time: numbers are interpolated between keyframes, as in Meshcat; flags switch."""
         k = bisect.bisect_right(self.times, time)
         if k == 0:
             return self.values[0]
@@ -87,7 +87,7 @@ class Track:
 
 
 class Timeline:
-    """Takes the calls that `MeshcatStage` makes to Meshcat and remembers the flat objects and their keyframes."""
+    """Receives the calls of `MeshcatStage` to Meshcat and stores the flat objects with their keyframes."""
 
     def __init__(self) -> None:
         self._shapes: dict[str, Shape] = {}
@@ -109,7 +109,7 @@ class Timeline:
         self._shapes[path] = Shape(points[:, :2], points[0, 2], None, color, size)
 
     def SetProperty(self, path: str, name: str, value: Any, time_in_recording: float = 0.0) -> None:
-        """Set a keyframe of `visible` or of the opacity; others matter little from above."""
+        """Set a keyframe of `visible` or of the opacity; other properties hardly matter from above."""
         path = path.removesuffix("/<object>")
         if name == "visible":
             self._set(path, "visible", bool(value), time_in_recording)
@@ -123,11 +123,11 @@ class Timeline:
         self._set(path, "position", X_WG.translation()[:2].copy(), time_in_recording)
 
     def Delete(self, path: str) -> None:
-        """Forget everything in a folder."""
+        """Remove everything in a folder."""
         self._shapes = {name: shape for name, shape in self._shapes.items() if not f"{name}/".startswith(f"{path}/")}
 
     def visible(self, time: float) -> list[Shape]:
-        """What is on stage at a time, s, in the order it was added."""
+        """The visible objects at a time, s, in the order of their creation."""
         return [shape for shape in self._shapes.values() if shape.value("visible", time, True)]
 
     def _set(self, path: str, name: str, value: Any, time: float) -> None:
@@ -135,7 +135,7 @@ class Timeline:
 
 
 class Tee:
-    """Passes each call on to several receivers, such as Meshcat and a `Timeline`; it returns nothing."""
+    """Forwards each call to several receivers, such as Meshcat and a `Timeline`; returns nothing."""
 
     def __init__(self, *receivers: Any) -> None:
         self._receivers = receivers

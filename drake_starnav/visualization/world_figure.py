@@ -1,4 +1,4 @@
-"""Pictures of a world before anyone drives in it: obstacles, start, goal, and the shortest path between them."""
+"""Pictures of worlds without a run: obstacles, start, goal, and the shortest path between them."""
 
 import html
 import math
@@ -15,11 +15,11 @@ from drake_starnav.worlds.world import OPEN_BORDER, World
 OBSTACLES, WALLS = "0.62", "0.35"
 """Greys of the obstacles and of the walls around a world."""
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
-"""Apart for colour-blind eyes (Okabe and Ito, 2008); the signs differ as well."""
+"""Distinguishable for colour-blind readers (Okabe and Ito, 2008); the symbols differ as well."""
 DETAILED = 300
 """A world with more outlines is drawn as pixels, to keep vector graphics small."""
 PATH_WIDTH = 0.06
-"""In a page, m; paths of what moves are half as wide."""
+"""In a page, m; paths of moving obstacles are half as wide."""
 
 
 def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bool = True) -> None:
@@ -59,7 +59,7 @@ def world_axes(world: World, title: str) -> tuple[Any, Any]:
     x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
     width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
     size = (width, min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)))
-    figure = Figure(figsize=size, layout="constrained")  # without pyplot, which wants a display and keeps figures
+    figure = Figure(figsize=size, layout="constrained")  # without pyplot, which needs a display and keeps figures alive
     axis = figure.add_subplot()
     draw_world(axis, world)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)
@@ -87,7 +87,7 @@ def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "g
 
 
 def save_figure(figure: Any, file: Path, *, dpi: int = 80) -> None:
-    """Write a figure as a PNG, with one legend below."""
+    """Write a figure as PNG, with one legend below."""
     figure.legend(loc="outside lower center", ncols=4, frameon=False)
     with replacing(file) as temporary:
         figure.savefig(temporary, dpi=dpi, format="png")
@@ -107,12 +107,12 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
 
 
 def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, title: str, file: Path) -> None:
-    """Show a world in a page that opens offline, the robot at its start.
+    """Write a page that opens offline and shows a world with the robot at its start.
 
     Args:
-        world: with its footprints, if it is of a model file.
+        world: with its footprints, if it comes from a model file.
         robot: at the start.
-        path: the shortest, shape (k, 2), W, m; None without one.
+        path: the shortest one, shape (k, 2), W, m; None if there is none.
         title: of the page.
         file: to write.
     """

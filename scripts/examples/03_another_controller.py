@@ -38,7 +38,7 @@ SCENARIO = parse_scenario(
 
 
 class PointAhead(LeafSystem):
-    """A point ahead of the axle: its state, for who pulls it, and the twist by which it follows the pull."""
+    """A point ahead of the axle: its state, for a controller that pulls it, and the twist that follows the pull."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -2,7 +2,7 @@
 
 The plant is the user's own: `add_robot` puts a robot into it, `RobotEquipment` gives it lidar and wheels, and
 `add_navigation` the rest. To each robot the other is an obstacle that was not there before. The braking certificate
-holds for obstacles that stand; against those that move, both keep a wider margin.
+holds for static obstacles; both keep a wider margin from moving ones.
 
 Run: python scripts/examples/07_two_robots.py [--png FILE]
 """

@@ -1,4 +1,7 @@
-"""What each part of the method is worth: python scripts/experiments/ablate.py --trials 20 --out out/ablation"""
+"""Measure what each part of the method contributes.
+
+Run: python scripts/experiments/ablate.py --trials 20 --out out/ablation
+"""
 
 import argparse
 import io
@@ -29,10 +32,10 @@ class Ablation:
     """One row of the table.
 
     Attributes:
-        name: also that of its file of trials.
-        meaning: what differs from the full method, in a few words.
-        overrides: "section.key=value" texts that make the difference.
-        reference: where the part is described: a section of the paper (arXiv 2403.11484), or of the method's page.
+        name: also the name of its file of trials.
+        meaning: difference from the full method, in a few words.
+        overrides: "section.key=value" texts that define the variant.
+        reference: section of the paper (arXiv 2403.11484) or of docs/method.md that describes the part.
         method: see `drake_starnav.scenario.METHODS`.
     """
 
@@ -44,7 +47,7 @@ class Ablation:
 
 
 REFERENCE = Ablation("star", "the full method", (), "paper III; method 1 to 9")
-"""What the others are compared with."""
+"""The reference for all rows."""
 
 ABLATIONS = (
     REFERENCE,
@@ -74,9 +77,9 @@ ABLATIONS = (
     ),
     Ablation("no_string_pulling", "the path runs over the nodes", ("planner.string_pulling=false",), "method 6"),
     Ablation("no_anticipation", "each frontier is driven to first", ("planner.anticipation=false",), "method 6"),
-    Ablation("no_replanning", "a barred way on is no cause to plan", ("planner.replanning=false",), "method 6"),
-    Ablation("no_closer_look", "dead ends are told from afar", ("planner.closer_look=20",), "method 6"),
-    Ablation("any_bend", "modulation turns as far as it likes", ("controller.max_bend=3.2",), "method 7"),
+    Ablation("no_replanning", "a blocked path does not trigger planning", ("planner.replanning=false",), "method 6"),
+    Ablation("no_closer_look", "dead ends are judged from afar", ("planner.closer_look=20",), "method 6"),
+    Ablation("any_bend", "no limit to the turn by modulation", ("controller.max_bend=3.2",), "method 7"),
     Ablation("clipped_weights", "regions weighted by min(Gamma, 8)", ("controller.weights=clipped",), "method 7"),
     Ablation(
         "paper_weights",
@@ -104,7 +107,7 @@ ABLATIONS = (
         "star_paper",
     ),
 )
-"""The table. The paper's PID settles at a third of a metre a second whatever the limit, hence the last two rows."""
+"""All rows. The paper's PID settles at 0.33 m/s whatever the limit, hence the last two rows."""
 
 BY_NAME = {row.name: row for row in ABLATIONS}
 

@@ -1,4 +1,4 @@
-"""Where the cubics of a star should begin (the paper's Fig. 5).
+"""Compare rules for the segments of a star's boundary (the paper's Fig. 5).
 
 Run: python scripts/experiments/ablate_segments.py --out FOLDER
 
@@ -26,9 +26,9 @@ from scripts.experiments.scan_sample import Measured, sample_text, sample_views,
 
 FIXED = (4, 8, 16, 32, 64)
 REPEATS = 7
-"""Each fit is timed this often, methods in turn; the fastest counts, as the rest is other load."""
+"""Repetitions of each timed fit, methods in turn; the fastest counts, which excludes other load."""
 STYLES = {"two-sided": ("#0072B2", "o", -0.15), "one-sided": ("#D55E00", "D", 0.15)}
-"""Colour (apart for colour-blind eyes: Okabe and Ito, 2008), marker, and shift within the line of the plot."""
+"""Colour (for colour-blind readers: Okabe and Ito, 2008), marker, and offset within the row of the plot."""
 
 
 @dataclass(frozen=True)

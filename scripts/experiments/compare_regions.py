@@ -1,10 +1,10 @@
-"""Free area by star, IRIS polytope and ellipse (the paper's Fig. 1).
+"""Compare the free area in a star, an IRIS polytope and an ellipse (the paper's Fig. 1).
 
 Run: python scripts/experiments/compare_regions.py --out FOLDER
 
 All three are made from the same scan about the same point, for a point robot: the star with erosion "none", the
-polytope by Drake's IRIS, and the largest ellipse inscribed in that polytope. What counts is the seen free area that a
-region covers; a polytope also reaches through gaps between hits and beyond the lidar's range, which nobody has seen.
+polytope by Drake's IRIS, and the largest ellipse inscribed in that polytope. The measure is the observed free area that
+a region covers; a polytope also extends through gaps between hits and beyond the lidar's range, into unobserved space.
 """
 
 import argparse
@@ -25,9 +25,9 @@ from drake_starnav.worlds.view import View
 from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
 
 EXAMPLES = 3
-"""Scans in the picture, the first of as many kinds of world."""
+"""Number of scans in the picture, each of another kind of world."""
 STAR, POLYTOPE, ELLIPSE = "#0072B2", "#D55E00", "#009E73"
-"""Apart for colour-blind eyes (Okabe and Ito, 2008); line styles differ as well."""
+"""Distinguishable for colour-blind readers (Okabe and Ito, 2008); line styles differ as well."""
 OBSTACLES = (
     f"Obstacles given to IRIS: the scan's hits, neighbours less than {CONNECTED_CHORD:g} m apart joined to line "
     "segments (VPolytope), lone hits as points; nothing where no beam returned. Domain: a box of the lidar's range; "

@@ -1,4 +1,7 @@
-"""What faults of sensing and drive cost: python scripts/experiments/fault_table.py --trials 50 --out out/faults"""
+"""Measure the cost of faults in sensing and drive.
+
+Run: python scripts/experiments/fault_table.py --trials 50 --out out/faults
+"""
 
 import argparse
 import sys
@@ -29,7 +32,7 @@ LEVELS = {
     "drive.slip": (0.02, 0.05, 0.1),
     "robot.mass_error": (-0.2, 0.2, 0.5),
 }
-"""Each fault alone at three levels."""
+"""Three levels of each single fault."""
 TOGETHER = (
     "lidar.noise=0.02",
     "lidar.dropout=0.1",
@@ -41,13 +44,13 @@ TOGETHER = (
     "drive.slip=0.02",
     "robot.mass_error=0.1",
 )
-"""All together, at a moderate level."""
+"""All faults together, at a moderate level."""
 ROWS: dict[str, tuple[str, ...]] = {
     "none": (),
     **{f"{key}_{level:g}": (f"{key}={level:g}",) for key, row in LEVELS.items() for level in row},
     "all_moderate": TOGETHER,
 }
-"""The overrides of each row; the first is what the others are compared with."""
+"""The overrides of each row; the first row is the reference."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""What caution costs among obstacles that move.
+"""Measure the cost of caution among moving obstacles.
 
 Run: python scripts/experiments/mover_curve.py --trials 20 --out out/movers
 """
@@ -15,7 +15,7 @@ from drake_starnav.evaluation.summary import markdown_table, number, rate_text
 
 CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 BLIND = "movers.max_speed=0"
-"""The method for worlds that stand still, to compare with."""
+"""The method for static worlds, as reference."""
 OUTCOMES = ("collision", "struck", "timeout", "unreachable")
 
 

@@ -1,7 +1,7 @@
-"""How the baselines' parameters were chosen: python scripts/experiments/tune_baselines.py --out out/tuning
+"""Choose the baselines' parameters: python scripts/experiments/tune_baselines.py --out out/tuning
 
 Every combination of a small grid drives the same trials, with a batch seed that no benchmark uses. The robot follows
-each twist exactly, which is as good as the full simulation to compare parameters by, and many times faster.
+each twist exactly, which ranks parameters as well as the full simulation does, and is many times faster.
 """
 
 import argparse
@@ -25,11 +25,11 @@ from drake_starnav.worlds import World, clearance, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
 SEED = 77
-"""Of the batch; the benchmark's is 0."""
+"""Seed of the batch; the benchmark's is 0."""
 TIMEOUT = 75.0
-"""About two and a half times what the way takes at full speed: a robot that stands costs no more, s."""
+"""About 2.5 times the duration at full speed, which limits the cost of a robot that is stuck, s."""
 SCENARIOS = ("forest", "paper_forest")
-"""In a maze these methods depend on the way, not on their parameters."""
+"""In a maze the path determines the result of these methods, not their parameters."""
 Grid = dict[str, tuple[str, ...]]
 GRIDS: dict[str, Grid] = {
     "dsm": {
@@ -49,14 +49,14 @@ GRIDS: dict[str, Grid] = {
         "apf.max_speed": ("0.6", "0.8"),
     },
 }
-"""By method: the values of its parameters that are tried. The other FOA methods take over what suits FOA."""
+"""By method, the tried values of its parameters. The other FOA methods use the values chosen for FOA."""
 
 
 _worlds: dict[tuple[str, int], World] = {}
 
 
 def cached_world(scenario: Scenario, seed: int) -> World:
-    """The world of a trial; no grid changes it."""
+    """The world of a trial, which is the same for all parameters."""
     key = (scenario.name, seed)
     if key not in _worlds:
         _worlds[key] = make_world(scenario.world, seed, scenario.robot.radius)

@@ -2,7 +2,7 @@
 
 Run: python scripts/maintenance/draw_diagrams.py
 
-Drake describes its systems to Graphviz, whose `dot` makes the pictures.
+Drake describes its systems as Graphviz graphs, which `dot` draws.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from scripts.maintenance.write_tables import DIAGRAMS, all_systems
 DOT = "dot"
 """Graphviz' program for directed graphs."""
 FONT = ("-Gfontname=Helvetica", "-Nfontname=Helvetica", "-Gfontsize=12", "-Nfontsize=12")
-"""Every system has it, or one of the same widths."""
+"""A font that every system has, itself or a metric-compatible one."""
 
 
 def graphs() -> dict[str, str]:

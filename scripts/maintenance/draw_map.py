@@ -35,7 +35,7 @@ FURNITURE = (
     (10.4, 7.0, 12.0, 7.8),
     (6.4, 7.4, 7.0, 9.0),
 )
-"""Boxes whose insides a scanner has not seen, likewise."""
+"""Boxes with an unseen interior, likewise."""
 PILLARS = ((3.4, 5.6, 0.22), (11.6, 4.4, 0.25), (8.8, 7.6, 0.3), (3.9, 8.0, 0.15))
 """Round things: x, y, radius, m."""
 NOISE = 0.03

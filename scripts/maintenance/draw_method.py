@@ -28,7 +28,7 @@ from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds import World, clearance
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-"""Apart for colour-blind eyes (Okabe and Ito, 2008); markers and line styles differ as well."""
+"""Distinguishable for colour-blind readers (Okabe and Ito, 2008); markers and line styles differ as well."""
 FOLDER = Path(__file__).parents[2] / "docs" / "images" / "method"
 GRID = 40
 """Vectors of the guiding field along the longer side of its picture."""
@@ -36,15 +36,15 @@ GRID = 40
 
 @dataclass(frozen=True)
 class Moment:
-    """What is known at one time of a drive.
+    """The state at one time of a drive.
 
     Attributes:
-        scenario: whose parameters were used.
+        scenario: its parameters.
         world: in which the robot drives.
         seen: the latest scan.
         state: of the planner.
         pose: (x, y, yaw) of the robot in W, m and rad.
-        trail: shape (n, 2), where it has been, W, m.
+        trail: shape (n, 2), its previous positions, W, m.
     """
 
     scenario: Scenario
@@ -165,7 +165,7 @@ FIGURES: dict[str, tuple[Callable[[Any, Moment], None], bool]] = {
     "roadmap": (draw_roadmap, True),
     "field": (draw_field, True),
 }
-"""What draws each figure, and whether it is a map of the world."""
+"""For each figure, its drawing function and whether it is a map of the world."""
 
 
 def write_figures(moment: Moment, folder: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Keep a run as the project's results, and write what the pages say of them.
+"""Store a run as the project's results, and write the sections of the docs that quote them.
 
 Run: python scripts/maintenance/record_results.py FILE...
 
@@ -80,7 +80,7 @@ def stored() -> list[Path]:
 
 
 def texts() -> dict[Path, str]:
-    """What each file that depends on the results should hold."""
+    """The content of each file that depends on the results."""
     results = read_results(stored())
     sections = {
         ROOT / "README.md": readme_section(results),
@@ -95,7 +95,7 @@ def texts() -> dict[Path, str]:
 
 
 def environment(results: Results) -> str:
-    """What ran the trials, as JSON."""
+    """Commands, versions and machine of the trials, as JSON."""
     kept = ("versions", "machine", "seed", "overrides")
     entries = [
         {"command": command, **{name: header[name] for name in kept}}
@@ -111,7 +111,7 @@ def summary(results: Results) -> str:
 
 
 def readme_section(results: Results) -> str:
-    """What README says: how the first method fares in each scenario."""
+    """The section of README: results of the first method in each scenario."""
     first = results.methods[0]
     summaries = [s for s in summarise(results.records) if s.method == first]
     counts = sorted({s.trials for s in summaries})
@@ -123,7 +123,7 @@ def readme_section(results: Results) -> str:
 
 
 def benchmark_section(results: Results) -> str:
-    """What docs/benchmark.md says: how the run is repeated, and how all methods fare."""
+    """The section of docs/benchmark.md: the commands of the run, and the results of all methods."""
     summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
     commands = "\n".join(results.commands())
     return "\n\n".join(
@@ -162,7 +162,7 @@ def _methods_table(results: Results, summaries: dict[tuple[str, str], Summary]) 
 
 
 def with_section(text: str, name: str, command: str, content: str) -> str:
-    """A Markdown text with the content of one of its sections, which comments enclose, replaced.
+    """A Markdown text with the content of a section, which is enclosed by comments, replaced.
 
     Raises:
         StarnavError: the text has no such section.
@@ -176,7 +176,7 @@ def with_section(text: str, name: str, command: str, content: str) -> str:
 
 
 def stale(path: Path, text: str) -> bool:
-    """Whether a file holds another text."""
+    """Whether a file's content differs from a text."""
     return not path.is_file() or path.read_text(encoding="utf-8") != text
 
 

@@ -1,4 +1,4 @@
-"""What many trials cost, from the figures that benchmarks/scaling.py measured: the text of docs/scaling.md."""
+"""The cost of many trials, from the figures of benchmarks/scaling.py, as a section of docs/scaling.md."""
 
 import json
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ CORES = (1, 100, 1000)
 
 @dataclass(frozen=True)
 class Costs:
-    """What was measured.
+    """The measured figures.
 
     Attributes:
         processor: its name.
@@ -49,7 +49,7 @@ class Costs:
         return 2.0 * self.two_s / self.trials
 
     def wall_s(self, trials: int, cores: int) -> float:
-        """How long so many trials take: the cores' work or the filing, whichever is slower, s."""
+        """Time for a number of trials, limited by the cores or by the filing, s."""
         return self.start_s + max(trials * self.trial_s / cores, trials / self.filed_per_s) + self.longest_s
 
 
@@ -59,7 +59,7 @@ def read_costs(path: Path) -> Costs:
 
 
 def costs_section(costs: Costs) -> str:
-    """What docs/scaling.md says of the figures."""
+    """The text of the section."""
     rows = []
     for cores in CORES:
         wall = costs.wall_s(WANTED, cores)
@@ -87,7 +87,7 @@ def costs_section(costs: Costs) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit that suits it."""
+    """A time in a suitable unit."""
     if seconds < 600.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

@@ -1,6 +1,8 @@
 """How a command ends."""
 
+import argparse
 import importlib
+import math
 import os
 import subprocess
 import sys
@@ -10,7 +12,15 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.main import main
-from drake_starnav.cli.options import BAD_INPUT, ENTRY_POINT, INTERRUPTED, command_name, exit_code, program_name
+from drake_starnav.cli.options import (
+    BAD_INPUT,
+    ENTRY_POINT,
+    INTERRUPTED,
+    check_numbers,
+    command_name,
+    exit_code,
+    program_name,
+)
 from drake_starnav.errors import StarnavError
 
 
@@ -63,3 +73,12 @@ def test_a_reader_that_has_gone_is_no_error() -> None:
     )  # fmt: skip
     assert done.stdout.split() == ["a", "line", "141"]
     assert done.stderr == ""
+
+
+def test_a_number_out_of_its_range_is_refused() -> None:
+    options = argparse.Namespace(rate=5, speed=0.5)
+    check_numbers(options, rate=(1, 5), speed=(0.5, math.inf))
+    with pytest.raises(StarnavError, match=r"--rate is 5; allowed: 6 <= x <= 7$"):
+        check_numbers(options, rate=(6, 7))
+    with pytest.raises(StarnavError, match=r"--speed is 0.5; allowed: 1 <= x$"):
+        check_numbers(options, speed=(1, math.inf))

@@ -1,4 +1,4 @@
-"""What many trials say, for people: tables, plots, trajectories and recordings on a page that opens offline."""
+"""Reports on many trials: tables, plots, trajectories and recordings, on a page that opens offline."""
 
 from drake_starnav.evaluation.report.page import Report, write_page
 from drake_starnav.evaluation.report.recordings import Recording, chosen_trials, record_chosen

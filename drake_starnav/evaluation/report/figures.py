@@ -1,4 +1,4 @@
-"""The report's plots, as SVG text: intervals, success against difficulty, trajectories."""
+"""The plots of a report, as SVG: intervals, success against difficulty, trajectories."""
 
 import io
 import math
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 11.0
-"""Of every plot, inches; a page shows an inch as 96 pixels."""
+"""Width of every plot, inches; a page shows an inch as 96 pixels."""
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A", "#707070")
 """The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (4, 1, 1, 1)))
 PANELS_A_ROW = 4
 BINS = 5
-"""Worlds of about the same difficulty share one of so many bins."""
+"""Number of bins for worlds of similar difficulty."""
 LEAST_IN_BIN = 5
-"""Fewer worlds make fewer bins."""
+"""Least number of worlds in a bin; fewer worlds make fewer bins."""
 OBSTACLES = "0.78"
 """Their grey, lighter than elsewhere, as several paths cross them."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """A figure with its interval; `text` is written beside it."""
+    """A value with its interval; `text` is shown beside it."""
 
     value: float
     low: float
@@ -59,7 +59,7 @@ def new_figure(height: float, width: float = WIDTH) -> "Figure":
 
 
 def svg(figure: "Figure") -> str:
-    """The figure as SVG text, the same in each run."""
+    """The figure as SVG text, reproducible."""
     from matplotlib import rc_context
 
     file = io.StringIO()
@@ -69,7 +69,7 @@ def svg(figure: "Figure") -> str:
 
 
 def style(methods: Sequence[str], method: str) -> dict[str, Any]:
-    """Colour, marker and line of a method: told apart by more than their colours."""
+    """Colour, marker and line of a method, distinguishable without colour."""
     k = methods.index(method)
     dashes = DASHES[(k + k // len(COLORS)) % len(DASHES)]
     return {"color": COLORS[k % len(COLORS)], "marker": MARKERS[k % len(MARKERS)], "linestyle": dashes}
@@ -91,7 +91,7 @@ def success_figure(results: Results) -> "Figure":
 
 
 def path_figure(results: Results) -> "Figure | None":
-    """Path over the omniscient shortest path where the goal was reached, with bootstrap intervals."""
+    """Path length over the shortest path given the full map, where the goal was reached, with bootstrap intervals."""
     points = {}
     for scenario in results.scenarios:
         for method in results.methods:
@@ -103,7 +103,7 @@ def path_figure(results: Results) -> "Figure | None":
 
 
 def comparison_figure(results: Results, field: str, label: str) -> "Figure | None":
-    """Every method's total of a field over the first method's, on trials that both finished, with intervals."""
+    """Each method's total of a field over the first method's, on trials that both finished, with intervals."""
     reference, others = results.methods[0], results.methods[1:]
     points = {}
     for scenario in results.scenarios:
@@ -163,13 +163,13 @@ def _panels(
 
 
 def detour(record: Record) -> float | None:
-    """How much longer the shortest path is than the straight line; None where the record does not tell."""
+    """Ratio of the shortest path to the straight line; None if the record has no such data."""
     shortest, straight = record.get("shortest_path_m"), record.get("straight_line_m")
     return shortest / straight if shortest and straight else None
 
 
 def gap(record: Record) -> float | None:
-    """The tightest gap on the shortest path, m; None where nothing narrows it or the record does not tell."""
+    """The tightest gap on the shortest path, m; None without obstacles nearby or without such data in the record."""
     return record.get("tightest_gap_m")
 
 
@@ -180,7 +180,7 @@ DIFFICULTIES: tuple[tuple[str, Callable[[Record], float | None]], ...] = (
 
 
 def difficulty_figure(results: Results) -> "Figure | None":
-    """Success rate against the difficulty of the world, all scenarios together, with 95 % Wilson intervals."""
+    """Success rate against the difficulty of the world, over all scenarios, with 95 % Wilson intervals."""
     panels = [(label, measure, difficulty_edges(results.records, measure)) for label, measure in DIFFICULTIES]
     panels = [panel for panel in panels if len(panel[2])]
     if not panels:
@@ -211,7 +211,7 @@ def difficulty_figure(results: Results) -> "Figure | None":
 
 
 def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], float | None]) -> np.ndarray:
-    """Edges of bins that hold about as many worlds each, shape (k + 1,), ascending; empty if no record tells."""
+    """Edges of bins with about equally many worlds, shape (k + 1,), ascending; empty if no record has the data."""
     worlds = {(r["scenario"], r["trial"]): measure(r) for r in records if measure(r) is not None}
     values = np.array(sorted(value for value in worlds.values() if value is not None))
     if len(values) == 0 or values[0] == values[-1]:

@@ -1,4 +1,4 @@
-"""Which trials are worth a look, and their recordings: the trials run again, beside the report."""
+"""Choose trials worth a closer look, run them again and record them beside the report."""
 
 import logging
 from collections.abc import Callable, Sequence
@@ -16,13 +16,13 @@ from drake_starnav.scenario import Scenario
 
 @dataclass(frozen=True)
 class Recording:
-    """A trial that was chosen, and what became of its recording.
+    """A chosen trial and its recording.
 
     Attributes:
         record: of the trial.
         reason: why it was chosen.
-        file: relative to the report; empty if there is none.
-        remark: what to know of it, e.g. why there is none.
+        file: path of the recording relative to the report; empty without one.
+        remark: e.g. why there is no recording.
     """
 
     record: Record
@@ -32,7 +32,7 @@ class Recording:
 
 
 def chosen_trials(results: Results) -> list[Recording]:
-    """Each failure, and of each scenario and method the median and the worst success, by time over shortest path."""
+    """Every failure, and for each scenario and method the median and the worst success by time over shortest path."""
     chosen = []
     for scenario in results.scenarios:
         for method in results.methods:
@@ -62,15 +62,15 @@ def record_chosen(
     """Run the chosen trials again, on this machine, and record them.
 
     Args:
-        results: whose trials they are.
+        results: that contain the trials.
         chosen: as of `chosen_trials`.
-        folder: for the recordings; it is made.
-        failures: at most so many of each scenario and method are recorded.
+        folder: for the recordings; it is created.
+        failures: most failures to record of each scenario and method.
         jobs: number of processes.
-        progress: called with the numbers of those done and of all after each.
+        progress: called after each trial with the number done and the number of all.
 
     Returns:
-        All that were chosen, with their files.
+        The chosen trials, with their files.
     """
     recordings = list(chosen)
     counts: dict[tuple[str, str], int] = {}
@@ -100,16 +100,16 @@ def record_chosen(
 
 
 def _record(scenario: Scenario, record: Record, path: Path) -> str:
-    """Run one trial again with a recording; returns a remark if it is not the same, or cannot be recorded."""
+    """Run one trial again and record it; returns a remark if its run differs or cannot be recorded."""
     from drake_starnav.simulation import run_trial  # late: only workers need Drake
 
-    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would name its port for each
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would log its port for each
     try:
         path.unlink(missing_ok=True)
         trial = run_trial(scenario, method=record["method"], seed=record["seed"], html=path)
     except StarnavError as error:
         return str(error)
-    except Exception as error:  # one that cannot be recorded must not cost the report
+    except Exception as error:  # a failed recording must not end the report
         return f"{type(error).__name__}: {error}"
     if trial.state_hash != record["state_hash"]:
         return f"not the same run: {trial.outcome} after {trial.time_s:.1f} s with this version on this machine"

@@ -1,4 +1,4 @@
-"""Trials of one or several files, and what they were trials of."""
+"""Trials of one or several files, with the scenarios and methods they belong to."""
 
 import re
 import shlex
@@ -15,16 +15,16 @@ from drake_starnav.scenario.schema import differences, in_world
 
 RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
 SHARED = ("world", "robot", "simulation")
-"""Sections of a scenario that all methods must have alike: trials of the same number then are of the same task."""
+"""Sections of a scenario that must be equal for all methods, so that trials of the same number are the same task."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """Headers of files, and the records of all of them.
+    """Headers and records of files.
 
     Attributes:
-        headers: at least one; all with the same seed.
-        records: each trial once, in the order of scenarios, methods and numbers.
+        headers: at least one; all have the same seed.
+        records: each trial once, ordered by scenario, method and number.
     """
 
     headers: tuple[Header, ...]
@@ -37,12 +37,12 @@ class Results:
 
     @cached_property
     def methods(self) -> list[str]:
-        """Names, in the order of the headers; the first is the one that others are compared with."""
+        """Names, in the order of the headers; the first is the reference for the others."""
         return list(dict.fromkeys(case["method"] for header in self.headers for case in header["cases"]))
 
     @cached_property
     def suites(self) -> list[str]:
-        """Names of the suites that the files are of, if any."""
+        """Names of the suites that the files belong to, if any."""
         return list(dict.fromkeys(header["suite"] for header in self.headers if header.get("suite")))
 
     @cached_property
@@ -55,13 +55,13 @@ class Results:
         return [r for r in self.records if (r["scenario"], r["method"]) == (scenario, method)]
 
     def scenario(self, record: Record) -> Scenario:
-        """The scenario that a record is of."""
+        """The scenario of a record."""
         name, method = record["scenario"], record["method"]
         return in_world(parse_scenario(self.texts[name, method], name=name, method=method), record.get("world"))
 
     @cached_property
     def page_names(self) -> dict[Key, str]:
-        """The file name of each trial's recording, by its key: no two are the same, on no file system."""
+        """The file name of each trial's recording, by its key; unique also on case-insensitive file systems."""
         names: dict[Key, str] = {}
         taken: set[str] = set()
         for record in self.records:
@@ -74,7 +74,7 @@ class Results:
         return names
 
     def commands(self) -> list[str]:
-        """What runs the same trials, one line for each file."""
+        """The commands that run the same trials, one for each file."""
         numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
         return [
             f"{_command(header, self.records)} --json out/trials{number}.jsonl"
@@ -82,7 +82,7 @@ class Results:
         ]
 
     def trial_command(self, record: Record) -> str:
-        """What runs one trial again and records it."""
+        """The command that runs one trial again and records it."""
         name, method, _ = record_key(record)
         header, case = next(
             (header, case)
@@ -99,9 +99,9 @@ class Results:
 
 
 def page_name(record: Record) -> str:
-    """A file name for a trial's recording; of other characters than these, and of long names, something is left.
+    """A file name for a trial's recording: special characters are replaced, long names are shortened.
 
-    Trials with other names may get the same: see `Results.page_names`.
+    Different trials may get the same name: see `Results.page_names`.
     """
     name, method, trial = record_key(record)
     plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
@@ -117,11 +117,11 @@ def make_results(headers: Sequence[Header], records: Sequence[Record]) -> Result
 
 
 def read_results(paths: Sequence[Path]) -> Results:
-    """The trials of files, which may be compressed.
+    """Read the trials of files, which may be compressed.
 
     Raises:
-        StarnavError: a file is none of trials, has another seed than the first, repeats a trial of another, or has a
-            scenario of another in other worlds, with another robot, or judged otherwise.
+        StarnavError: a file is not a file of trials, its seed differs from the first one's, it repeats a trial of
+            another file, or it has a scenario of another file with different worlds, robot or simulation.
     """
     headers: list[Header] = []
     records: list[Record] = []
@@ -151,7 +151,7 @@ def read_results(paths: Sequence[Path]) -> Results:
 
 @dataclass(frozen=True)
 class _Task:
-    """What the methods of a scenario are compared in: a case of a file, and whether its trials are by world."""
+    """The task that methods of a scenario share: a case of a file, and whether its trials are numbered by world."""
 
     path: Path
     case: Mapping[str, str]
@@ -159,7 +159,7 @@ class _Task:
 
 
 def _check_same_task(first: _Task, other: _Task) -> None:
-    """Raise `StarnavError` unless trials of the same number of two cases of a scenario are of the same task."""
+    """Raise `StarnavError` unless trials of the same number are the same task in two cases of a scenario."""
     found = differences(first.case["text"], other.case["text"], SHARED, f"{first.path} or {other.path}")
     if first.in_worlds != other.in_worlds:
         ways = ["trials by world" if task.in_worlds else "trials by seed" for task in (first, other)]
@@ -177,7 +177,7 @@ def _has(header: Header, record: Record) -> bool:
 
 
 def _source(case: Mapping[str, str]) -> str:
-    """What to call a case's scenario by on the command line."""
+    """The name or path of a case's scenario on the command line."""
     name = case["scenario"]
     return case.get("source") or (name if name in scenario_names() else f"{name}.yaml")
 

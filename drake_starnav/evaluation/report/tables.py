@@ -1,4 +1,4 @@
-"""The report's tables: as Markdown, as CSV, or as cells for a page."""
+"""The tables of a report, as Markdown, as CSV, or as cells for a page."""
 
 import csv
 import io
@@ -26,30 +26,30 @@ TABLED = (
     "trial", "world", "seed", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m", "mean_speed_mps",
     "nodes", "wall_s", "score", "straight_line_m", "tightest_gap_m",
 )  # fmt: skip
-"""Numbers of a record that other tables show, or that say nothing when averaged."""
+"""Numbers of a record that other tables show, or whose mean has no meaning."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""What begins a formula in a spreadsheet, or hides one."""
+"""Prefixes that make a spreadsheet read a cell as a formula."""
 UNITS = {
     "m": "m", "s": "s", "rad": "rad", "mps": "m/s", "mps2": "m/s²", "mps3": "m/s³", "m2ps": "m²/s", "radps": "rad/s",
     "radps2": "rad/s²",
 }  # fmt: skip
-"""Endings of a record's fields and what they stand for."""
+"""Suffixes of a record's fields and the units they stand for."""
 
 
 def further_figures(records: Sequence[Record]) -> list[str]:
-    """Names of the other numbers that some record has, in their order there."""
+    """Names of all other numbers in the records, in their order."""
     names = (name for record in records for name, value in record.items() if _is_number(value))
     return [name for name in dict.fromkeys(names) if name not in TABLED]
 
 
 def suite_tables(results: Results) -> list[tuple[str, Table]]:
-    """Title and cells of the table of each suite that the trials are of."""
+    """Title and cells of the table of each suite that the trials belong to."""
     suites = [SUITES[name] for name in results.suites if name in SUITES]
     return [(suite.meaning, suite_table(suite, results.records)) for suite in suites]
 
 
 def result_tables(results: Results) -> list[tuple[str, Table]]:
-    """Title and cells of each other table; how the trials ended is told by the first."""
+    """Title and cells of each other table; the first one shows the outcomes."""
     summaries = summarise(results.records)
     tables = [
         ("How the trials ended", outcome_table(summaries)),
@@ -92,12 +92,12 @@ def summary_csv(results: Results) -> str:
 
 
 def _csv_text(value: Any) -> Any:
-    """A cell; a text that a spreadsheet would take for a formula begins with an apostrophe, as it would show it."""
+    """A cell; an apostrophe precedes a text that a spreadsheet would read as a formula."""
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
 def mean_of(records: Sequence[Record], name: str) -> float | None:
-    """The mean of a figure over the trials that reached the goal and have it."""
+    """The mean of a figure over the trials that have it and reached the goal."""
     values = [r[name] for r in records if r["outcome"] == "reached" and _is_number(r.get(name))]
     return float(np.mean(values)) if values else None
 

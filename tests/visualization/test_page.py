@@ -1,0 +1,36 @@
+"""The panel of a recording's page."""
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.visualization.meshes import LAYERS, Layer
+from drake_starnav.visualization.page import Cameras, Caption, css_color, with_panel
+
+PAGE = "<html><title>Drake MeshCat</title><body>scene</body></html>"
+
+
+def test_texts_are_escaped_and_the_legend_is_ordered_by_height() -> None:
+    layers = {
+        "low": Layer("low & wide", (0.0, 0.0, 0.0), "area", 0.1),
+        "high": Layer("high", (1.0, 0.0, 0.0), "line", 0.2),
+        "silent": Layer("", (0.0, 0.0, 1.0), "line", 0.3),
+    }
+    caption = Caption("<room>", ("seed 0",), layers)
+    text = with_panel(PAGE, caption, Cameras({}, "top", "/drake/robot", (1.0, 2.0)))
+    assert [layer.label for layer in caption.legend] == ["high", "low & wide"]
+    assert "<h1>&lt;room&gt;</h1>" in text and "<title>&lt;room&gt; · seed 0</title>" in text
+    assert text.index(">high<") < text.index(">low &amp; wide<")
+    assert text.endswith("</body></html>")
+
+
+def test_without_layers_the_legend_is_of_all() -> None:
+    assert len(Caption("room").legend) == len([layer for layer in LAYERS.values() if layer.label])
+
+
+def test_an_unknown_view_is_refused() -> None:
+    with pytest.raises(StarnavError, match="camera view is 'side'"):
+        Cameras({}, "side", "robot", (0.0, 0.0))
+
+
+def test_colours_in_css() -> None:
+    assert css_color((1.0, 0.5, 0.0)) == "rgb(255,128,0)"
