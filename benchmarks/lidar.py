@@ -31,7 +31,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.lidar_sensor import LidarSensor
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 
 try:
     import mujoco
@@ -124,8 +124,7 @@ def drake_lidar(scene: Scene, beams: int) -> tuple[Callable[[int], np.ndarray], 
     lidar = builder.AddSystem(
         LidarSensor(
             LidarParameters(beams=beams, noise=0.0),
-            parent_frame_id=robot,
-            X_PS=RigidTransform([0.0, 0.0, SENSOR_HEIGHT]),
+            LidarMount(robot, RigidTransform([0.0, 0.0, SENSOR_HEIGHT])),
             role=Role.kPerception,
             sampled=False,
         )

@@ -36,6 +36,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.simulation import run_trial as run_trial
     from drake_starnav.station.arrival_monitor import ArrivalMonitor as ArrivalMonitor
     from drake_starnav.station.collision_monitor import CollisionMonitor as CollisionMonitor
+    from drake_starnav.station.lidar_sensor import LidarMount as LidarMount
     from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
     from drake_starnav.station.navigation_station import NavigationStation as NavigationStation
     from drake_starnav.station.navigation_station import RobotEquipment as RobotEquipment
@@ -82,6 +83,7 @@ _PUBLIC = {
     "parse_scenario": "scenario",
     "scenario_names": "scenario",
     "LidarSensor": "station.lidar_sensor",
+    "LidarMount": "station.lidar_sensor",
     "MoverTracker": "systems.obstacle_tracker",
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",

@@ -1,7 +1,7 @@
 """Parameters that document and validate themselves.
 
 A parameter is a field of a frozen dataclass, declared with `parameter(...)`: its unit, allowed range
-and meaning live beside its default, so that one check and one generated table serve every room.
+and meaning stand beside its default, so that one check and one generated table serve every room.
 """
 
 import dataclasses
@@ -21,34 +21,36 @@ LONGEST_NAME = 200
 """Characters of an unknown name that a message shows."""
 
 
-def parameter(
-    default: Any,
-    help: str,
-    *,
-    unit: str = "",
-    low: float | None = None,
-    high: float | None = None,
-    above: float | None = None,
-    choices: tuple[str, ...] | None = None,
-    path: bool = False,
-    when: str = "",
-) -> Any:
-    """A dataclass field that carries its own documentation and limits.
+class Declaration(typing.TypedDict, total=False):
+    """What may be declared of a parameter besides its default and its meaning.
 
-    Args:
-        default: the default value.
-        help: one sentence: what it means.
+    Attributes:
         unit: SI unit, empty for a pure number.
         low, high: smallest and largest allowed value, inclusive.
         above: exclusive lower limit.
         choices: the allowed strings.
-        path: whether it names a file; one that a scenario file names is found relative to that.
+        path: whether it names a file; a name in a scenario file is relative to that file.
         when: one sentence: when to change it, and how; empty where there is nothing to advise.
     """
-    limits = {"low": low, "high": high, "above": above, "choices": choices}
-    return dataclasses.field(
-        default=default, metadata={"help": help, "unit": unit, **limits, "path": path, "when": when}
-    )
+
+    unit: str
+    low: float
+    high: float
+    above: float
+    choices: tuple[str, ...]
+    path: bool
+    when: str
+
+
+def parameter(default: Any, help: str, **declared: typing.Unpack[Declaration]) -> Any:
+    """A dataclass field that carries its own documentation and limits.
+
+    Args:
+        default: the default value.
+        help: its meaning, in one sentence.
+        declared: its unit and limits, see `Declaration`.
+    """
+    return dataclasses.field(default=default, metadata={"help": help, **declared})
 
 
 def allowed_text(field: dataclasses.Field) -> str:
@@ -72,7 +74,7 @@ def allowed_text(field: dataclasses.Field) -> str:
 
 
 def is_finite(value: float) -> bool:
-    """Whether a number is one that can be reckoned with; a whole number may be too large for that."""
+    """Whether arithmetic with a number is possible; a whole number may be too large for that."""
     return abs(value) <= LARGEST
 
 

@@ -56,7 +56,7 @@ def test_shipped_parameters_document_themselves_and_allow_their_defaults(cls):
     for f in dataclasses.fields(cls):
         assert f.metadata["help"] and allowed_text(f)
         if f.type is float or f.type is int:
-            assert any(f.metadata[limit] is not None for limit in ("low", "above", "high")), f.name
+            assert any(f.metadata.get(limit) is not None for limit in ("low", "above", "high")), f.name
 
 
 def test_whole_numbers_beyond_all_floats_are_refused():

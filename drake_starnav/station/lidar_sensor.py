@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -21,6 +22,20 @@ from drake_starnav.utils.timing import begins_run
 
 TAKEN = 13
 """Numbers that say when and where a scan was taken."""
+
+
+class LidarMount(NamedTuple):
+    """Where a lidar is mounted.
+
+    Attributes:
+        parent_frame_id: SceneGraph frame P that carries the sensor; `SceneGraph.world_frame_id()` is allowed.
+        X_PS: pose of the sensor frame S in P.
+        exclude_frames: further frames whose shapes are invisible.
+    """
+
+    parent_frame_id: FrameId
+    X_PS: RigidTransform
+    exclude_frames: Sequence[FrameId] = ()
 
 
 @dataclass(frozen=True)
@@ -51,21 +66,22 @@ class LidarSensor(LeafSystem):
             with `point_cloud_frame="W"`.
         X_WS: abstract, `RigidTransform` of S in the world frame W at the time of the scan.
 
-    S is fixed to a parent frame P by `X_PS` and may be mounted at any height and tilt; bearings are counter-clockwise
-    about S's z axis from its x axis. Shapes of P itself are invisible (unless P is the world frame), and so are those
-    of `exclude_frames`: name there the other bodies of the robot that carries the sensor. A beam sees surfaces from
-    either side. Meshes are seen as they are, not as their convex hulls; deformable geometry is not seen.
+    S is fixed to a parent frame P by the mount's `X_PS` and may be mounted at any height and tilt; bearings are
+    counter-clockwise about S's z axis from its x axis. Shapes of P itself are invisible (unless P is the world frame),
+    and so are those of the mount's `exclude_frames`: list there the other bodies of the robot that carries the sensor.
+    A beam detects surfaces from either side. Meshes are seen as they are, not as their convex hulls; deformable
+    geometry is not seen.
 
     With `sampled=True` a scan is taken when a run begins and at each multiple of 1/rate, and held in between as
-    discrete state: its ranges, and its time and `X_WS`. With
-    `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still
-    changes only at multiples of 1/rate. The noise depends on the seed and the number of the scan alone.
+    discrete state: its ranges, its time and `X_WS`. With `sampled=False` the outputs follow the inputs continuously and
+    there is direct feedthrough; the noise still changes only at multiples of 1/rate. The noise depends only on the seed
+    and the number of the scan.
 
-    A sampled scan appears at the outputs `delay` seconds after it was taken, with the time and `X_WS` of its taking;
-    one that does not arrive leaves the last one there.
+    A sampled scan appears at the outputs `delay` seconds after it was taken, with the time and `X_WS` at acquisition;
+    if a scan is lost, the outputs keep the last one.
 
     With `rolling`, beam i of n is measured at the share (i + 1)/n of the time since the previous scan (the first scan
-    is taken at once), the last one at the scan's time, from where the sensor is then if it moves evenly; the other
+    is taken at once), the last one at the scan's time. The sensor is assumed to move uniformly in between; the other
     bodies' motion within a sweep is neglected.
 
     The system is defined for T = double only.
@@ -74,10 +90,8 @@ class LidarSensor(LeafSystem):
     def __init__(
         self,
         parameters: LidarParameters,
+        mount: LidarMount,
         *,
-        parent_frame_id: FrameId,
-        X_PS: RigidTransform,
-        exclude_frames: Sequence[FrameId] = (),
         role: Role = Role.kProximity,
         seed: int = 0,
         sampled: bool = True,
@@ -86,9 +100,7 @@ class LidarSensor(LeafSystem):
         """
         Args:
             parameters: of the sensor.
-            parent_frame_id: SceneGraph frame P that carries the sensor; `SceneGraph.world_frame_id()` is allowed.
-            X_PS: pose of S in P.
-            exclude_frames: further frames whose shapes are invisible.
+            mount: where the sensor is, and what it does not see.
             role: shapes without it are invisible.
             seed: of the noise, a non-negative whole number below 2**64.
             sampled: take scans periodically and hold them, or evaluate on demand.
@@ -114,8 +126,7 @@ class LidarSensor(LeafSystem):
             raise StarnavError(f"lidar: point_cloud_frame is {point_cloud_frame!r}; allowed: 'S', 'W'")
         self._parameters = parameters
         self._cloud_in_W = point_cloud_frame == "W"
-        self._parent = parent_frame_id
-        self._X_PS = RigidTransform(X_PS)
+        self._parent, self._X_PS = mount.parent_frame_id, RigidTransform(mount.X_PS)
         self._seed = int(seed)
         self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
         self._header = {
@@ -126,7 +137,7 @@ class LidarSensor(LeafSystem):
             "time_increment": parameters.time_increment,
             "scan_time": 1.0 / parameters.rate,
         }
-        exclude = {*exclude_frames, parent_frame_id} - {SceneGraph.world_frame_id()}
+        exclude = {*mount.exclude_frames, mount.parent_frame_id} - {SceneGraph.world_frame_id()}
 
         self._query_port = self.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())
         # Depends on nothing, so that Drake never discards it: the Context's own memory of slices.

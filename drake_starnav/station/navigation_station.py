@@ -12,7 +12,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.station.lidar_sensor import LidarSensor
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import add_model, drop_half_spaces, floor_geometries
 from drake_starnav.station.moving_bodies import add_mover_drive, add_movers
 from drake_starnav.station.planar_localization import PlanarLocalization
@@ -75,15 +75,14 @@ class RobotEquipment(Diagram):
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+        mount = LidarMount(
+            parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
+            X_PS=plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame(),
+            exclude_frames=frames,
+        )
         sensor = builder.AddNamedSystem(
             "lidar",
-            LidarSensor(
-                lidar,
-                parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
-                X_PS=plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame(),
-                exclude_frames=frames,
-                seed=seed,
-            ),
+            LidarSensor(lidar, mount, seed=seed),
         )
         where = builder.AddNamedSystem(
             "localization",

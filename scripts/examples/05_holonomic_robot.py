@@ -27,6 +27,7 @@ from pydrake.systems.primitives import (
 
 from drake_starnav import (
     DsmController,
+    LidarMount,
     LidarSensor,
     StarPerception,
     StarRoadmapPlanner,
@@ -77,7 +78,7 @@ def main(png: Path | None) -> None:
     body = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("puck").index())
 
     robot, lidar_parameters, planner_parameters = scenario.robot, scenario.lidar, scenario.planner
-    lidar = builder.AddSystem(LidarSensor(lidar_parameters, parent_frame_id=body, X_PS=RigidTransform()))
+    lidar = builder.AddSystem(LidarSensor(lidar_parameters, LidarMount(body, RigidTransform())))
     pose = builder.AddSystem(MatrixGain(np.eye(3, 4) * [[1], [1], [0]]))  # of (x, y, v_x, v_y): it never turns
     scan_pose = builder.AddSystem(ZeroOrderHold(1.0 / lidar_parameters.rate, 3))
     state = builder.AddSystem(MatrixGain(np.eye(5, 4) * [[1], [1], [0], [0], [0]]))

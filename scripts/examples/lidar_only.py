@@ -20,7 +20,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.lidar_sensor import LidarSensor
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 
 MODELS = "package://drake/examples/kuka_iiwa_arm/models"
 FREE = {
@@ -79,9 +79,7 @@ def main(png: Path | None) -> None:
     lidar = builder.AddSystem(
         LidarSensor(
             LidarParameters(beams=720, range_max=4.0, noise=0.0),
-            parent_frame_id=boom,
-            X_PS=X_BoomS,
-            exclude_frames=[column],
+            LidarMount(boom, X_BoomS, exclude_frames=[column]),
             point_cloud_frame="W",
         )
     )

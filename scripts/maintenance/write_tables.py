@@ -33,7 +33,7 @@ from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.station.lidar_sensor import LidarSensor
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.moving_bodies import MoverDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_localization import PlanarLocalization
@@ -77,7 +77,7 @@ def all_systems() -> list[System]:
     return [
         station,
         station.GetSubsystemByName("robot"),  # its `RobotEquipment`
-        LidarSensor(lidar, parent_frame_id=SceneGraph.world_frame_id(), X_PS=RigidTransform()),
+        LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
         PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
         MoverTracker(defaults.movers, rate=lidar.rate, offset=0.005),
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),

@@ -23,7 +23,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.lidar_sensor import LidarSensor
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 
 EXACT = LidarParameters(noise=0.0)
 FORWARD = 180  # index of the beam along S's x axis
@@ -70,9 +70,11 @@ def build(parameters=EXACT, *, speed=SPEED, yaw_rate=0.0, on_world=False, see_wh
     lidar = builder.AddSystem(
         LidarSensor(
             parameters,
-            parent_frame_id=SceneGraph.world_frame_id() if on_world else hull,
-            X_PS=RigidTransform([0.0, 0.0, 0.2]),
-            exclude_frames=() if see_wheel else (wheel,),
+            LidarMount(
+                SceneGraph.world_frame_id() if on_world else hull,
+                RigidTransform([0.0, 0.0, 0.2]),
+                () if see_wheel else (wheel,),
+            ),
             **options,
         )
     )
@@ -183,7 +185,7 @@ def points_of(parameters, X_WS, frame):
     graph = builder.AddSystem(SceneGraph())
     add_shape(graph, graph.RegisterSource("test"), None, Sphere(1.0), RigidTransform([3.0, 2.0, 0.0]), "ball")
     lidar = builder.AddSystem(
-        LidarSensor(parameters, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, point_cloud_frame=frame)
+        LidarSensor(parameters, LidarMount(graph.world_frame_id(), X_WS), point_cloud_frame=frame)
     )
     builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
     simulator = Simulator(builder.Build())
@@ -232,7 +234,7 @@ def test_the_scan_plane_tilts_with_the_mount():
     source = graph.RegisterSource("test")
     add_shape(graph, source, None, Box(40.0, 40.0, 1.0), RigidTransform([0.0, 0.0, -0.5]), "ground")
     X_WS = RigidTransform(RotationMatrix.MakeYRotation(np.pi / 6), [1.0, 2.0, 1.0])
-    lidar = builder.AddSystem(LidarSensor(EXACT, parent_frame_id=graph.world_frame_id(), X_PS=X_WS, sampled=False))
+    lidar = builder.AddSystem(LidarSensor(EXACT, LidarMount(graph.world_frame_id(), X_WS), sampled=False))
     builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
     diagram = builder.Build()
     scan = scan_of(lidar, diagram.CreateDefaultContext())
@@ -330,13 +332,13 @@ def test_the_diagram_keeps_the_sensor_alive():
 def test_bad_arguments_are_named():
     frame = SceneGraph.world_frame_id()
     with pytest.raises(StarnavError, match="seed is -1; allowed"):
-        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), seed=-1)
+        LidarSensor(EXACT, LidarMount(frame, RigidTransform()), seed=-1)
     with pytest.raises(StarnavError, match="role is .*Unassigned; allowed: Role.kProximity"):
-        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), role=Role.kUnassigned)
+        LidarSensor(EXACT, LidarMount(frame, RigidTransform()), role=Role.kUnassigned)
     with pytest.raises(StarnavError, match="point_cloud_frame is 'B'; allowed: 'S', 'W'"):
-        LidarSensor(EXACT, parent_frame_id=frame, X_PS=RigidTransform(), point_cloud_frame="B")
+        LidarSensor(EXACT, LidarMount(frame, RigidTransform()), point_cloud_frame="B")
     with pytest.raises(StarnavError, match="rolling is True with sampled=False"):
-        LidarSensor(LidarParameters(rolling=True), parent_frame_id=frame, X_PS=RigidTransform(), sampled=False)
+        LidarSensor(LidarParameters(rolling=True), LidarMount(frame, RigidTransform()), sampled=False)
 
 
 @pytest.mark.parametrize("sampled", [False, True])
@@ -349,8 +351,7 @@ def test_a_mesh_file_that_does_not_exist_is_named_when_the_sensor_looks(sampled,
     lidar = builder.AddSystem(
         LidarSensor(
             EXACT,
-            parent_frame_id=graph.world_frame_id(),
-            X_PS=RigidTransform(),
+            LidarMount(graph.world_frame_id(), RigidTransform()),
             role=Role.kPerception,
             sampled=sampled,
         )
