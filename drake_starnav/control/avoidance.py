@@ -34,7 +34,6 @@ from drake_starnav.control.avoidance_rollout import (
     wanted_twist,
     way_cost,
 )
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.certificates import accepted, standards
 from drake_starnav.control.heading_controller import wrapped_angle
 from drake_starnav.control.moving_certificate import STANDING_SPEED
@@ -43,7 +42,7 @@ from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import MoverParameters
 
@@ -78,15 +77,15 @@ class Encounter:
     least: float
 
 
-def manoeuvres(twist: np.ndarray, limits: np.ndarray, aside: np.ndarray | None = None) -> np.ndarray:
+def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = None) -> np.ndarray:
     """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed.
 
     Args:
         twist: (v, omega) commanded last, m/s and rad/s.
-        limits: as from `limits_array`.
+        limits: of the robot.
         aside: a velocity that leads around what moves, shape (2,), W, m/s.
     """
-    v_max = limits[0]
+    v_max = limits.max_speed
     rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
@@ -134,7 +133,7 @@ def encounter(
         age: time since the scan, s.
         controller, robot, movers: parameters.
     """
-    counted, limits, path = tracks.counted, limits_array(robot), guidance.path
+    counted, limits, path = tracks.counted, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
     standing = thinned(tracks.standing, pose[:2], movers.horizon * robot.max_speed)
@@ -199,7 +198,7 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
     for m in range(count):
         v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
-        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
+        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits.max_speed + abs(omega - twist[1]) / limits.max_yaw_rate)
         if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
             continue
         generation[n] = start

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from drake_starnav.control.avoidance import encounter
-from drake_starnav.control.braking_certificate import SPEED_SHARES, TURN_SHARES, limits_array
+from drake_starnav.control.braking_certificate import SPEED_SHARES, TURN_SHARES
 from drake_starnav.control.certificates import first_accepted, standards
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.moving_certificate import STANDING_SPEED, near, stays_clear, threats
@@ -52,7 +52,7 @@ def wary_step(
     rows = threats(tracks, movers)
     if not len(rows) and not tracks.counted.any():
         return command
-    limits, period = limits_array(robot), 1.0 / parameters.rate
+    limits, period = robot.limits, 1.0 / parameters.rate
     longest = age + parameters.delay + period + robot.max_speed / robot.max_acceleration
     reach = robot.radius + movers.margin + (robot.max_speed + movers.max_speed) * longest
     rows = near(rows, pose[:2], reach)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.control.braking_certificate import certified_twist, limits_array
+from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.free_heading import swerved
 from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
 from drake_starnav.control.look_ahead import look_ahead
@@ -133,7 +133,7 @@ def control_step(
         v, omega, accepted = clear_twist(pose, twist, desired, direction, star, parameters, robot)
         desired = np.array((v, omega))
     elif parameters.certificate:
-        v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
+        v, omega, accepted = certified_twist(pose, twist, desired, period, robot.limits, star, parameters.delay)
         desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
 

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import certified_twist, limits_array, stops_inside
+from drake_starnav.control.braking_certificate import certified_twist, stops_inside
 from drake_starnav.control.heading_controller import CREEP_SPEED, gripped, limited_twist, turning_twist, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import Command, desired_twist
@@ -110,7 +110,7 @@ def predictive_twist(
     Returns:
         v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
     """
-    limits, period = limits_array(robot), 1.0 / parameters.rate
+    limits, period = robot.limits, 1.0 / parameters.rate
     seen = path_in_sight(pose[:2], guidance.path, guidance.regions) if len(guidance.path) else None
     if seen is not None:
         twists = candidates(twist, reactive, parameters, robot)
@@ -161,7 +161,7 @@ def foreseen_costs(
     robot: RobotParameters,
 ) -> np.ndarray:
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
-    limits = limits_array(robot)
+    limits = robot.limits
     line = np.vstack((pose[:2], guidance.path))
     settings = _Settings(
         horizon=parameters.horizon,
@@ -184,7 +184,7 @@ def foreseen_costs(
 def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
     step, radius, zone = settings.step, settings.radius, settings.zone
-    v_max, omega_max, last = limits[0], limits[1], len(line) - 1
+    v_max, omega_max, last = limits.max_speed, limits.max_yaw_rate, len(line) - 1
     steps = int(math.ceil(settings.horizon / step - 1e-9))
     cost = np.empty(len(twists))
     clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
@@ -198,7 +198,7 @@ def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
                 want_v, want_omega = twists[c, 0], twists[c, 1]
             else:
                 error = wrapped_angle(math.atan2(dy, dx) - yaw)
-                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, omega_max, limits[3])
+                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, limits)
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
             next_x, next_y, yaw, v, omega, travelled = foreseen_step(

@@ -6,7 +6,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.baselines import BaselineParameters, DsmParameters, KnownObstacles, Situation, baseline_step
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import braking_path, limits_array
+from drake_starnav.control.braking_certificate import braking_path
 from drake_starnav.control.certificate import Certificate
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
@@ -97,5 +97,5 @@ class BaselineController(LeafSystem):
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         pose, held = self._state.Eval(context)[:3], context.get_discrete_state(self._twist).value()
-        path = braking_path(pose, held, np.zeros(2), 1.0 / self._controller.rate, limits_array(self._robot))
+        path = braking_path(pose, held, np.zeros(2), 1.0 / self._controller.rate, self._robot.limits)
         output.set_value(Certificate(False, path))

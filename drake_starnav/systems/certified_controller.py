@@ -8,7 +8,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control import Command, ControllerParameters
-from drake_starnav.control.braking_certificate import braking_path, limits_array
+from drake_starnav.control.braking_certificate import braking_path
 from drake_starnav.control.certificate import Certificate
 from drake_starnav.control.dynamic_step import wary_step
 from drake_starnav.errors import StarnavError
@@ -107,5 +107,5 @@ class CertifiedController(LeafSystem):
         twist, certified = held.value(TWIST), bool(held.value(CERTIFIED)[0])
         pose = self._state.Eval(context)[:3]
         period = 1.0 / self._controller.rate
-        path = braking_path(pose, twist, np.zeros(2), period, limits_array(self._robot))
+        path = braking_path(pose, twist, np.zeros(2), period, self._robot.limits)
         output.set_value(Certificate(certified, path))

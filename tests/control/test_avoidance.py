@@ -7,7 +7,6 @@ import numpy as np
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.avoidance import STANDING_SPACING, Encounter, around, encounter, manoeuvres, thinned
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.moving_certificate import stays_clear, threats
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
@@ -78,7 +77,7 @@ def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
     assert found.twist is not None and found.least > 0.1
     rows = threats(tracks, MOVERS)
     distance, period = ROBOT.radius + MOVERS.margin, 1.0 / CONTROLLER.rate
-    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, limits_array(ROBOT), rows, distance, 0.0)
+    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, ROBOT.limits, rows, distance, 0.0)
 
 
 def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
@@ -98,7 +97,7 @@ def test_the_same_situation_has_the_same_way_on() -> None:
 
 def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     """Round one who comes from ahead on the left, it leads to the right."""
-    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), limits_array(ROBOT), np.zeros(2)
+    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
     aside = around(np.zeros(3), PATH, tracks, 0.0, ROBOT, MOVERS)
     assert aside is not None
     assert aside[1] < 0.0

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.certificates import accepted, standards
 from drake_starnav.control.moving_certificate import stays_clear
 from drake_starnav.control.point_certificate import (
@@ -28,7 +27,7 @@ from tests.helpers.scans import cast, seeds
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
 MOVERS = MoverParameters(max_speed=0.8)
 NOTHING, AHEAD = np.zeros((0, 6)), np.array([(0.7, 0.0, 0.0, 0.0, 0.8, 0.0)])
 

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import Command, control_step
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.dynamic_step import wary_step
 from drake_starnav.control.moving_certificate import stays_clear, threats
 from drake_starnav.planning.guidance import Guidance
@@ -80,7 +79,7 @@ def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -
     for x in np.arange(0.4, 1.4, 0.01):
         tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
         holds = stays_clear(
-            *(pose, twist, told.twist, period, limits_array(ROBOT)),
+            *(pose, twist, told.twist, period, ROBOT.limits),
             *(threats(tracks, movers), ROBOT.radius + movers.margin, 0.05, delay),
         )
         command = wary_step(lambda *_: told, *now, controller, ROBOT, tracks=tracks, age=0.05, movers=movers)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import limits_array, simulated_step
+from drake_starnav.control.braking_certificate import simulated_step
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.moving_certificate import STANDING_SPEED, near, stays_clear, threats
 from drake_starnav.geometry.trajectory_metrics import STANDING
@@ -18,7 +18,7 @@ from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
 MOVERS = MoverParameters(max_speed=0.8, margin=0.01, caution=1.0)
 PERIOD, SCANS, STEP = 0.02, 3, 0.005
 """Of the commands, s; commands from one scan to the next; of the simulation, s."""

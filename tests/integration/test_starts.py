@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.moving_certificate import STANDING_SPEED, stays_clear, threats
 from drake_starnav.robot import RobotParameters
@@ -19,7 +18,7 @@ from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
 TICKS, STEPS = 2, 5
 """Commands from scan to scan, and steps of the simulation from command to command."""
 HALF = 3.0
