@@ -2,12 +2,11 @@
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_starnav.control import Command, ControllerParameters, control_step
+from drake_starnav.control import ControlInput, ControllerParameters, Law, control_step
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
@@ -83,16 +82,13 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
     return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
 
 
-def command(moment: CommandMoment, step: Callable[..., Command] = control_step) -> np.ndarray:
+def command(moment: CommandMoment, step: Law = control_step) -> np.ndarray:
     """The controller's twist."""
-    return step(
-        moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star, CONTROLLER, ROBOT,
-    ).twist  # fmt: skip
+    now = ControlInput(moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star)
+    return step(now, CONTROLLER, ROBOT).twist
 
 
-def drive(
-    world: World, seed: int, seconds: float, nodes: float = math.inf, step: Callable[..., Command] = control_step
-) -> Drive:
+def drive(world: World, seed: int, seconds: float, nodes: float = math.inf, step: Law = control_step) -> Drive:
     """Drive until the goal, `seconds` of simulated time, or more than so many nodes; the twist is followed exactly.
 
     `step` is the law that is driven by.

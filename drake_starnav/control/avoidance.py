@@ -36,15 +36,12 @@ from drake_starnav.control.avoidance_rollout import (
 )
 from drake_starnav.control.certificates import accepted, standards
 from drake_starnav.control.heading_controller import wrapped_angle
+from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.moving_modulation import sidestep_velocity
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import KnownSpace, times_left
-from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import Limits, RobotParameters
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import MoverParameters
 
 SEGMENT = 5
 """Steps of a manoeuvre."""
@@ -96,9 +93,10 @@ def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = Non
 
 
 def around(
-    pose: np.ndarray, path: np.ndarray, tracks: Tracks, age: float, robot: RobotParameters, movers: MoverParameters
+    pose: np.ndarray, path: np.ndarray, obstacles: TrackedObstacles, robot: RobotParameters
 ) -> np.ndarray | None:
     """The velocity towards the next way point, modulated around the tracks that count; None without one."""
+    tracks, age, movers = obstacles
     if not (movers.sidestep and len(path)):
         return None
     ahead = path[0] - pose[:2]
@@ -110,29 +108,22 @@ def around(
 
 
 def encounter(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    tracks: Tracks,
+    now: ControlInput,
+    obstacles: TrackedObstacles,
     rows: np.ndarray,
-    age: float,
     controller: ControllerParameters,
     robot: RobotParameters,
-    movers: MoverParameters,
 ) -> Encounter:
-    """Whether the path leads the robot too near to something that moves, and what it had better do.
+    """Whether the path leads the robot too near to a dynamic obstacle, and the best manoeuvre if so.
 
     Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded last, m/s and rad/s.
-        guidance: where to go.
-        star: what the last scans certify.
-        tracks: of the last scan; those that count are predicted.
-        rows: `threats` that the certificate in time counts with.
-        age: time since the scan, s.
-        controller, robot, movers: parameters.
+        now: what the controller is given.
+        obstacles: as tracked; tracks that count are predicted.
+        rows: `threats` that the certificate in time takes into account.
+        controller, robot: parameters.
     """
+    pose, twist, _, guidance, star = now
+    tracks, age, movers = obstacles
     counted, limits, path = tracks.counted, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
@@ -152,7 +143,7 @@ def encounter(
     nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
     if nearest >= movers.comfort and not held:
         return Encounter(nearest, None, np.inf)
-    ways, left = manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)), times_left(line, limits)
+    ways, left = manoeuvres(twist, limits, around(pose, path, obstacles, robot)), times_left(line, limits)
     standard = standards(star, controller, robot, movers)
     v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard)
     return Encounter(nearest, np.array((v, omega)) if found else None, least)

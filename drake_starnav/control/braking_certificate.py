@@ -23,6 +23,7 @@ from drake_starnav.control.heading_controller import limited, ramped, slides
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import covers
 from drake_starnav.robot import Limits
+from drake_starnav.utils.snapshot import snapshot
 
 SAMPLE_SPACING = 0.008
 """Largest distance between two samples of the simulated motion, m."""
@@ -38,6 +39,24 @@ SPEED_SHARES = np.array([1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0])
 """Speeds that are tried, as shares of the desired one, with the desired turning rate."""
 TURN_SHARES = np.array([0.5, 0.0, -0.5])
 """Turning rates that are tried next, as shares of the desired one, with half the desired speed or none."""
+
+
+@snapshot
+class Certificate:
+    """What the controller guarantees about the robot's motion. Immutable.
+
+    Attributes:
+        certified: whether the last command passed the braking certificate; if not, it brakes.
+        path: shape (n, 3), (x, y, yaw) in W of the robot braking fully from now on, m and rad.
+    """
+
+    certified: bool
+    path: np.ndarray
+
+    @staticmethod
+    def none() -> "Certificate":
+        """Before the first command, and of controllers that guarantee nothing."""
+        return Certificate(False, np.zeros((1, 3)))
 
 
 def certified_twist(

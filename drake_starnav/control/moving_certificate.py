@@ -22,6 +22,7 @@ stands is beyond any certificate.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -37,6 +38,20 @@ STANDING_SPEED = 0.005
 `trajectory_metrics.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of what the robot must keep clear of."""
+
+
+class Threats(NamedTuple):
+    """What a braking robot must keep clear of, and by how much.
+
+    Attributes:
+        rows: shape (n, 6), as from `threats`.
+        distance: radius of the robot and margin, m.
+        age: time since the scan that they are of, s.
+    """
+
+    rows: np.ndarray
+    distance: float
+    age: float
 
 
 def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
@@ -85,9 +100,7 @@ def stays_clear(
     desired: np.ndarray,
     hold: float,
     limits: Limits,
-    rows: np.ndarray,
-    distance: float,
-    age: float,
+    threats: Threats,
     delay: float = 0.0,
 ) -> bool:
     """Whether nothing that moves can touch the robot while it follows `desired` for `hold` seconds and then brakes.
@@ -98,12 +111,10 @@ def stays_clear(
         desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
         hold: how long it is followed, s.
         limits: of the robot.
-        rows: as from `threats`.
-        distance: radius of the robot and margin, m.
-        age: time since the scan that the threats are of, s.
+        threats: what it must keep clear of.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, rows, distance, age))
+    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, *threats))
 
 
 @njit(cache=True)

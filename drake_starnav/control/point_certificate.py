@@ -21,7 +21,7 @@ from drake_starnav.control.braking_certificate import AT_REST, BRAKING, DELAYED,
 from drake_starnav.control.heading_controller import slides, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.robot import RobotParameters
 
 LATTICE_SPEEDS = np.array([0.3, 0.15, 0.0])
 """Speeds that are tried when the desired turning rate leads nowhere, as shares of the largest."""
@@ -105,7 +105,7 @@ def clear_twist(
         return 0.0, 0.0, False
     limits = robot.limits
     hold = 1.0 / parameters.rate
-    near = _hits_within_reach(pose, twist, desired, hold + parameters.delay, limits, star, parameters, robot.radius)
+    near = _hits_within_reach(pose, twist, desired, star, parameters, robot)
     return _clear_twist(
         (*pose, *twist),
         *desired,
@@ -123,13 +123,12 @@ def _hits_within_reach(
     pose: np.ndarray,
     twist: np.ndarray,
     desired: np.ndarray,
-    hold: float,
-    limits: Limits,
     star: SafetyStar,
     parameters: ControllerParameters,
-    radius: float,
+    robot: RobotParameters,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The hits that any motion tried could touch, and what distance each needs."""
+    hold, limits, radius = 1.0 / parameters.rate + parameters.delay, robot.limits, robot.radius
     slow = max(LATTICE_SPEEDS.max(), ESCAPE_SPEED) * limits.max_speed
     fastest = min(max(abs(twist[0]), abs(desired[0]), slow), limits.max_speed)
     longest = max(hold, LATTICE_TIME, ESCAPE_TIME + hold)

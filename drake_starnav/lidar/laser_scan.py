@@ -221,3 +221,14 @@ def _beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.nda
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
     bearings.flags.writeable = directions.flags.writeable = False
     return bearings, directions
+
+
+@njit(cache=True)
+def chord(a, b, cosine):
+    """Distance between two hits, m, by the law of cosines.
+
+    Args:
+        a, b: their ranges, m.
+        cosine: of the angle between their beams.
+    """
+    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))

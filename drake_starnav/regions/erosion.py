@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import gaussian_filter1d
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import LaserScan, chord
 from drake_starnav.regions.parameters import StarParameters
 
 CONNECTED_CHORD = 0.15
@@ -219,10 +219,10 @@ def _half_gaps(distance, lost, range_max, increment, wrap):
         if a >= range_max or b >= range_max:
             continue
         cosine = math.cos(steps * increment)
-        chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
-        if chord < CONNECTED_CHORD:
-            out[i] = max(out[i], 0.5 * chord)
-            out[j] = max(out[j], 0.5 * chord)
+        apart = chord(a, b, cosine)
+        if apart < CONNECTED_CHORD:
+            out[i] = max(out[i], 0.5 * apart)
+            out[j] = max(out[j], 0.5 * apart)
     return out
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import STAYS, LaserScan
+from drake_starnav.lidar.laser_scan import STAYS, LaserScan, chord
 from drake_starnav.tracking.occupancy_history import connected
 from drake_starnav.tracking.parameters import MoverParameters
 
@@ -53,7 +53,7 @@ def _parts(run: np.ndarray, distance: np.ndarray) -> list[np.ndarray]:
 def _chord(scan: LaserScan, run: np.ndarray) -> float:
     a, b = scan.distances[run[0]], scan.distances[run[-1]]
     cosine = math.cos((len(run) - 1) * scan.angle_increment)
-    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+    return float(chord(a, b, cosine))
 
 
 @njit(cache=True)

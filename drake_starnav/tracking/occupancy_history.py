@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN, LaserScan, chord
 from drake_starnav.tracking.parameters import MoverParameters
 from drake_starnav.utils.snapshot import snapshot
 
@@ -141,8 +141,7 @@ def connected(distance, hit, k, j, increment):
     if not (hit[k] and hit[j]):
         return False
     a, b = distance[k], distance[j]
-    chord = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(increment), 0.0))
-    return chord <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
+    return chord(a, b, math.cos(increment)) <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
 
 
 @njit(cache=True)
@@ -167,7 +166,7 @@ def _on_what_stays(distance, hit, increment, wrap, width, stands):
         if hit[first]:
             count = (before - first) % n
             a, b = distance[first], distance[before]
-            stays = math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(count * increment), 0.0)) > width
+            stays = chord(a, b, math.cos(count * increment)) > width
             for m in range(count + 1):
                 stays = stays or stands[(first + m) % n]
             for m in range(count + 1):

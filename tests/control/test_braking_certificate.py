@@ -11,6 +11,7 @@ from drake_starnav.control.braking_certificate import (
     SAMPLE_SPACING,
     SPEED_SHARES,
     TURN_SHARES,
+    Certificate,
     braking_path,
     certified_twist,
 )
@@ -258,3 +259,15 @@ def test_the_certified_motion_keeps_the_speed_limits():
     for reach in np.arange(0.1, 0.8, 0.05):
         decided = {certified(np.zeros(3), SPEEDS, wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, SPEEDS)}
         assert len(decided) == 1
+
+
+def test_nothing_is_guaranteed_before_the_first_command() -> None:
+    none = Certificate.none()
+    assert not none.certified
+    assert none.path.shape == (1, 3)
+
+
+def test_a_certificate_is_immutable() -> None:
+    certificate = Certificate(True, np.zeros((2, 3)))
+    with pytest.raises(AttributeError):
+        certificate.certified = False

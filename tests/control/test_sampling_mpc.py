@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.heading_controller import CREEP_SPEED
+from drake_starnav.control.law import ControlInput
 from drake_starnav.control.path_following import desired_twist
 from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.control.sampling_mpc import (
@@ -124,12 +125,16 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
     return best + p.change_weight * np.sum(np.abs(np.array(candidate) - twist) / SPEEDS)
 
 
+def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: SafetyStar) -> ControlInput:
+    return ControlInput(pose, twist, np.zeros(2), guidance, star)
+
+
 @settings(max_examples=25, deadline=None)
 @given(seeds, st.booleans())
 def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     twists = candidates(twist, np.array((0.3, 1.0)), PARAMETERS, ROBOT)[::7]
-    cost = foreseen_costs(twists, pose, twist, Guidance(path, arrives, regions), star, PARAMETERS, ROBOT)
+    cost = foreseen_costs(twists, control_input(pose, twist, Guidance(path, arrives, regions), star), PARAMETERS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
 
@@ -138,15 +143,15 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 @given(seeds, st.booleans())
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
-    guidance = Guidance(path, arrives, regions)
-    _, reactive, _ = desired_twist(pose, twist, np.zeros(2), guidance, star, PARAMETERS, ROBOT)
-    v, omega, accepted = predictive_twist(pose, twist, reactive, guidance, star, PARAMETERS, ROBOT)
+    now = control_input(pose, twist, Guidance(path, arrives, regions), star)
+    _, reactive, _ = desired_twist(now, PARAMETERS, ROBOT)
+    v, omega, accepted = predictive_twist(now, reactive, PARAMETERS, ROBOT)
     if accepted:
         assert certified(pose, twist, np.array((v, omega)), PERIOD, LIMITS, star)
     else:
         assert (v, omega, accepted) == certified_twist(pose, twist, reactive, PERIOD, LIMITS, star)
         assert v == 0.0
-    again = predictive_twist(pose, twist, reactive, guidance, star, PARAMETERS, ROBOT)
+    again = predictive_twist(now, reactive, PARAMETERS, ROBOT)
     assert again == (v, omega, accepted)
 
 
@@ -161,7 +166,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
             regions, star, memory = known_from(world, pose, memory)
         if k % 100 == 0:
             path = rng.uniform(-3.0, 3.0, (2, 2))
-        command = predictive_step(pose, twist, np.zeros(2), Guidance(path, False, regions), star, PARAMETERS, ROBOT)
+        command = predictive_step(control_input(pose, twist, Guidance(path, False, regions), star), PARAMETERS, ROBOT)
         v, omega = 0.5 * (twist + command.twist)
         middle = pose[2] + 0.5 * omega * PERIOD
         pose = pose + PERIOD * np.array((v * math.cos(middle), v * math.sin(middle), omega))
@@ -175,7 +180,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
 def test_in_the_open_it_sets_out_at_once_and_in_the_right_direction(heading, away, arrives):
     path = away * np.array([[math.cos(heading), math.sin(heading)]])
     guidance = Guidance(path, arrives, RegionStack.of([WIDE]))
-    command = predictive_step(np.zeros(3), np.zeros(2), np.zeros(2), guidance, OPEN, PARAMETERS, ROBOT)
+    command = predictive_step(control_input(np.zeros(3), np.zeros(2), guidance, OPEN), PARAMETERS, ROBOT)
     assert command.certified
     v, omega = command.twist
     assert v > 0.0 or omega * heading > 0.0
@@ -188,16 +193,17 @@ WIDE = smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)
 def test_without_a_path_or_sight_the_law_decides():
     twist, wanted = np.array((0.4, 0.1)), np.array((0.7, -0.5))
     for path in (np.zeros((0, 2)), np.array([[3.0, 0.0]])):
-        chosen = predictive_twist(np.zeros(3), twist, wanted, Guidance(path, False, NOWHERE), OPEN, PARAMETERS, ROBOT)
+        now = control_input(np.zeros(3), twist, Guidance(path, False, NOWHERE), OPEN)
+        chosen = predictive_twist(now, wanted, PARAMETERS, ROBOT)
         assert chosen == (0.7, -0.5, True)
 
 
 def test_without_certificate_the_best_candidate_is_taken_even_into_the_unseen():
     free = ControllerParameters(kind="mpc", certificate=False)
     guidance = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of([WIDE]))
-    arguments = (np.zeros(3), np.zeros(2), np.zeros(2), guidance)
-    assert predictive_step(*arguments, SafetyStar.none(), free, ROBOT).twist[0] > 0.0
-    assert predictive_step(*arguments, SafetyStar.none(), PARAMETERS, ROBOT).twist[0] == 0.0
+    now = control_input(np.zeros(3), np.zeros(2), guidance, SafetyStar.none())
+    assert predictive_step(now, free, ROBOT).twist[0] > 0.0
+    assert predictive_step(now, PARAMETERS, ROBOT).twist[0] == 0.0
 
 
 @given(seeds)

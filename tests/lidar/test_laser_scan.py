@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.lidar.laser_scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan, chord
 from tests.helpers.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -165,3 +165,9 @@ def test_without_being_told_nothing_moves():
     seen = scan()
     assert not seen.moving.any()
     assert seen.hits.all() and seen.lasting.all() and not seen.silent.any()
+
+
+@given(st.floats(0.01, 30.0), st.floats(0.01, 30.0), st.floats(0.0, 6.3))
+def test_a_chord_is_the_distance_between_two_hits(a: float, b: float, angle: float) -> None:
+    apart = math.hypot(b * math.cos(angle) - a, b * math.sin(angle))
+    assert chord(a, b, math.cos(angle)) == pytest.approx(apart, abs=1e-5)
