@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control import ControlInput, ControllerParameters, control_step
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
@@ -79,9 +79,8 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
 
 def command(moment: CommandMoment) -> np.ndarray:
     """The controller's twist."""
-    return control_step(
-        moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star, CONTROLLER, ROBOT,
-    ).twist  # fmt: skip
+    now = ControlInput(moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star)
+    return control_step(now, CONTROLLER, ROBOT).twist
 
 
 def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:

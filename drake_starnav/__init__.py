@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.control import ControllerParameters as ControllerParameters
-    from drake_starnav.control.certificate import Certificate as Certificate
+    from drake_starnav.control.braking_certificate import Certificate as Certificate
     from drake_starnav.errors import StarnavError as StarnavError
     from drake_starnav.geometry.trajectory import Motion as Motion
     from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
@@ -44,8 +44,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station.robot_model import add_robot as add_robot
     from drake_starnav.station.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
-    from drake_starnav.systems.dsm_controller import DsmController as DsmController
-    from drake_starnav.systems.mpc_controller import MpcController as MpcController
+    from drake_starnav.systems.certified_controller import CertifiedController as CertifiedController
     from drake_starnav.systems.obstacle_tracker import MoverTracker as MoverTracker
     from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
@@ -88,9 +87,8 @@ _PUBLIC = {
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
     "ScanMatcher": "systems.scan_matcher",
-    "DsmController": "systems.dsm_controller",
+    "CertifiedController": "systems.certified_controller",
     "BaselineController": "systems.baseline_controller",
-    "MpcController": "systems.mpc_controller",
     "WheelSpeedCommand": "station.wheel_speed_command",
     "CollisionMonitor": "station.collision_monitor",
     "ArrivalMonitor": "station.arrival_monitor",

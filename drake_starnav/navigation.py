@@ -8,7 +8,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Outpu
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles
+from drake_starnav.control import Law, control_step
 from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
@@ -18,9 +20,7 @@ from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
-from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.obstacle_tracker import MoverTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
@@ -31,7 +31,7 @@ from drake_starnav.validation import check_equipment, check_promises
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
-CONTROLLERS: dict[str, type[CertifiedController]] = {"star": DsmController, "mpc": MpcController}
+LAWS: dict[str, Law] = {"star": control_step, "mpc": predictive_step}
 """By `controller.kind`, of CERTIFIED."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
@@ -258,10 +258,11 @@ def _add_certified_controller(
     delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
     controller = builder.AddNamedSystem(
         "controller",
-        CONTROLLERS[scenario.controller.kind](
+        CertifiedController(
             scenario.robot,
             scenario.controller,
             offset=offset,
+            law=LAWS[scenario.controller.kind],
             movers=scenario.movers if tracker is not None else None,
             lead=delay,
             stopwatch=stopwatch,

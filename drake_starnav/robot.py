@@ -1,8 +1,25 @@
 """The robot's body and limits, as every room needs to know them."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from drake_starnav.parameters import check_parameters, parameter
+
+
+class Limits(NamedTuple):
+    """The limits of the drive, as compiled functions take them.
+
+    Attributes:
+        max_speed: m/s.
+        max_yaw_rate: rad/s.
+        max_acceleration: m/s^2.
+        max_yaw_acceleration: rad/s^2.
+    """
+
+    max_speed: float
+    max_yaw_rate: float
+    max_acceleration: float
+    max_yaw_acceleration: float
 
 
 @dataclass(frozen=True)
@@ -52,6 +69,16 @@ class RobotParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self, "robot")
+
+    @property
+    def limits(self) -> Limits:
+        """Of speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
+        return Limits(
+            float(self.max_speed),
+            float(self.max_yaw_rate),
+            float(self.max_acceleration),
+            float(self.max_yaw_acceleration),
+        )
 
     def speed_limit(self, clearance: float) -> float:
         """Largest speed at a distance `clearance` (m) of the hull from the nearest obstacle, m/s."""

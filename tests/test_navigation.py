@@ -19,7 +19,7 @@ from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.worlds import make_world
@@ -235,7 +235,7 @@ def test_is_a_subsystem_of_a_user_s_builder() -> None:
 def test_systems_that_are_added_are_handed_back() -> None:
     builder = DiagramBuilder()
     navigation = add_navigation(builder, posts())
-    kinds = (NavigationStation, StarPerception, StarRoadmapPlanner, DsmController)
+    kinds = (NavigationStation, StarPerception, StarRoadmapPlanner, CertifiedController)
     systems = (navigation.station, navigation.perception, navigation.planner, navigation.controller)
     assert tuple(type(system) for system in systems) == kinds
     assert [s.get_name() for s in builder.GetSystems()] == ["station", "goal", "perception", "planner", "controller"]
@@ -323,7 +323,7 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     perception = builder.AddSystem(
         StarPerception(scenario.robot, scenario.planner, scenario.controller, rate=scenario.lidar.rate, offset=0.005)
     )
-    controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller, offset=0.01))
+    controller = builder.AddSystem(CertifiedController(scenario.robot, scenario.controller, offset=0.01))
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),

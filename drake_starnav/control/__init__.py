@@ -1,11 +1,14 @@
 """Where to go next -> (v, omega)."""
 
+from drake_starnav.control.law import Command, ControlInput, Law
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.path_following import Command, control_step, guiding_vector
+from drake_starnav.control.path_following import control_step, guiding_vector
 
 __all__ = [
     "Command",
+    "ControlInput",
     "ControllerParameters",
+    "Law",
     "control_step",
     "guiding_vector",
 ]

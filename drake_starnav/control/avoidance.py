@@ -34,18 +34,14 @@ from drake_starnav.control.avoidance_rollout import (
     wanted_twist,
     way_cost,
 )
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.certificates import accepted, standards
 from drake_starnav.control.heading_controller import wrapped_angle
+from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.moving_modulation import sidestep_velocity
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import KnownSpace, times_left
-from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.robot import Limits, RobotParameters
 
 SEGMENT = 5
 """Steps of a manoeuvre."""
@@ -78,15 +74,15 @@ class Encounter:
     least: float
 
 
-def manoeuvres(twist: np.ndarray, limits: np.ndarray, aside: np.ndarray | None = None) -> np.ndarray:
+def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = None) -> np.ndarray:
     """What the robot may do next, shape (n, 3): kind, and (v, omega), (heading, speed), or a share of speed.
 
     Args:
         twist: (v, omega) commanded last, m/s and rad/s.
-        limits: as from `limits_array`.
+        limits: of the robot.
         aside: a velocity that leads around what moves, shape (2,), W, m/s.
     """
-    v_max = limits[0]
+    v_max = limits.max_speed
     rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
@@ -97,9 +93,10 @@ def manoeuvres(twist: np.ndarray, limits: np.ndarray, aside: np.ndarray | None =
 
 
 def around(
-    pose: np.ndarray, path: np.ndarray, tracks: Tracks, age: float, robot: RobotParameters, movers: MoverParameters
+    pose: np.ndarray, path: np.ndarray, obstacles: TrackedObstacles, robot: RobotParameters
 ) -> np.ndarray | None:
     """The velocity towards the next way point, modulated around the tracks that count; None without one."""
+    tracks, age, movers = obstacles
     if not (movers.sidestep and len(path)):
         return None
     ahead = path[0] - pose[:2]
@@ -111,30 +108,23 @@ def around(
 
 
 def encounter(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    tracks: Tracks,
+    now: ControlInput,
+    obstacles: TrackedObstacles,
     rows: np.ndarray,
-    age: float,
     controller: ControllerParameters,
     robot: RobotParameters,
-    movers: MoverParameters,
 ) -> Encounter:
-    """Whether the path leads the robot too near to what moves, or might start, and what it had better do.
+    """Whether the path leads too near to an obstacle that moves or might start, and the best manoeuvre if so.
 
     Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded last, m/s and rad/s.
-        guidance: where to go.
-        star: what the last scans certify.
-        tracks: of the last scan; those that count are predicted, and what stands stays.
-        rows: `threats` that the certificate in time counts with.
-        age: time since the scan, s.
-        controller, robot, movers: parameters.
+        now: what the controller is given.
+        obstacles: as tracked; tracks that count are predicted.
+        rows: `threats` that the certificate in time takes into account.
+        controller, robot: parameters.
     """
-    counted, limits, path = tracks.counted, limits_array(robot), guidance.path
+    pose, twist, _, guidance, star = now
+    tracks, age, movers = obstacles
+    counted, limits, path = tracks.counted, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
     standing = thinned(tracks.standing, pose[:2], movers.horizon * robot.max_speed)
@@ -153,7 +143,7 @@ def encounter(
     nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
     if nearest >= movers.comfort and not held:
         return Encounter(nearest, None, np.inf)
-    ways, left = manoeuvres(twist, limits, around(pose, path, tracks, age, robot, movers)), times_left(line, limits)
+    ways, left = manoeuvres(twist, limits, around(pose, path, obstacles, robot)), times_left(line, limits)
     standard = standards(star, controller, robot, movers)
     v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard)
     return Encounter(nearest, np.array((v, omega)) if found else None, least)
@@ -199,7 +189,7 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
     for m in range(count):
         v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
-        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits[0] + abs(omega - twist[1]) / limits[1])
+        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits.max_speed + abs(omega - twist[1]) / limits.max_yaw_rate)
         if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
             continue
         generation[n] = start

@@ -103,13 +103,13 @@ def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
         return a, b
     if kind == HEADING:
         error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
-        return turning_twist(error, b, gain, limits[1], limits[3])
+        return turning_twist(error, b, gain, limits)
     k, last = int(row[WAY_POINT]), len(line) - 1
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
     if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
-    want_v, want_omega = turning_twist(error, a * limits[0], gain, limits[1], limits[3])
+    want_v, want_omega = turning_twist(error, a * limits.max_speed, gain, limits)
     if k == last:
         want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, want_omega
@@ -133,10 +133,10 @@ def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, m
     """
     if abs(v) < STANDING_SPEED:
         return False
-    stop = abs(v) / limits[2]
+    stop = abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
-        way = v * t - 0.5 * math.copysign(limits[2], v) * t * t
+        way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
         px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
         for j in range(len(radius)):
             disc_x, disc_y, vx, vy = _place(course, j, time)
@@ -152,10 +152,10 @@ def _held(x, y, yaw, v, standing, limits, distance, growth):
     """Whether a robot that brakes fully from the next step on might be touched by what stands now, before it stands."""
     if abs(v) < STANDING_SPEED:
         return False
-    stop = abs(v) / limits[2]
+    stop = abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
-        way = v * (t + STEP) - 0.5 * math.copysign(limits[2], v) * t * t
+        way = v * (t + STEP) - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
         px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
         needed = distance + growth * (t + STEP)
         for j in range(len(standing)):

@@ -22,7 +22,8 @@ from numba import njit
 from drake_starnav.control.heading_controller import limited, ramped, slides
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import covers
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import Limits
+from drake_starnav.utils.snapshot import snapshot
 
 SAMPLE_SPACING = 0.008
 """Largest distance between two samples of the simulated motion, m."""
@@ -30,17 +31,32 @@ LONGEST_STEP = 0.04
 """Longest time step of the simulated motion, s."""
 STOPPED_DISTANCE = 0.001
 """A robot that stops within this distance counts as standing, m."""
+AT_REST = 1e-9
+"""A simulated speed below this is zero, m/s or rad/s."""
+DELAYED, HOLDING, BRAKING = range(3)
+"""Phases of the simulated motion."""
 SPEED_SHARES = np.array([1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0])
 """Speeds that are tried, as shares of the desired one, with the desired turning rate."""
 TURN_SHARES = np.array([0.5, 0.0, -0.5])
 """Turning rates that are tried next, as shares of the desired one, with half the desired speed or none."""
 
 
-def limits_array(robot: RobotParameters) -> np.ndarray:
-    """The robot's limits as the compiled loops take them, shape (4,): v_max, omega_max, a_max, alpha_max."""
-    return np.array(
-        (robot.max_speed, robot.max_yaw_rate, robot.max_acceleration, robot.max_yaw_acceleration), dtype=float
-    )
+@snapshot
+class Certificate:
+    """What the controller guarantees about the robot's motion. Immutable.
+
+    Attributes:
+        certified: whether the last command passed the braking certificate; if not, it brakes.
+        path: shape (n, 3), (x, y, yaw) in W of the robot braking fully from now on, m and rad.
+    """
+
+    certified: bool
+    path: np.ndarray
+
+    @staticmethod
+    def none() -> "Certificate":
+        """Before the first command, and of controllers that guarantee nothing."""
+        return Certificate(False, np.zeros((1, 3)))
 
 
 def certified_twist(
@@ -48,7 +64,7 @@ def certified_twist(
     twist: np.ndarray,
     desired: np.ndarray,
     hold: float,
-    limits: np.ndarray,
+    limits: Limits,
     star: SafetyStar,
     delay: float = 0.0,
 ) -> tuple[float, float, bool]:
@@ -59,7 +75,7 @@ def certified_twist(
         twist: (v, omega) commanded now, m/s and rad/s.
         desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
         hold: how long it is followed before the robot brakes, s.
-        limits: as from `limits_array`.
+        limits: of the robot.
         star: what the last scans certify.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
 
@@ -69,9 +85,7 @@ def certified_twist(
     return _certified_twist(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values)
 
 
-def braking_path(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray
-) -> np.ndarray:
+def braking_path(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits) -> np.ndarray:
     """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands.
 
     Arguments as for `certified_twist`.
@@ -97,28 +111,47 @@ def simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits):
     else:
         want_v = want_omega = 0.0
     before = v
-    v = ramped(v, want_v, limits[2] * h)
-    omega = ramped(omega, want_omega, limits[3] * h)
+    v = ramped(v, want_v, limits.max_acceleration * h)
+    omega = ramped(omega, want_omega, limits.max_yaw_acceleration * h)
     # distances are never underestimated: the faster end of the step counts
     travelled = (before if abs(before) > abs(v) else v) * h
     middle = yaw + 0.5 * omega * h
     return x + travelled * math.cos(middle), y + travelled * math.sin(middle), yaw + omega * h, v, omega, left
 
 
+@njit  # Numba cannot load a generator from its cache; the functions that use it are cached
+def braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits):
+    """Yield the samples of the simulated motion after the first: the delay, the hold, and braking until all stands.
+
+    Each is (x, y, yaw, v, omega, step, phase): pose and twist, the time since the sample before, and whether the robot
+    is DELAYED, HOLDING its twist, or BRAKING from this sample on. While it brakes, `step` is that of the speed.
+    """
+    want_v, want_omega = limited(want_v, limits.max_speed), limited(want_omega, limits.max_yaw_rate)
+    while delay > 0.0:
+        left = delay
+        x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, left, limits)
+        yield x, y, yaw, v, omega, left - delay, DELAYED
+    while True:
+        left, before = hold, v
+        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits)
+        step = left - hold if left > 0.0 else abs(before - v) / limits.max_acceleration
+        yield x, y, yaw, v, omega, step, HOLDING if hold > 0.0 else BRAKING
+        if hold <= 0.0 and abs(v) < AT_REST and abs(omega) < AT_REST:
+            return
+
+
 @njit(cache=True)
 def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
     """Whether a twist, held for `hold` seconds after the delay and followed by full braking, stays inside the star."""
-    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
-    while delay > 0.0:
-        x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
-        if not covers(center, bearing_0, values, x, y):
+    motion = braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits)
+    for px, py, _, now_v, now_omega, _, phase in motion:
+        if phase != DELAYED and slides(now_v, now_omega, limits):
             return False
-    while True:
-        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
-        if slides(v, omega, limits) or not covers(center, bearing_0, values, x, y):
+        if not covers(center, bearing_0, values, px, py):
             return False
-        if hold <= 0.0 and abs(v) < 1e-9:
+        if phase == BRAKING and abs(now_v) < AT_REST:
             return True
+    return True
 
 
 @njit(cache=True)
@@ -133,15 +166,17 @@ def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limit
             slower = want_omega * turn
             if stops_inside(x, y, yaw, v, omega, tried, slower, hold, delay, limits, center, bearing_0, values):
                 return tried, slower, True
-    standing = v * v <= 2.0 * limits[2] * STOPPED_DISTANCE
+    standing = v * v <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
     return 0.0, want_omega if standing else 0.0, False
 
 
 @njit(cache=True)
 def _braking_path(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
-    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     points = [(x, y, yaw)]
-    while hold > 0.0 or abs(v) > 1e-9:
-        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
-        points.append((x, y, yaw))
+    for px, py, heading, now_v, _, _, phase in braking_motion(
+        x, y, yaw, v, omega, want_v, want_omega, hold, 0.0, limits
+    ):
+        points.append((px, py, heading))
+        if phase == BRAKING and abs(now_v) < AT_REST:
+            break
     return np.array(points)

@@ -28,14 +28,17 @@ def turning_law(heading: float, speed: float, parameters: ControllerParameters, 
         robot: its limits.
     """
     v = speed * max(math.cos(heading), 0.0) ** 3
-    limits = robot.max_yaw_rate, robot.max_yaw_acceleration
-    return np.array((v, _turning_rate(heading, parameters.heading_gain, *limits)))
+    return np.array(
+        (v, _turning_rate(heading, parameters.heading_gain, robot.max_yaw_rate, robot.max_yaw_acceleration))
+    )
 
 
 @njit(cache=True)
-def turning_twist(heading, speed, gain, max_yaw_rate, max_yaw_acceleration):
+def turning_twist(heading, speed, gain, limits):
     """`turning_law` for compiled loops; compiled, the cube may differ in its last bit."""
-    return speed * max(math.cos(heading), 0.0) ** 3, _turning_rate(heading, gain, max_yaw_rate, max_yaw_acceleration)
+    return speed * max(math.cos(heading), 0.0) ** 3, _turning_rate(
+        heading, gain, limits.max_yaw_rate, limits.max_yaw_acceleration
+    )
 
 
 @njit(cache=True)
@@ -89,4 +92,4 @@ def gripped(acceleration):
 @njit(cache=True)
 def slides(v, omega, limits):
     """Whether a robot that has this twist, and may brake as hard as its limits allow, slides."""
-    return abs(v * omega) > gripped(limits[2]) + 1e-9
+    return abs(v * omega) > gripped(limits.max_acceleration) + 1e-9

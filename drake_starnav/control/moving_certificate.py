@@ -22,12 +22,13 @@ stands is beyond any certificate.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import simulated_step
-from drake_starnav.control.heading_controller import limited
+from drake_starnav.control.braking_certificate import BRAKING, braking_motion
+from drake_starnav.robot import Limits
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.occlusions import HIDDEN_SPACING
 from drake_starnav.tracking.parameters import MoverParameters
@@ -37,6 +38,20 @@ STANDING_SPEED = 0.005
 `trajectory_metrics.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of what the robot must keep clear of."""
+
+
+class Threats(NamedTuple):
+    """What a braking robot must keep clear of, and by how much.
+
+    Attributes:
+        rows: shape (n, 6), as from `threats`.
+        distance: radius of the robot and margin, m.
+        age: time since the scan that they are of, s.
+    """
+
+    rows: np.ndarray
+    distance: float
+    age: float
 
 
 def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
@@ -83,10 +98,8 @@ def stays_clear(
     twist: np.ndarray,
     desired: np.ndarray,
     hold: float,
-    limits: np.ndarray,
-    rows: np.ndarray,
-    distance: float,
-    age: float,
+    limits: Limits,
+    threats: Threats,
     delay: float = 0.0,
 ) -> bool:
     """Whether nothing that moves can touch the robot while it follows `desired` for `hold` seconds and then brakes.
@@ -96,13 +109,11 @@ def stays_clear(
         twist: (v, omega) commanded now, m/s and rad/s.
         desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
         hold: how long it is followed, s.
-        limits: as from `braking_certificate.limits_array`.
-        rows: as from `threats`.
-        distance: radius of the robot and margin, m.
-        age: time since the scan that the threats are of, s.
+        limits: of the robot.
+        threats: what it must keep clear of.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, rows, distance, age))
+    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, *threats))
 
 
 @njit(cache=True)
@@ -128,24 +139,18 @@ def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits,
     """Samples are left out while neither side can have used up the clearance that the last one had."""
     if len(rows) == 0:
         return True
-    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
     fastest = _fastest(rows)
     spare, time = 0.0, age
-    while True:
-        before_x, before_y, left = x, y, delay if delay > 0.0 else hold
-        before_v = v
-        if delay > 0.0:
-            x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
-            step = left - delay
-        else:
-            x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
-            step = left - hold if left > 0.0 else abs(before_v - v) / limits[2]
+    motion = braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits)
+    for next_x, next_y, _, now_v, _, step, phase in motion:
         time += step
-        spare -= math.hypot(x - before_x, y - before_y) + fastest * step
-        stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < STANDING_SPEED
+        spare -= math.hypot(next_x - x, next_y - y) + fastest * step
+        stopped = phase == BRAKING and abs(now_v) < STANDING_SPEED
         if spare <= 0.0 or stopped:
-            spare = _clearance(x, y, rows, distance, time)
-            if spare < 0.0 and max(abs(v), abs(before_v)) >= STANDING_SPEED:
+            spare = _clearance(next_x, next_y, rows, distance, time)
+            if spare < 0.0 and max(abs(now_v), abs(v)) >= STANDING_SPEED:
                 return False
         if stopped:
             return True
+        x, y, v = next_x, next_y, now_v
+    return True

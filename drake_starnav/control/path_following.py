@@ -1,13 +1,13 @@
 """From guidance to a twist of the differential drive: the controller as a pure step."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.control.braking_certificate import certified_twist, limits_array
+from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.free_heading import swerved
 from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
+from drake_starnav.control.law import Command, ControlInput
 from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import (
     limited_turn,
@@ -17,8 +17,7 @@ from drake_starnav.control.modulation import (
 )
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
-from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
 from drake_starnav.robot import RobotParameters
 
@@ -33,23 +32,6 @@ TURNING_TIMES = 2.0
 the robot turns back; else it would sway between the walls of a narrow passage."""
 PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
 """The paper's gains."""
-
-
-@dataclass(frozen=True)
-class Command:
-    """What the controller decides in one period.
-
-    Attributes:
-        twist: (v, omega) to be reached by the end of the period, within the limits, m/s and rad/s.
-        guiding_vector: unit vector, shape (2,), W; zero when there is nowhere to go.
-        certified: whether some motion passed the certificate (or it is switched off).
-        errors: (v, heading) errors, for the derivative terms of the next period.
-    """
-
-    twist: np.ndarray
-    guiding_vector: np.ndarray
-    certified: bool
-    errors: np.ndarray
 
 
 def guiding_vector(
@@ -106,51 +88,35 @@ def near_wall_radius(parameters: ControllerParameters, robot_radius: float) -> f
     return robot_radius + max(parameters.safety_margin - (1.0 - LEAST_SHARE) * parameters.near_wall_zone, 0.0)
 
 
-def control_step(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    errors: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    parameters: ControllerParameters,
-    robot: RobotParameters,
-) -> Command:
+def control_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
     """One period of the controller: guiding vector, twist, certificate, ramp.
 
     Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded last, m/s and rad/s.
-        errors: from the last command.
-        guidance: where to go.
-        star: what the last scans certify.
+        now: what it is given.
         parameters: of the controller.
         robot: its size and limits.
     """
-    direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
+    pose, twist, _, _, star = now
+    direction, desired, errors = desired_twist(now, parameters, robot)
     period = 1.0 / parameters.rate
     accepted = True
     if parameters.certificate and parameters.certified_by == "points":
         v, omega, accepted = clear_twist(pose, twist, desired, direction, star, parameters, robot)
         desired = np.array((v, omega))
     elif parameters.certificate:
-        v, omega, accepted = certified_twist(pose, twist, desired, period, limits_array(robot), star, parameters.delay)
+        v, omega, accepted = certified_twist(pose, twist, desired, period, robot.limits, star, parameters.delay)
         desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
 
 
 def desired_twist(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    errors: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    parameters: ControllerParameters,
-    robot: RobotParameters,
+    now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Guiding vector, the twist that follows it before anything is certified, and the errors for the next period.
 
     Arguments as for `control_step`.
     """
+    pose, twist, errors, guidance, star = now
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     clearance = math.inf

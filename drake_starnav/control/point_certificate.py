@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import SPEED_SHARES, limits_array, simulated_step
-from drake_starnav.control.heading_controller import limited, slides, wrapped_angle
+from drake_starnav.control.braking_certificate import AT_REST, BRAKING, DELAYED, SPEED_SHARES, braking_motion
+from drake_starnav.control.heading_controller import slides, wrapped_angle
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
@@ -103,9 +103,9 @@ def clear_twist(
     """
     if not star.seen:
         return 0.0, 0.0, False
-    limits = limits_array(robot)
+    limits = robot.limits
     hold = 1.0 / parameters.rate
-    near = _hits_within_reach(pose, twist, desired, hold + parameters.delay, limits, star, parameters, robot.radius)
+    near = _hits_within_reach(pose, twist, desired, star, parameters, robot)
     return _clear_twist(
         (*pose, *twist),
         *desired,
@@ -123,18 +123,17 @@ def _hits_within_reach(
     pose: np.ndarray,
     twist: np.ndarray,
     desired: np.ndarray,
-    hold: float,
-    limits: np.ndarray,
     star: SafetyStar,
     parameters: ControllerParameters,
-    radius: float,
+    robot: RobotParameters,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The hits that any motion tried could touch, and what distance each needs."""
-    slow = max(LATTICE_SPEEDS.max(), ESCAPE_SPEED) * limits[0]
-    fastest = min(max(abs(twist[0]), abs(desired[0]), slow), limits[0])
+    hold, limits, radius = 1.0 / parameters.rate + parameters.delay, robot.limits, robot.radius
+    slow = max(LATTICE_SPEEDS.max(), ESCAPE_SPEED) * limits.max_speed
+    fastest = min(max(abs(twist[0]), abs(desired[0]), slow), limits.max_speed)
     longest = max(hold, LATTICE_TIME, ESCAPE_TIME + hold)
     reach = radius + parameters.safety_margin + parameters.margin_per_speed * fastest
-    reach += fastest * longest + 0.5 * fastest * fastest / limits[2] + 0.02
+    reach += fastest * longest + 0.5 * fastest * fastest / limits.max_acceleration + 0.02
     return _near(star.hits, needed_distances(star.half_gaps, radius), pose[0], pose[1], reach, radius)
 
 
@@ -170,31 +169,36 @@ def keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, kn
     What lies beyond the hits that are known counts as an obstacle.
     A sample is left out while the robot cannot have used up the clearance beyond `enough` that the last one had.
     """
-    want_v, want_omega = limited(want_v, limits[0]), limited(want_omega, limits[1])
-    spare = 0.0
-    while True:
-        stopped = delay <= 0.0 and hold <= 0.0 and abs(v) < 1e-9
+    spare = _known_clearance(x, y, known) - enough
+    if spare < 0.0:
+        return False
+    motion = braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits)
+    for next_x, next_y, _, now_v, now_omega, _, phase in motion:
+        if phase != DELAYED and slides(now_v, now_omega, limits):
+            return False
+        spare -= math.hypot(next_x - x, next_y - y)
+        x, y = next_x, next_y
+        stopped = phase == BRAKING and abs(now_v) < AT_REST
         if spare <= 0.0 or stopped:
-            off_the_unknown = known.room - math.hypot(x - known.center[0], y - known.center[1])
-            clearance = min(clearance_at(x, y, known.hits, known.needed), off_the_unknown)
+            clearance = _known_clearance(x, y, known)
             if stopped or clearance < enough:
                 return clearance >= enough
             spare = clearance - enough
-        before_x, before_y = x, y
-        if delay > 0.0:
-            x, y, yaw, v, omega, delay = simulated_step(x, y, yaw, v, omega, v, omega, delay, limits)
-        else:
-            x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
-            if slides(v, omega, limits):
-                return False
-        spare -= math.hypot(x - before_x, y - before_y)
+    return True
+
+
+@njit(cache=True)
+def _known_clearance(x, y, known):
+    """Clearance to the known hits and to what lies beyond them, m."""
+    off_the_unknown = known.room - math.hypot(x - known.center[0], y - known.center[1])
+    return min(clearance_at(x, y, known.hits, known.needed), off_the_unknown)
 
 
 @njit(cache=True)
 def _end(x, y, yaw, v, omega, want_v, want_omega, hold, limits):
-    """Where holding a twist and braking fully ends."""
-    while hold > 0.0 or abs(v) > 1e-9 or abs(omega) > 1e-9:
-        x, y, yaw, v, omega, hold = simulated_step(x, y, yaw, v, omega, want_v, want_omega, hold, limits)
+    """Pose after holding a twist and braking fully."""
+    for px, py, heading, _, _, _, _ in braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, 0.0, limits):
+        x, y, yaw = px, py, heading
     return x, y, yaw
 
 
@@ -204,7 +208,7 @@ def _clear_twist(state, want_v, want_omega, ux, uy, hold, delay, limits, known, 
     v, omega, found = _slower(state, want_v, want_omega, hold, delay, limits, known, margin, per_speed)
     if found:
         return v, omega, True
-    standing = abs(state[3]) < min(SLOW_ENOUGH, math.sqrt(2.0 * limits[2] * STOPS_AT_ONCE))
+    standing = abs(state[3]) < min(SLOW_ENOUGH, math.sqrt(2.0 * limits.max_acceleration * STOPS_AT_ONCE))
     if ux * ux + uy * uy > 0.25:
         v, omega, found = _best_of_lattice(state, want_v, ux, uy, hold, delay, limits, known, margin, per_speed)
         if standing and v == 0.0 and omega == 0.0:
@@ -233,7 +237,7 @@ def _best_of_lattice(state, want_v, ux, uy, hold, delay, limits, known, margin, 
     best, best_v, best_omega = -np.inf, 0.0, 0.0
     for speed in LATTICE_SPEEDS:
         for turn in LATTICE_TURNS:
-            v, omega = min(speed * limits[0], want_v), turn * limits[1]
+            v, omega = min(speed * limits.max_speed, want_v), turn * limits.max_yaw_rate
             x, y, yaw = _end(*state, v, omega, LATTICE_TIME, limits)
             error = abs(wrapped_angle(heading - yaw))
             worth = (x - state[0]) * ux + (y - state[1]) * uy - TURN_WORTH * error
@@ -251,7 +255,7 @@ def _escape(state, ux, uy, hold, delay, limits, known, margin):
     best, best_v, best_omega = -np.inf, 0.0, 0.0
     for sign in (1.0, -1.0):
         for turn in ESCAPE_TURNS:
-            v, omega = sign * ESCAPE_SPEED * limits[0], turn * limits[1]
+            v, omega = sign * ESCAPE_SPEED * limits.max_speed, turn * limits.max_yaw_rate
             if not keeps_clear(*state, v, omega, held, delay, limits, known, enough):
                 continue
             x, y, _ = _end(*state, v, omega, held, limits)

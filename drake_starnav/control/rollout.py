@@ -45,8 +45,8 @@ class KnownSpace(NamedTuple):
 def foreseen_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
     """Pose and twist after one step towards the wanted twist, and the way travelled at its mean speed."""
     before_v, before_omega = v, omega
-    v = ramped(v, want_v, limits[2] * step)
-    omega = ramped(omega, want_omega, limits[3] * step)
+    v = ramped(v, want_v, limits.max_acceleration * step)
+    omega = ramped(omega, want_omega, limits.max_yaw_acceleration * step)
     travelled, turned = 0.5 * (before_v + v) * step, 0.5 * (before_omega + omega) * step
     x += travelled * math.cos(yaw + 0.5 * turned)
     y += travelled * math.sin(yaw + 0.5 * turned)
@@ -97,9 +97,9 @@ def times_left(line, limits):
     for k in range(len(line) - 2, 0, -1):
         dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
         heading = math.atan2(dy, dx)
-        left[k] = math.hypot(dx, dy) / limits[0] + left[k + 1]
+        left[k] = math.hypot(dx, dy) / limits.max_speed + left[k + 1]
         if k + 2 < len(line):
-            left[k] += heading_loss(wrapped_angle(after - heading), limits[0], 0.0, limits)
+            left[k] += heading_loss(wrapped_angle(after - heading), limits.max_speed, 0.0, limits)
         after = heading
     return left
 
@@ -109,10 +109,10 @@ def time_to_go(line, left, k, x, y, yaw, v, omega, limits):
     """T: from a pose and twist over the way points from k on."""
     dx, dy = line[k, 0] - x, line[k, 1] - y
     heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits[0] + heading_loss(wrapped_angle(heading - yaw), v, omega, limits)
+    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrapped_angle(heading - yaw), v, omega, limits)
     if k + 1 < len(line):
         leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
-        time += left[k] + heading_loss(wrapped_angle(leg - heading), limits[0], 0.0, limits)
+        time += left[k] + heading_loss(wrapped_angle(leg - heading), limits.max_speed, 0.0, limits)
     return time
 
 
@@ -122,14 +122,15 @@ def heading_loss(error, v, omega, limits):
 
     The time of the turn, and what is lost while the speed along the way grows to the largest.
     """
-    missing = limits[0] - v * math.cos(error)
-    return turning_time(error, omega, limits[1], limits[3]) + missing * missing / (2.0 * limits[2] * limits[0])
+    missing = limits.max_speed - v * math.cos(error)
+    gaining = missing * missing / (2.0 * limits.max_acceleration * limits.max_speed)
+    return turning_time(error, omega, limits) + gaining
 
 
 @njit(cache=True)
-def turning_time(angle, rate, rate_max, acceleration):
-    """Least time in which a robot that turns at `rate` has turned by `angle` and stands, s: bang-bang, or with a
-    stretch at `rate_max`."""
+def turning_time(angle, rate, limits):
+    """Least time in which a robot that turns at `rate` turns by `angle` and stops, s: bang-bang, or bang-coast-bang."""
+    rate_max, acceleration = limits.max_yaw_rate, limits.max_yaw_acceleration
     if angle < 0.0:
         angle, rate = -angle, -rate
     beyond = rate * rate / (2.0 * acceleration) - angle

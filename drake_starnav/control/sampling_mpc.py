@@ -26,10 +26,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import certified_twist, limits_array, stops_inside
+from drake_starnav.control.braking_certificate import certified_twist, stops_inside
 from drake_starnav.control.heading_controller import CREEP_SPEED, gripped, limited_twist, turning_twist, wrapped_angle
+from drake_starnav.control.law import Command, ControlInput
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.path_following import Command, desired_twist
+from drake_starnav.control.path_following import desired_twist
 from drake_starnav.control.rollout import (
     ARRIVED,
     KnownSpace,
@@ -41,7 +42,6 @@ from drake_starnav.control.rollout import (
     times_left,
 )
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack, covers, segment_covered
 from drake_starnav.robot import RobotParameters
 
@@ -70,51 +70,38 @@ class _Settings(NamedTuple):
     change_weight: float
 
 
-def predictive_step(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    errors: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    parameters: ControllerParameters,
-    robot: RobotParameters,
-) -> Command:
+def predictive_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
     """One period of the controller, as `path_following.control_step` and with its arguments."""
-    direction, desired, errors = desired_twist(pose, twist, errors, guidance, star, parameters, robot)
-    ahead = Guidance.none() if guidance.left(pose[:2]) < ARRIVED else guidance
-    v, omega, accepted = predictive_twist(pose, twist, desired, ahead, star, parameters, robot)
+    direction, desired, errors = desired_twist(now, parameters, robot)
+    arrived = now.guidance.left(now.pose[:2]) < ARRIVED
+    v, omega, accepted = predictive_twist(
+        now._replace(guidance=Guidance.none()) if arrived else now, desired, parameters, robot
+    )
     desired = np.array((v, omega))
-    return Command(limited_twist(twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
+    return Command(limited_twist(now.twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
 
 
 def predictive_twist(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    reactive: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    parameters: ControllerParameters,
-    robot: RobotParameters,
+    now: ControlInput, reactive: np.ndarray, parameters: ControllerParameters, robot: RobotParameters
 ) -> tuple[float, float, bool]:
     """The certified candidate with the least cost.
 
     Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded last, m/s and rad/s.
-        reactive: (v, omega) that the law wants; it is what remains where there is no way point in sight.
-        guidance: where to go.
-        star: what the last scans certify.
+        now: what the controller is given.
+        reactive: (v, omega) that the law wants, m/s and rad/s; the fallback where no way point is in sight.
         parameters: of the controller.
         robot: its size and limits.
 
     Returns:
         v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
     """
-    limits, period = limits_array(robot), 1.0 / parameters.rate
+    pose, twist, _, guidance, star = now
+    limits, period = robot.limits, 1.0 / parameters.rate
     seen = path_in_sight(pose[:2], guidance.path, guidance.regions) if len(guidance.path) else None
     if seen is not None:
         twists = candidates(twist, reactive, parameters, robot)
-        cost = foreseen_costs(twists, pose, twist, dataclasses.replace(guidance, path=seen), star, parameters, robot)
+        in_sight = now._replace(guidance=dataclasses.replace(guidance, path=seen))
+        cost = foreseen_costs(twists, in_sight, parameters, robot)
         for k in np.argsort(cost, kind="stable"):
             v, omega = float(twists[k, 0]), float(twists[k, 1])
             if not parameters.certificate or stops_inside(
@@ -152,16 +139,11 @@ def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) 
 
 
 def foreseen_costs(
-    twists: np.ndarray,
-    pose: np.ndarray,
-    twist: np.ndarray,
-    guidance: Guidance,
-    star: SafetyStar,
-    parameters: ControllerParameters,
-    robot: RobotParameters,
+    twists: np.ndarray, now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
 ) -> np.ndarray:
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
-    limits = limits_array(robot)
+    pose, twist, _, guidance, star = now
+    limits = robot.limits
     line = np.vstack((pose[:2], guidance.path))
     settings = _Settings(
         horizon=parameters.horizon,
@@ -184,7 +166,7 @@ def foreseen_costs(
 def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
     step, radius, zone = settings.step, settings.radius, settings.zone
-    v_max, omega_max, last = limits[0], limits[1], len(line) - 1
+    v_max, omega_max, last = limits.max_speed, limits.max_yaw_rate, len(line) - 1
     steps = int(math.ceil(settings.horizon / step - 1e-9))
     cost = np.empty(len(twists))
     clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
@@ -198,7 +180,7 @@ def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
                 want_v, want_omega = twists[c, 0], twists[c, 1]
             else:
                 error = wrapped_angle(math.atan2(dy, dx) - yaw)
-                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, omega_max, limits[3])
+                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, limits)
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
             next_x, next_y, yaw, v, omega, travelled = foreseen_step(

@@ -6,8 +6,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.baselines import BaselineParameters, DsmParameters, KnownObstacles, Situation, baseline_step
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import braking_path, limits_array
-from drake_starnav.control.certificate import Certificate
+from drake_starnav.control.braking_certificate import Certificate, braking_path
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
@@ -18,7 +17,7 @@ NO_HITS = np.zeros((0, 2))
 
 
 class BaselineController(LeafSystem):
-    """Drives by another method in the place of `DsmController`: DSM with known circles, FOA, DWA or a potential field.
+    """Drives by a method to compare with: DSM with known circles, FOA, DWA or a potential field.
 
     ```
                        ┌────────────────────┐
@@ -30,6 +29,8 @@ class BaselineController(LeafSystem):
     state ────────────>│                    │
                        └────────────────────┘
     ```
+
+    A replacement for `CertifiedController`.
 
     Ports:
         goal: vector (x, y) in W, m.
@@ -57,7 +58,7 @@ class BaselineController(LeafSystem):
         """
         Args:
             robot: its radius and limits.
-            controller: rate, turning and slowing down, as of `DsmController`.
+            controller: rate, turning and slowing down, as of `CertifiedController`.
             settings: of the baseline; their type says which one it is.
             offset: of the first update, s.
             stopwatch: where to note `command` times, if anywhere.
@@ -97,5 +98,5 @@ class BaselineController(LeafSystem):
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         pose, held = self._state.Eval(context)[:3], context.get_discrete_state(self._twist).value()
-        path = braking_path(pose, held, np.zeros(2), 1.0 / self._controller.rate, limits_array(self._robot))
+        path = braking_path(pose, held, np.zeros(2), 1.0 / self._controller.rate, self._robot.limits)
         output.set_value(Certificate(False, path))

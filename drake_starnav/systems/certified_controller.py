@@ -1,16 +1,13 @@
-"""What the controllers with a braking certificate have in common: ports, state and update."""
-
-from collections.abc import Callable
-from typing import Any
+"""A control law with a braking certificate, as a Drake system."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.control import Command, ControllerParameters
-from drake_starnav.control.braking_certificate import braking_path, limits_array
-from drake_starnav.control.certificate import Certificate
+from drake_starnav.control import Command, ControllerParameters, Law, control_step
+from drake_starnav.control.braking_certificate import Certificate, braking_path
 from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
@@ -25,23 +22,29 @@ TWIST, VECTOR, ERRORS, CERTIFIED = range(4)
 
 
 class CertifiedController(LeafSystem):
-    """Turns guidance into twists by a `step`, and tells what they guarantee; base of `DsmController`, `MpcController`.
+    """Follows guidance by a control law and sends only twists from which the robot can stop within observed free space.
+
+    ```
+                    ┌─────────────────────┐
+    guidance ──────>│                     ├──> twist_command
+    safety_star ───>│ CertifiedController ├──> guiding_vector
+    state ─────────>│                     ├──> certificate
+    tracks ────────>│                     │
+                    └─────────────────────┘
+    ```
 
     Ports:
         guidance: abstract, `Guidance` from any planner.
         safety_star: abstract, `SafetyStar`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        tracks: abstract, `Tracks` of the obstacles that move; only with `movers`.
+        tracks: abstract, `Tracks` of the dynamic obstacles; only with `movers`.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
-        guiding_vector: unit vector (x, y) in W that a robot without wheels would follow; zero when there is none.
+        guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
         certificate: abstract, `Certificate`.
 
     Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped. A pose
     that is not finite ends the simulation with a `StarnavError`.
     """
-
-    step: Callable[..., Command]
-    """One period as a pure function: `control.tracking.control_step` or one with its arguments."""
 
     def __init__(
         self,
@@ -49,6 +52,7 @@ class CertifiedController(LeafSystem):
         controller: ControllerParameters,
         *,
         offset: float,
+        law: Law = control_step,
         movers: MoverParameters | None = None,
         lead: float = 0.0,
         stopwatch: Stopwatch | None = None,
@@ -58,12 +62,14 @@ class CertifiedController(LeafSystem):
             robot: its radius and limits.
             controller: parameters.
             offset: of the first update, s.
-            movers: what is declared about obstacles that move; None: the world stands still.
-            lead: how long from now the robot will be in the state of the port, s; see `StatePredictor`.
+            law: one period as a pure function: `control_step`, dynamical system modulation, or `predictive_step`.
+            movers: what is declared about dynamic obstacles; None: the world is static.
+            lead: how far in the future the state of the port lies, s; see `StatePredictor`.
             stopwatch: where to note `command` times, if anywhere.
         """
         super().__init__()
-        self._robot, self._controller, self._movers, self._lead = robot, controller, movers, lead
+        self._robot, self._controller, self._law = robot, controller, law
+        self._movers, self._lead = movers, lead
         self._stopwatch = stopwatch or Stopwatch()
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
@@ -87,25 +93,24 @@ class CertifiedController(LeafSystem):
         held = context.get_discrete_state()
         twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()
         with self._stopwatch.measure("command"):
-            now = (pose, twist, errors, guidance, star, self._controller, self._robot)
-            command = self._command(context, now)
+            command = self._command(context, ControlInput(pose, twist, errors, guidance, star))
         values.set_value(TWIST, command.twist)
         values.set_value(VECTOR, command.guiding_vector)
         values.set_value(ERRORS, command.errors)
         values.set_value(CERTIFIED, np.array((float(command.certified),)))
         return EventStatus.Succeeded()
 
-    def _command(self, context: Context, now: tuple[Any, ...]) -> Command:
+    def _command(self, context: Context, now: ControlInput) -> Command:
         if self._movers is None:
-            return self.step(*now)
+            return self._law(now, self._controller, self._robot)
         tracks = self._tracks.Eval(context)
-        age = context.get_time() + self._lead - tracks.time
-        return wary_step(self.step, *now, tracks=tracks, age=age, movers=self._movers)
+        obstacles = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._movers)
+        return wary_step(self._law, now, self._controller, self._robot, obstacles)
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         held = context.get_discrete_state()
         twist, certified = held.value(TWIST), bool(held.value(CERTIFIED)[0])
         pose = self._state.Eval(context)[:3]
         period = 1.0 / self._controller.rate
-        path = braking_path(pose, twist, np.zeros(2), period, limits_array(self._robot))
+        path = braking_path(pose, twist, np.zeros(2), period, self._robot.limits)
         output.set_value(Certificate(certified, path))

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
-from drake_starnav.control.certificate import Certificate
+from drake_starnav.control.braking_certificate import Certificate
 from drake_starnav.geometry.se2 import composed, inverse
 from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.planning.guidance import Guidance

@@ -15,8 +15,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_starnav import (
+    CertifiedController,
     ControllerParameters,
-    DsmController,
     LidarParameters,
     NavigationStation,
     PlannerParameters,
@@ -54,7 +54,7 @@ def main(png: Path | None) -> None:
         StarPerception(robot, planner_parameters, controller_parameters, rate=lidar.rate, offset=TIME_STEP)
     )
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * TIME_STEP))
-    controller = builder.AddSystem(DsmController(robot, controller_parameters, offset=2 * TIME_STEP))
+    controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * TIME_STEP))
 
     builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))

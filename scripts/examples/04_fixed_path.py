@@ -15,7 +15,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-from drake_starnav import DsmController, Guidance, NavigationStation, StarPerception, World, load_scenario
+from drake_starnav import CertifiedController, Guidance, NavigationStation, StarPerception, World, load_scenario
 from drake_starnav.regions import Observation
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
@@ -71,7 +71,7 @@ def main(png: Path | None) -> None:
         StarPerception(robot, scenario.planner, controller_parameters, rate=scenario.lidar.rate, offset=STEP)
     )
     route = builder.AddSystem(FixedPath(ROUTE))
-    controller = builder.AddSystem(DsmController(robot, controller_parameters, offset=2 * STEP))
+    controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * STEP))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=0.02))

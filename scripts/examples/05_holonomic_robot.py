@@ -26,7 +26,7 @@ from pydrake.systems.primitives import (
 )
 
 from drake_starnav import (
-    DsmController,
+    CertifiedController,
     LidarMount,
     LidarSensor,
     StarPerception,
@@ -87,7 +87,7 @@ def main(png: Path | None) -> None:
         StarPerception(robot, planner_parameters, scenario.controller, rate=lidar_parameters.rate, offset=STEP)
     )
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * STEP))
-    controller = builder.AddSystem(DsmController(robot, scenario.controller, offset=2 * STEP))
+    controller = builder.AddSystem(CertifiedController(robot, scenario.controller, offset=2 * STEP))
     speed = builder.AddSystem(MatrixGain(SPEED * np.eye(4, 2, -2)))  # (0, 0, v_x, v_y), as the servos want it
     smooth = builder.AddSystem(FirstOrderLowPassFilter(0.1, 2))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))

@@ -41,9 +41,7 @@ from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
-from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.mpc_controller import MpcController
 from drake_starnav.systems.obstacle_tracker import MoverTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
@@ -83,9 +81,8 @@ def all_systems() -> list[System]:
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
         StarRoadmapPlanner(robot, planner, offset=0.01),
-        DsmController(robot, controller, offset=0.01, movers=defaults.movers),
+        CertifiedController(robot, controller, offset=0.01, movers=defaults.movers),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
-        MpcController(robot, controller, offset=0.01, movers=defaults.movers),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
@@ -99,15 +96,13 @@ def all_systems() -> list[System]:
 
 
 def system_classes() -> set[type[System]]:
-    """Every public system that a module of `ROOMS` defines, but for the controllers' base."""
+    """Every public system that a module of `ROOMS` defines."""
     found = set()
     infos = (info for room in ROOMS for info in pkgutil.iter_modules(room.__path__, f"{room.__name__}."))
     for info in infos:
         module = importlib.import_module(info.name)
         for name, member in vars(module).items():
             defined_here = inspect.isclass(member) and member.__module__ == module.__name__
-            if member is CertifiedController:
-                continue
             if defined_here and issubclass(member, System) and not name.startswith("_"):
                 found.add(member)
     return found

@@ -7,8 +7,8 @@ import numpy as np
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.avoidance import STANDING_SPACING, Encounter, around, encounter, manoeuvres, thinned
-from drake_starnav.control.braking_certificate import limits_array
-from drake_starnav.control.moving_certificate import stays_clear, threats
+from drake_starnav.control.law import ControlInput, TrackedObstacles
+from drake_starnav.control.moving_certificate import Threats, stays_clear, threats
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.parameters import StarParameters
@@ -61,8 +61,8 @@ def met(
     star: SafetyStar | None = None,
 ) -> Encounter:
     regions, seen = known()
-    now = (np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen, tracks, threats(tracks, MOVERS))
-    return encounter(*now, 0.0, CONTROLLER, ROBOT, MOVERS)
+    now = ControlInput(np.zeros(3), np.array(twist), np.zeros(2), Guidance(path, True, regions), star or seen)
+    return encounter(now, TrackedObstacles(tracks, 0.0, MOVERS), threats(tracks, MOVERS), CONTROLLER, ROBOT)
 
 
 def test_what_comes_near_nobody_is_no_encounter() -> None:
@@ -76,9 +76,8 @@ def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
     found = met(tracks)
     assert found.nearest < 0.1
     assert found.twist is not None and found.least > 0.1
-    rows = threats(tracks, MOVERS)
-    distance, period = ROBOT.radius + MOVERS.margin, 1.0 / CONTROLLER.rate
-    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, limits_array(ROBOT), rows, distance, 0.0)
+    obstacles, period = Threats(threats(tracks, MOVERS), ROBOT.radius + MOVERS.margin, 0.0), 1.0 / CONTROLLER.rate
+    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, ROBOT.limits, obstacles)
 
 
 def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
@@ -98,16 +97,17 @@ def test_the_same_situation_has_the_same_way_on() -> None:
 
 def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     """Round one who comes from ahead on the left, it leads to the right."""
-    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), limits_array(ROBOT), np.zeros(2)
-    aside = around(np.zeros(3), PATH, tracks, 0.0, ROBOT, MOVERS)
+    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
+    obstacles = TrackedObstacles(tracks, 0.0, MOVERS)
+    aside = around(np.zeros(3), PATH, obstacles, ROBOT)
     assert aside is not None
     assert aside[1] < 0.0
     row = manoeuvres(still, limits, aside)[-1]
     assert row[1] == math.atan2(aside[1], aside[0])
     assert 0.0 < row[2] <= ROBOT.max_speed
-    without = dataclasses.replace(MOVERS, sidestep=False)
-    assert around(np.zeros(3), PATH, tracks, 0.0, ROBOT, without) is None
-    assert around(np.zeros(3), np.zeros((0, 2)), tracks, 0.0, ROBOT, MOVERS) is None
+    without = obstacles._replace(parameters=dataclasses.replace(MOVERS, sidestep=False))
+    assert around(np.zeros(3), PATH, without, ROBOT) is None
+    assert around(np.zeros(3), np.zeros((0, 2)), obstacles, ROBOT) is None
     assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1
 
 

@@ -30,13 +30,14 @@ from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.robot import Limits
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
-LIMITS = np.array((0.8, 2.0, 1.0, 4.0))
+LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
 SETTINGS = Settings(
-    horizon=3.0, heading_gain=4.0, slowdown=1.2, radius=0.25, margin=0.03, caution=0.5, comfort=0.4
+    horizon=3.0, heading_gain=4.0, slowdown=1.2, radius=0.25, margin=0.03, caution=0.5, comfort=0.4, max_speed=0.0
 )  # fmt: skip
 NO_HITS = np.zeros((0, 2))
 
@@ -48,10 +49,10 @@ def known() -> KnownSpace:
     return KnownSpace.of(regions, SafetyStar.none())
 
 
-def discs(*places: tuple[float, float], speed: float = 0.0) -> Discs:
+def discs(*places: tuple[float, float]) -> Discs:
     """Discs of 0.3 m that stay where they are."""
     course = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
-    return Discs(course, np.full(len(places), 0.3), np.full(len(places), speed), 0.0)
+    return Discs(course, np.full(len(places), 0.3), np.zeros((0, 2)), 0.0)
 
 
 def begun(v: float = 0.0) -> np.ndarray:
@@ -63,7 +64,7 @@ def test_each_manoeuvre_wants_its_twist() -> None:
     assert wanted_twist(TWIST, 0.3, -0.5, *wants) == (0.3, -0.5)
     assert wanted_twist(PATH, 1.0, 0.0, *wants) == pytest.approx((0.8, 0.0))
     v, omega = wanted_twist(HEADING, 0.5 * math.pi, 0.8, *wants)
-    assert v == pytest.approx(0.0, abs=1e-12) and omega == LIMITS[1]
+    assert v == pytest.approx(0.0, abs=1e-12) and omega == LIMITS.max_yaw_rate
     backwards = wanted_twist(HEADING, math.pi, -0.8, *wants)
     assert backwards == pytest.approx((-0.8, 0.0))
 

@@ -11,9 +11,9 @@ from drake_starnav.control.braking_certificate import (
     SAMPLE_SPACING,
     SPEED_SHARES,
     TURN_SHARES,
+    Certificate,
     braking_path,
     certified_twist,
-    limits_array,
 )
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.regions.erosion import smoothed_distances
@@ -26,7 +26,8 @@ from tests.helpers.motions import certified, motion
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
+SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
 STARS = StarParameters()
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD = 0.02
@@ -42,7 +43,7 @@ def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetySt
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
     """Poses every `step` (s) of a robot that ramps continuously to the target twist, and its last twist."""
     poses = []
-    change = step * LIMITS[2:]
+    change = step * ACCELERATIONS
     for _ in range(round(time / step)):
         after = twist + np.clip(target - twist, -change, change)
         v, omega = 0.5 * (twist + after)
@@ -60,7 +61,7 @@ def random_situation(seed: int) -> tuple[World, SafetyStar, ScanMemory, np.ndarr
     scan_pose = np.array((*free_point(rng, world, SAFE), rng.uniform(-4.0, 4.0)))
     star, memory = sensed(world, scan_pose, ScanMemory())
     pose = scan_pose + (*rng.uniform(-0.03, 0.03, 2), rng.uniform(-0.1, 0.1))
-    limit = LIMITS[:2]
+    limit = SPEEDS
     return world, star, memory, pose, rng.uniform((0.0, -limit[1]), limit), rng.uniform((-0.2, -limit[1]), limit)
 
 
@@ -93,7 +94,7 @@ def test_most_random_commands_are_decided_both_ways():
 def adversary(rng: np.random.Generator) -> np.ndarray:
     """A twist that likes full speed."""
     v, omega = rng.uniform(-0.2, 2.0), rng.uniform(-0.7, 0.7)
-    return np.clip((v, omega), (-1.0, -1.0), (1.0, 1.0)) * LIMITS[:2]
+    return np.clip((v, omega), (-1.0, -1.0), (1.0, 1.0)) * SPEEDS
 
 
 def recklessly_driven(seed: int, delay: float = 0.0) -> tuple[float, float, int]:
@@ -253,10 +254,20 @@ def test_a_longer_hold_never_makes_a_straight_approach_safer():
 
 def test_the_certified_motion_keeps_the_speed_limits():
     beyond = np.array((2.0, 6.0))
-    path = braking_path(np.zeros(3), LIMITS[:2], beyond, 0.3, LIMITS)
-    np.testing.assert_allclose(path, braking_path(np.zeros(3), LIMITS[:2], LIMITS[:2], 0.3, LIMITS))
+    path = braking_path(np.zeros(3), SPEEDS, beyond, 0.3, LIMITS)
+    np.testing.assert_allclose(path, braking_path(np.zeros(3), SPEEDS, SPEEDS, 0.3, LIMITS))
     for reach in np.arange(0.1, 0.8, 0.05):
-        decided = {
-            certified(np.zeros(3), LIMITS[:2], wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, LIMITS[:2])
-        }
+        decided = {certified(np.zeros(3), SPEEDS, wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, SPEEDS)}
         assert len(decided) == 1
+
+
+def test_nothing_is_guaranteed_before_the_first_command() -> None:
+    none = Certificate.none()
+    assert not none.certified
+    assert none.path.shape == (1, 3)
+
+
+def test_a_certificate_is_immutable() -> None:
+    certificate = Certificate(True, np.zeros((2, 3)))
+    with pytest.raises(AttributeError):
+        certificate.certified = False

@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.certificates import accepted, standards
-from drake_starnav.control.moving_certificate import stays_clear
+from drake_starnav.control.moving_certificate import Threats, stays_clear
 from drake_starnav.control.point_certificate import (
     ESCAPE_CLEARANCE,
     KnownHits,
@@ -28,7 +27,7 @@ from tests.helpers.scans import cast, seeds
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
 MOVERS = MoverParameters(max_speed=0.8)
 NOTHING, AHEAD = np.zeros((0, 6)), np.array([(0.7, 0.0, 0.0, 0.0, 0.8, 0.0)])
 
@@ -78,7 +77,7 @@ def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, by: str
         enough = min(enough, clearance_at(*pose[:2], hits, known.needed))
     stands = keeps_clear(*pose, *twist, *desired, 0.1, delay, LIMITS, known, max(enough, ESCAPE_CLEARANCE))
     stands = stands or (by == "star" and certified(pose, twist, desired, 0.1, LIMITS, star, delay))
-    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, rows, ROBOT.radius + MOVERS.margin, age, delay)
+    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + MOVERS.margin, age), delay)
     standard = standards(star, controller, ROBOT, MOVERS)
     assert accepted(*pose, *twist, *desired, LIMITS, standard, rows, age) == (stands and moves)
 

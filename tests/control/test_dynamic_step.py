@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import Command, control_step
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.dynamic_step import wary_step
-from drake_starnav.control.moving_certificate import stays_clear, threats
+from drake_starnav.control.law import ControlInput, TrackedObstacles
+from drake_starnav.control.moving_certificate import Threats, stays_clear, threats
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.tracking.kalman_tracks import Tracks
@@ -65,8 +65,8 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
 
 def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
     told = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
-    now = (np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
-    assert wary_step(lambda *_: told, *now, CONTROLLER, ROBOT, tracks=Tracks(), age=0.0, movers=STRICT) is told
+    now = ControlInput(np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
+    assert wary_step(lambda *_: told, now, CONTROLLER, ROBOT, TrackedObstacles(Tracks(), 0.0, STRICT)) is told
 
 
 @pytest.mark.parametrize("delay", [0.0, 1.0 / CONTROLLER.rate])
@@ -75,15 +75,14 @@ def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -
     movers, controller = MoverParameters(max_speed=0.8, margin=0.1), dataclasses.replace(CONTROLLER, delay=delay)
     pose, twist = np.zeros(3), np.array((0.4, 0.0))
     told = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
-    now, period = (pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none()), 1.0 / controller.rate
+    now = ControlInput(pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none())
+    period = 1.0 / controller.rate
     held = []
     for x in np.arange(0.4, 1.4, 0.01):
         tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
-        holds = stays_clear(
-            *(pose, twist, told.twist, period, limits_array(ROBOT)),
-            *(threats(tracks, movers), ROBOT.radius + movers.margin, 0.05, delay),
-        )
-        command = wary_step(lambda *_: told, *now, controller, ROBOT, tracks=tracks, age=0.05, movers=movers)
+        near_by = Threats(threats(tracks, movers), ROBOT.radius + movers.margin, 0.05)
+        holds = stays_clear(pose, twist, told.twist, period, ROBOT.limits, near_by, delay)
+        command = wary_step(lambda *_: told, now, controller, ROBOT, TrackedObstacles(tracks, 0.05, movers))
         assert (command is told) == holds
         held.append(holds)
     assert 20 < sum(held) < 80
@@ -94,7 +93,7 @@ def test_it_brakes_where_nothing_can_be_certified() -> None:
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
     tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
-    now = (np.zeros(3), twist, np.zeros(2), Guidance.none(), SafetyStar.none())
-    command = wary_step(control_step, *now, CONTROLLER, ROBOT, tracks=tracks, age=0.0, movers=STRICT)
+    now = ControlInput(np.zeros(3), twist, np.zeros(2), Guidance.none(), SafetyStar.none())
+    command = wary_step(control_step, now, CONTROLLER, ROBOT, TrackedObstacles(tracks, 0.0, STRICT))
     assert not command.certified
     assert math.isclose(command.twist[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP, swerved
+from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import control_step
 from drake_starnav.planning.guidance import Guidance
@@ -90,7 +91,7 @@ def test_one_short_hit_on_one_of_two_walls_does_not_stop_the_robot_between_them(
         places = [pose[:2]]
         for _ in range(200):
             star = star_with_one_short_hit(corridor, pose, side * math.pi / 2.0, 0.008)
-            twist = control_step(pose, twist, np.zeros(2), goal, star, parameters, ROBOT).twist
+            twist = control_step(ControlInput(pose, twist, np.zeros(2), goal, star), parameters, ROBOT).twist
             pose = pose + (twist[0] * math.cos(pose[2]) / 50.0, twist[0] * math.sin(pose[2]) / 50.0, twist[1] / 50.0)
             places.append(pose[:2])
         return np.array(places)

@@ -20,7 +20,7 @@ from drake_starnav.control.heading_controller import (
     wrapped_angle,
 )
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import Limits, RobotParameters
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 angles = st.floats(-math.pi, math.pi)
@@ -38,7 +38,7 @@ def test_the_law_turns_towards_the_heading_and_can_stop_turning_there(error: flo
 
 @given(angles, st.floats(0.0, 1.0))
 def test_the_compiled_law_is_the_same(error: float, speed: float) -> None:
-    compiled = turning_twist(error, speed, PARAMETERS.heading_gain, ROBOT.max_yaw_rate, ROBOT.max_yaw_acceleration)
+    compiled = turning_twist(error, speed, PARAMETERS.heading_gain, ROBOT.limits)
     np.testing.assert_allclose(compiled, turning_law(error, speed, PARAMETERS, ROBOT), atol=1e-15)
 
 
@@ -68,6 +68,6 @@ def test_values_are_cut_off_and_ramped() -> None:
 def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
     assert gripped(GRIP_WHILE_BRAKING) == GRIP
     assert gripped(2.0 * GRIP_WHILE_BRAKING) == pytest.approx(GRIP / 8.0)
-    limits = np.array((2.0, 4.0, GRIP_WHILE_BRAKING, 10.0))
+    limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, 10.0)
     assert not slides(2.0, 0.5 * GRIP, limits)
     assert slides(2.0, -0.51 * GRIP, limits)

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import limits_array, simulated_step
+from drake_starnav.control.braking_certificate import simulated_step
 from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import STANDING_SPEED, near, stays_clear, threats
+from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, stays_clear, threats
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
@@ -18,7 +18,7 @@ from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
 MOVERS = MoverParameters(max_speed=0.8, margin=0.01, caution=1.0)
 PERIOD, SCANS, STEP = 0.02, 3, 0.005
 """Of the commands, s; commands from one scan to the next; of the simulation, s."""
@@ -51,7 +51,7 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: in
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         age = k * PERIOD - scan_time
-        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, rows, RADIUS + MOVERS.margin, age)
+        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, Threats(rows, RADIUS + MOVERS.margin, age))
         target = desired if certified else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
         for i in range(round(PERIOD / STEP)):
@@ -74,7 +74,7 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
 
     def certified(speed: float, age: float) -> bool:
         rows = threats(tracks, MoverParameters(max_speed=speed))
-        return stays_clear(np.zeros(3), twist, np.array(desired), PERIOD, LIMITS, rows, RADIUS, age)
+        return stays_clear(np.zeros(3), twist, np.array(desired), PERIOD, LIMITS, Threats(rows, RADIUS, age))
 
     if not certified(0.4, 0.0):
         assert not certified(0.8, 0.0)
@@ -106,15 +106,15 @@ def test_threats_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: f
     twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
     pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
     room = least_room(pose, twist, desired, hold, delay, rows, age)
-    assert stays_clear(pose, twist, desired, hold, LIMITS, rows, room - 1e-9, age, delay)
-    assert not stays_clear(pose, twist, desired, hold, LIMITS, rows, room + 1e-9, age, delay)
+    assert stays_clear(pose, twist, desired, hold, LIMITS, Threats(rows, room - 1e-9, age), delay)
+    assert not stays_clear(pose, twist, desired, hold, LIMITS, Threats(rows, room + 1e-9, age), delay)
 
 
 def test_standing_and_turning_is_always_certified() -> None:
     rows = threats(seen(np.array([(0.4, 0.0)]), 0.2), MOVERS)
     turning = np.array((0.0, 1.0))
-    assert stays_clear(np.zeros(3), np.zeros(2), turning, PERIOD, LIMITS, rows, RADIUS, 0.0)
-    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), 0.1, LIMITS, rows, RADIUS, 0.0)
+    assert stays_clear(np.zeros(3), np.zeros(2), turning, PERIOD, LIMITS, Threats(rows, RADIUS, 0.0))
+    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), 0.1, LIMITS, Threats(rows, RADIUS, 0.0))
 
 
 def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
@@ -186,6 +186,6 @@ def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
     """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
     near_by = threats(seen(np.array([(RADIUS + 0.2 + MOVERS.margin + 0.001, 0.0)]), 0.2), MOVERS)
     creeping = np.array((0.6 * STANDING, 0.0))
-    keeps = (PERIOD, LIMITS, near_by, RADIUS + MOVERS.margin, 0.0)
+    keeps = (PERIOD, LIMITS, Threats(near_by, RADIUS + MOVERS.margin, 0.0))
     assert not stays_clear(np.zeros(3), creeping, creeping, *keeps)
     assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), *keeps)

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.heading_controller import turning_law
+from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
     CREEP_SPEED,
@@ -35,15 +36,9 @@ components = st.floats(-5.0, 5.0)
 def step(
     pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), path=((5.0, 0.0),), arrives=False, star=OPEN, parameters=PARAMETERS
 ) -> Command:
-    return control_step(
-        np.array(pose),
-        np.array(twist),
-        np.zeros(2),
-        Guidance(np.array(path).reshape(-1, 2), arrives, RegionStack.of(())),
-        star,
-        parameters,
-        ROBOT,
-    )
+    guidance = Guidance(np.array(path).reshape(-1, 2), arrives, RegionStack.of(()))
+    now = ControlInput(np.array(pose), np.array(twist), np.zeros(2), guidance, star)
+    return control_step(now, parameters, ROBOT)
 
 
 def settled(**arguments) -> np.ndarray:
@@ -113,7 +108,7 @@ def test_the_robot_arrives_in_the_open(tracking, seed):
     nearest = np.inf
     for _ in range(1500):
         before = twist
-        command = control_step(pose, twist, errors, Guidance.along(path), OPEN, parameters, ROBOT)
+        command = control_step(ControlInput(pose, twist, errors, Guidance.along(path), OPEN), parameters, ROBOT)
         twist, errors = command.twist, command.errors
         assert np.abs(twist - before)[0] <= PERIOD * ROBOT.max_acceleration + 1e-12
         pose = pose + PERIOD * np.array((twist[0] * math.cos(pose[2]), twist[0] * math.sin(pose[2]), twist[1]))
@@ -216,10 +211,10 @@ def test_clearance_limits_the_speed_if_the_robot_says_so():
     for clearance, speed in ((0.1, 0.3), (0.3, 0.5), (2.0, careful.max_speed)):
         twist = np.zeros(2)
         for _ in range(200):
-            twist = control_step(
-                np.zeros(3), twist, np.zeros(2), Guidance(np.array(((5.0, 0.0),)), False, RegionStack.of(())),
-                near(0.0, careful.radius + clearance), PARAMETERS, careful,
-            ).twist  # fmt: skip
+            guidance = Guidance(np.array(((5.0, 0.0),)), False, RegionStack.of(()))
+            star = near(0.0, careful.radius + clearance)
+            now = ControlInput(np.zeros(3), twist, np.zeros(2), guidance, star)
+            twist = control_step(now, PARAMETERS, careful).twist
         assert twist[0] == pytest.approx(speed)
     assert settled(star=near(0.0, ROBOT.radius + 0.1))[0] == pytest.approx(ROBOT.max_speed)
 

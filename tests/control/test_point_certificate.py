@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import (
@@ -29,7 +28,8 @@ from tests.helpers.motions import certified, least_clearance, motion
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
+SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
 PARAMETERS = ControllerParameters(certified_by="points", safety_margin=0.005, margin_per_speed=0.02)
 PERIOD = 1.0 / PARAMETERS.rate
 REACH, STARS = 2.0, StarParameters()
@@ -51,7 +51,7 @@ def simulated(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: flo
     """Poses every millisecond of a robot that ramps continuously to the target twist, and its last twist."""
     poses, step = [], 1e-3
     for _ in range(round(time / step)):
-        after = twist + np.clip(target - twist, -step * LIMITS[2:], step * LIMITS[2:])
+        after = twist + np.clip(target - twist, -step * ACCELERATIONS, step * ACCELERATIONS)
         v, omega = 0.5 * (twist + after)
         middle = pose[2] + 0.5 * omega * step
         pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
@@ -67,7 +67,7 @@ def test_an_accepted_command_and_full_braking_keep_their_distance(seed):
     world = scattered(rng, discs=14, walls=8)
     pose = np.array((*free_point(rng, world, RADIUS + 0.005), rng.uniform(-4.0, 4.0)))
     star, _ = sensed(world, pose, ScanMemory())
-    twist, wanted = (rng.uniform((0.0, -LIMITS[1]), LIMITS[:2]) for _ in range(2))
+    twist, wanted = (rng.uniform((0.0, -LIMITS.max_yaw_rate), SPEEDS) for _ in range(2))
     heading = rng.uniform(-4.0, 4.0)
     direction = np.array((math.cos(heading), math.sin(heading)))
     *tried, accepted = clear_twist(pose, twist, wanted, direction, star, PARAMETERS, ROBOT)
@@ -86,8 +86,8 @@ def test_the_least_clearance_is_that_of_the_braking_path(seed, hold, delay):
     rng = np.random.default_rng(seed)
     hits, gaps = rng.uniform(-1.5, 1.5, (60, 2)), rng.uniform(0.0, 0.07, 60)
     needed = needed_distances(gaps, RADIUS)
-    pose, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), rng.uniform(-LIMITS[:2], LIMITS[:2])
-    desired = rng.uniform(-LIMITS[:2], LIMITS[:2])
+    pose, twist = np.array((0.0, 0.0, rng.uniform(-4.0, 4.0))), rng.uniform(-SPEEDS, SPEEDS)
+    desired = rng.uniform(-SPEEDS, SPEEDS)
     away = least_clearance(motion(pose, twist, desired, hold, LIMITS, delay), hits, needed)
     known = KnownHits(hits, needed, np.zeros(2), np.inf)
     kept, missed = -1.0, 3.0
@@ -290,7 +290,7 @@ def test_a_move_out_of_a_pocket_is_certified_for_as_long_as_it_is_held(rate, max
     )
     assert accepted == (tried[0] > 0.0)
     needed = needed_distances(star.half_gaps, RADIUS)
-    path = motion(np.zeros(3), NOWHERE, np.array(tried), 1.0 / rate, limits_array(robot))
+    path = motion(np.zeros(3), NOWHERE, np.array(tried), 1.0 / rate, robot.limits)
     assert least_clearance(path, star.hits, needed) > 0.0
     assert accepted or rate < 10.0
 

@@ -16,9 +16,9 @@ from drake_starnav.control.rollout import (
     times_left,
     turning_time,
 )
+from drake_starnav.robot import Limits
 
-LIMITS = np.array((0.8, 2.0, 1.0, 4.0))
-"""Speed, yaw rate, acceleration and yaw acceleration."""
+LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
 
 
@@ -52,31 +52,31 @@ def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg
 def fastest_turn(angle: float, rate: float) -> float:
     """`turning_time` step by step: towards where it would stop too soon, or too late, then brake, s."""
     step, turned, omega, time = 1e-3, 0.0, rate, 0.0
-    sign = 1.0 if rate * abs(rate) / (2.0 * LIMITS[3]) < angle else -1.0
-    while sign * (turned + omega * abs(omega) / (2.0 * LIMITS[3]) - angle) < 0.0:
-        omega = min(max(omega + sign * LIMITS[3] * step, -LIMITS[1]), LIMITS[1])
+    sign = 1.0 if rate * abs(rate) / (2.0 * LIMITS.max_yaw_acceleration) < angle else -1.0
+    while sign * (turned + omega * abs(omega) / (2.0 * LIMITS.max_yaw_acceleration) - angle) < 0.0:
+        omega = min(max(omega + sign * LIMITS.max_yaw_acceleration * step, -LIMITS.max_yaw_rate), LIMITS.max_yaw_rate)
         turned, time = turned + omega * step, time + step
-    return time + abs(omega) / LIMITS[3]
+    return time + abs(omega) / LIMITS.max_yaw_acceleration
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.7, 3.0])
 @pytest.mark.parametrize("rate", [-1.0, 0.0, 0.6])
 def test_the_turning_time_is_that_of_the_fastest_turn(angle: float, rate: float) -> None:
-    assert turning_time(angle, rate, LIMITS[1], LIMITS[3]) == pytest.approx(fastest_turn(angle, rate), abs=0.01)
-    assert turning_time(-angle, -rate, LIMITS[1], LIMITS[3]) == turning_time(angle, rate, LIMITS[1], LIMITS[3])
+    assert turning_time(angle, rate, LIMITS) == pytest.approx(fastest_turn(angle, rate), abs=0.01)
+    assert turning_time(-angle, -rate, LIMITS) == turning_time(angle, rate, LIMITS)
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.8), st.floats(-2.0, 2.0))
 def test_no_heading_gains_time(error: float, v: float, omega: float) -> None:
     assert heading_loss(error, v, omega, LIMITS) >= 0.0
-    assert heading_loss(0.0, LIMITS[0], 0.0, LIMITS) == 0.0
+    assert heading_loss(0.0, LIMITS.max_speed, 0.0, LIMITS) == 0.0
 
 
 def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
     left = times_left(LINE, LIMITS)
-    corner = heading_loss(0.5 * math.pi, LIMITS[0], 0.0, LIMITS)
+    corner = heading_loss(0.5 * math.pi, LIMITS.max_speed, 0.0, LIMITS)
     assert left[2] == pytest.approx(1.0 / 0.8)
     assert left[1] == pytest.approx(2.0 / 0.8 + corner)
-    at_full_speed = time_to_go(LINE, left, 1, 0.0, 0.0, 0.0, LIMITS[0], 0.0, LIMITS)
+    at_full_speed = time_to_go(LINE, left, 1, 0.0, 0.0, 0.0, LIMITS.max_speed, 0.0, LIMITS)
     assert at_full_speed == pytest.approx(3.0 / 0.8 + 2.0 * corner)
-    assert time_to_go(LINE, left, 1, 0.0, 0.0, 1.0, LIMITS[0], 0.0, LIMITS) > at_full_speed
+    assert time_to_go(LINE, left, 1, 0.0, 0.0, 1.0, LIMITS.max_speed, 0.0, LIMITS) > at_full_speed

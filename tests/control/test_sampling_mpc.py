@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import certified_twist, limits_array
+from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.heading_controller import CREEP_SPEED
+from drake_starnav.control.law import ControlInput
 from drake_starnav.control.path_following import desired_twist
-from drake_starnav.control.rollout import ARRIVED, heading_loss, turning_time
+from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.control.sampling_mpc import (
     candidates,
     foreseen_costs,
@@ -30,7 +31,8 @@ from tests.helpers.motions import certified
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
+SPEEDS = np.array(LIMITS[:2])
 PERIOD = 1.0 / PARAMETERS.rate
 OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
 NOWHERE = RegionStack.of(())
@@ -120,7 +122,11 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
             break
         if i >= 7:  # the second half of the horizon
             best = min(best, cost + time_to_go())
-    return best + p.change_weight * np.sum(np.abs(np.array(candidate) - twist) / LIMITS[:2])
+    return best + p.change_weight * np.sum(np.abs(np.array(candidate) - twist) / SPEEDS)
+
+
+def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: SafetyStar) -> ControlInput:
+    return ControlInput(pose, twist, np.zeros(2), guidance, star)
 
 
 @settings(max_examples=25, deadline=None)
@@ -128,7 +134,7 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
 def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     twists = candidates(twist, np.array((0.3, 1.0)), PARAMETERS, ROBOT)[::7]
-    cost = foreseen_costs(twists, pose, twist, Guidance(path, arrives, regions), star, PARAMETERS, ROBOT)
+    cost = foreseen_costs(twists, control_input(pose, twist, Guidance(path, arrives, regions), star), PARAMETERS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
 
@@ -137,15 +143,15 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 @given(seeds, st.booleans())
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
-    guidance = Guidance(path, arrives, regions)
-    _, reactive, _ = desired_twist(pose, twist, np.zeros(2), guidance, star, PARAMETERS, ROBOT)
-    v, omega, accepted = predictive_twist(pose, twist, reactive, guidance, star, PARAMETERS, ROBOT)
+    now = control_input(pose, twist, Guidance(path, arrives, regions), star)
+    _, reactive, _ = desired_twist(now, PARAMETERS, ROBOT)
+    v, omega, accepted = predictive_twist(now, reactive, PARAMETERS, ROBOT)
     if accepted:
         assert certified(pose, twist, np.array((v, omega)), PERIOD, LIMITS, star)
     else:
         assert (v, omega, accepted) == certified_twist(pose, twist, reactive, PERIOD, LIMITS, star)
         assert v == 0.0
-    again = predictive_twist(pose, twist, reactive, guidance, star, PARAMETERS, ROBOT)
+    again = predictive_twist(now, reactive, PARAMETERS, ROBOT)
     assert again == (v, omega, accepted)
 
 
@@ -160,7 +166,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
             regions, star, memory = known_from(world, pose, memory)
         if k % 100 == 0:
             path = rng.uniform(-3.0, 3.0, (2, 2))
-        command = predictive_step(pose, twist, np.zeros(2), Guidance(path, False, regions), star, PARAMETERS, ROBOT)
+        command = predictive_step(control_input(pose, twist, Guidance(path, False, regions), star), PARAMETERS, ROBOT)
         v, omega = 0.5 * (twist + command.twist)
         middle = pose[2] + 0.5 * omega * PERIOD
         pose = pose + PERIOD * np.array((v * math.cos(middle), v * math.sin(middle), omega))
@@ -174,7 +180,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
 def test_in_the_open_it_sets_out_at_once_and_in_the_right_direction(heading, away, arrives):
     path = away * np.array([[math.cos(heading), math.sin(heading)]])
     guidance = Guidance(path, arrives, RegionStack.of([WIDE]))
-    command = predictive_step(np.zeros(3), np.zeros(2), np.zeros(2), guidance, OPEN, PARAMETERS, ROBOT)
+    command = predictive_step(control_input(np.zeros(3), np.zeros(2), guidance, OPEN), PARAMETERS, ROBOT)
     assert command.certified
     v, omega = command.twist
     assert v > 0.0 or omega * heading > 0.0
@@ -187,16 +193,17 @@ WIDE = smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)
 def test_without_a_path_or_sight_the_law_decides():
     twist, wanted = np.array((0.4, 0.1)), np.array((0.7, -0.5))
     for path in (np.zeros((0, 2)), np.array([[3.0, 0.0]])):
-        chosen = predictive_twist(np.zeros(3), twist, wanted, Guidance(path, False, NOWHERE), OPEN, PARAMETERS, ROBOT)
+        now = control_input(np.zeros(3), twist, Guidance(path, False, NOWHERE), OPEN)
+        chosen = predictive_twist(now, wanted, PARAMETERS, ROBOT)
         assert chosen == (0.7, -0.5, True)
 
 
 def test_without_certificate_the_best_candidate_is_taken_even_into_the_unseen():
     free = ControllerParameters(kind="mpc", certificate=False)
     guidance = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of([WIDE]))
-    arguments = (np.zeros(3), np.zeros(2), np.zeros(2), guidance)
-    assert predictive_step(*arguments, SafetyStar.none(), free, ROBOT).twist[0] > 0.0
-    assert predictive_step(*arguments, SafetyStar.none(), PARAMETERS, ROBOT).twist[0] == 0.0
+    now = control_input(np.zeros(3), np.zeros(2), guidance, SafetyStar.none())
+    assert predictive_step(now, free, ROBOT).twist[0] > 0.0
+    assert predictive_step(now, PARAMETERS, ROBOT).twist[0] == 0.0
 
 
 @given(seeds)
@@ -213,23 +220,6 @@ def test_a_hidden_way_point_is_reached_over_a_place_in_sight(seed):
         center = regions.center[0]
         over = np.hypot(*(center - pose[:2])) + np.hypot(*(path[0] - center))
         assert np.hypot(*(seen[0] - pose[:2])) + np.hypot(*(path[0] - seen[0])) <= over + 1e-9
-
-
-@settings(deadline=None)
-@given(st.floats(-3.0, 3.0), st.floats(-2.0, 2.0))
-def test_turning_time_is_that_of_the_fastest_turn(angle, rate):
-    """A bang-bang turn of that duration, found by stepping, ends there and standing."""
-    time = turning_time(angle, rate, 2.0, 4.0)
-    assert time == turning_time(-angle, -rate, 2.0, 4.0)
-    step, turned, now, steps = 1e-3, 0.0, rate, 0
-    while abs(angle - turned) > 2e-3 or abs(now) > 0.02:
-        left = angle - turned - math.copysign(now * now / 8.0, now)  # beyond where it could stop
-        now += math.copysign(min(4.0 * step, abs(left) + 1e-6 + 4.0 * step), left)
-        now = min(max(now, -2.0), 2.0)
-        turned += now * step
-        steps += 1
-        assert steps < 5000
-    assert time == pytest.approx(steps * step, abs=0.1)  # the stepped turn chatters a little at its end
 
 
 def test_heading_loss_is_nothing_at_full_speed_along_the_way_and_grows_with_the_error():

@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.robot import RobotParameters
@@ -53,11 +54,9 @@ def drive(
             known = track(known, scene.scan(time, pose, rng), pose, movers)
             perceived = perceive(perceived, known.scan, pose, SETTINGS)
             plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
-        age = time - known.tracks.time
-        command = wary_step(
-            control_step, pose, twist, errors, plan.guidance, perceived.safety, CONTROLLER, ROBOT,
-            tracks=known.tracks, age=age, movers=movers,
-        )  # fmt: skip
+        now = ControlInput(pose, twist, errors, plan.guidance, perceived.safety)
+        obstacles = TrackedObstacles(known.tracks, time - known.tracks.time, movers)
+        command = wary_step(control_step, now, CONTROLLER, ROBOT, obstacles)
         pose = moved(pose, 0.5 * (twist + command.twist), tick)
         twist, errors = command.twist, command.errors
         poses.append(pose)

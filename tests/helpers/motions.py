@@ -4,19 +4,20 @@ import numpy as np
 
 from drake_starnav.control.braking_certificate import simulated_step, stops_inside
 from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.robot import Limits
 
 
 def motion(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: np.ndarray, delay: float = 0.0
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits, delay: float = 0.0
 ) -> np.ndarray:
     """Poses (x, y, yaw) until the robot stands, shape (n, 3): `twist` for the delay, then `desired`, then braking."""
-    state = (*pose, *twist)
+    state, speeds = (*pose, *twist), np.array(limits[:2])
     poses = [state[:3]]
     while delay > 0.0:
         *state, delay = simulated_step(*state, *twist, delay, limits)
         poses.append(state[:3])
     while hold > 0.0 or abs(state[3]) > 1e-9:
-        *state, hold = simulated_step(*state, *np.clip(desired, -limits[:2], limits[:2]), hold, limits)
+        *state, hold = simulated_step(*state, *np.clip(desired, -speeds, speeds), hold, limits)
         poses.append(state[:3])
     return np.array(poses)
 
@@ -26,7 +27,7 @@ def certified(
     twist: np.ndarray,
     desired: np.ndarray,
     hold: float,
-    limits: np.ndarray,
+    limits: Limits,
     star: SafetyStar,
     delay: float = 0.0,
 ) -> bool:

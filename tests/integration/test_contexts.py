@@ -16,7 +16,7 @@ from drake_starnav.scenario import METHODS, parse_scenario
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.posts import GOALS, POSTS, posts, simulated
 
@@ -221,7 +221,7 @@ def test_no_system_keeps_state_of_its_own() -> None:
 def test_structure_tells_hidden_state() -> None:
     """The check above would see a counter, a list that grows, and an array that is written to."""
 
-    class Hoarder(DsmController):
+    class Hoarder(CertifiedController):
         pass
 
     scenario = posts()

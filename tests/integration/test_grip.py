@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.braking_certificate import certified_twist, limits_array
+from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import clear_twist
@@ -34,7 +34,7 @@ def driven(robot: RobotParameters, seed: int, by: str = "star", count: int = 500
         if rng.random() < 0.04:
             wanted = np.array((robot.max_speed, robot.max_yaw_rate)) * rng.uniform((0.2, -1.0), (1.0, 1.0))
         if by == "star":
-            v, omega, _ = certified_twist(np.zeros(3), twist, wanted, PERIOD, limits_array(robot), OPEN)
+            v, omega, _ = certified_twist(np.zeros(3), twist, wanted, PERIOD, robot.limits, OPEN)
         else:
             v, omega, _ = clear_twist(np.zeros(3), twist, wanted, np.array((1.0, 0.0)), OPEN, parameters, robot)
         twist = limited_twist(twist, np.array((v, omega)), robot, PERIOD)
@@ -55,7 +55,7 @@ def test_no_command_asks_for_more_than_wheels_grip(seed, by, grip):
 def test_a_robot_that_cannot_turn_so_fast_is_free_to_do_all_that_it_can():
     robot = RobotParameters(max_speed=2.0, max_acceleration=3.0, max_yaw_rate=4.0, max_yaw_acceleration=10.0)
     pose, most = np.zeros(3), np.array((2.0, 4.0))
-    v, omega, accepted = certified_twist(pose, most, most, PERIOD, limits_array(robot), OPEN)
+    v, omega, accepted = certified_twist(pose, most, most, PERIOD, robot.limits, OPEN)
     assert (v, omega, accepted) == (2.0, 4.0, True)
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control.law import ControlInput
 from drake_starnav.control.modulation import modulated_direction, nearest_point_direction
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
@@ -81,10 +82,9 @@ def test_the_pid_follows_its_formula(heading):
         max_speed=10.0, max_yaw_rate=20.0, max_acceleration=50.0, max_yaw_acceleration=200.0
     )  # so that the limits do not show
     twist, errors = np.array((0.2, 0.0)), np.array((0.7, heading))
-    command = control_step(
-        np.zeros(3), twist, errors, Guidance(3.0 * unit(heading)[None, :], False, RegionStack.of(())),
-        SafetyStar.none(), parameters, robot,
-    )  # fmt: skip
+    guidance = Guidance(3.0 * unit(heading)[None, :], False, RegionStack.of(()))
+    now = ControlInput(np.zeros(3), twist, errors, guidance, SafetyStar.none())
+    command = control_step(now, parameters, robot)
     error = np.array((min(1.0, 0.5 / max(abs(heading), 1e-6)) - 0.2, heading))
     rate = 40.0 * (error - errors)
     wanted = np.array((0.5 * error[0] + 0.05 * rate[0], 2.0 * error[1] + 0.05 * rate[1]))

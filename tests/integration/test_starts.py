@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control.braking_certificate import limits_array
 from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import STANDING_SPEED, stays_clear, threats
+from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, stays_clear, threats
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import MoverParameters
 from drake_starnav.tracking.tracker import Tracked, track
@@ -19,7 +18,7 @@ from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT = RobotParameters()
-LIMITS = limits_array(ROBOT)
+LIMITS = ROBOT.limits
 TICKS, STEPS = 2, 5
 """Commands from scan to scan, and steps of the simulation from command to command."""
 HALF = 3.0
@@ -81,7 +80,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
         ahead = moved(pose, desired, 0.8)[:2]
         safe = clearance(room(), ahead[None])[0] > ROBOT.radius + 0.1  # what stands is another certificate's
         age = time - known.tracks.time
-        keeps = (tick, LIMITS, rows, ROBOT.radius + movers.margin, age)
+        keeps = (tick, LIMITS, Threats(rows, ROBOT.radius + movers.margin, age))
         certified = safe and stays_clear(pose, twist, desired, *keeps)
         gaps = np.hypot(*(pose[:2] - centers).T) - radii - ROBOT.radius
         started |= (gaps < reach) & (abs(twist[0]) > 0.1) & (time > waits)

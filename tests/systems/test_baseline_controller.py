@@ -17,7 +17,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.utils.stopwatch import Stopwatch
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
@@ -71,7 +71,7 @@ def known(discs: list[tuple[float, float, float]]) -> Value:
 
 def test_outputs_are_those_of_the_star_controller() -> None:
     baseline = BaselineController(ROBOT, CONTROLLER, FoaParameters(), offset=0.0)
-    star = DsmController(ROBOT, CONTROLLER, offset=0.0)
+    star = CertifiedController(ROBOT, CONTROLLER, offset=0.0)
     ports = [[system.get_output_port(k) for k in range(system.num_output_ports())] for system in (baseline, star)]
     assert [p.get_name() for p in ports[0]] == [p.get_name() for p in ports[1]]
     assert [p.size() for p in ports[0]] == [p.size() for p in ports[1]]

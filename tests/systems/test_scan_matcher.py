@@ -5,7 +5,7 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.certificate import Certificate
+from drake_starnav.control.braking_certificate import Certificate
 from drake_starnav.geometry.se2 import composed, inverse, placed
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters

@@ -12,7 +12,7 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import MoverTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -36,7 +36,7 @@ WITH_RATE = {
 }
 WITH_OFFSET = {
     "StarRoadmapPlanner": lambda **times: StarRoadmapPlanner(ROBOT, PLANNER, **times),
-    "DsmController": lambda **times: DsmController(ROBOT, CONTROLLER, **times),
+    "CertifiedController": lambda **times: CertifiedController(ROBOT, CONTROLLER, **times),
 }
 
 

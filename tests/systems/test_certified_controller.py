@@ -9,16 +9,15 @@ from hypothesis import strategies as st
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control import ControllerParameters
+from drake_starnav.control import ControllerParameters, control_step
+from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems import certified_controller
-from drake_starnav.systems.certified_controller import TWIST
-from drake_starnav.systems.dsm_controller import DsmController
-from drake_starnav.systems.mpc_controller import MpcController
+from drake_starnav.systems.certified_controller import TWIST, CertifiedController
 from drake_starnav.tracking import MoverParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 
@@ -41,7 +40,7 @@ class Controlling:
         parameters: ControllerParameters = PARAMETERS,
         stopwatch: Stopwatch | None = None,
     ) -> None:
-        self.system = DsmController(ROBOT, parameters, offset=0.0, stopwatch=stopwatch)
+        self.system = CertifiedController(ROBOT, parameters, offset=0.0, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("guidance", Value(guidance))
@@ -178,13 +177,13 @@ def test_a_context_owns_the_last_twist() -> None:
 
 @pytest.mark.parametrize("lead", [0.0, 0.3])
 def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(lead: float, monkeypatch) -> None:
-    def note(step, *now, tracks: Tracks, age: float, movers: MoverParameters):
-        ages.append(age)
-        return step(*now)
+    def note(law, now, parameters, robot, obstacles):
+        ages.append(obstacles.age)
+        return law(now, parameters, robot)
 
     ages: list[float] = []
     monkeypatch.setattr(certified_controller, "wary_step", note)
-    system = DsmController(ROBOT, PARAMETERS, offset=0.5, movers=MoverParameters(max_speed=0.5), lead=lead)
+    system = CertifiedController(ROBOT, PARAMETERS, offset=0.5, movers=MoverParameters(max_speed=0.5), lead=lead)
     simulator = Simulator(system)
     inputs = {"guidance": Value(AHEAD), "safety_star": Value(WIDE), "state": np.zeros(5), "tracks": Value(Tracks(0.45))}
     for name, value in inputs.items():
@@ -200,9 +199,9 @@ def test_each_period_is_one_command() -> None:
 
 
 @pytest.mark.parametrize("lost", [math.nan, math.inf])
-@pytest.mark.parametrize("kind, by", [(DsmController, "star"), (DsmController, "points"), (MpcController, "star")])
-def test_a_pose_that_is_not_finite_ends_the_simulation(kind, by, lost) -> None:
-    system = kind(RobotParameters(), ControllerParameters(certified_by=by), offset=0.0)
+@pytest.mark.parametrize("law, by", [(control_step, "star"), (control_step, "points"), (predictive_step, "star")])
+def test_a_pose_that_is_not_finite_ends_the_simulation(law, by, lost) -> None:
+    system = CertifiedController(RobotParameters(), ControllerParameters(certified_by=by), offset=0.0, law=law)
     context = system.CreateDefaultContext()
     hits = np.array([(2.0, 0.0)])
     star = SafetyStar(np.zeros(2), 0.0, np.ones(360), hits, hits, np.zeros(1), seen=True)

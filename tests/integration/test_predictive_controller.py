@@ -1,4 +1,4 @@
-"""The predictive controller through a context: DsmController's ports, limits and certificate."""
+"""The predictive law through a context: the controller's ports, limits and certificate."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems.certified_controller import TWIST
-from drake_starnav.systems.dsm_controller import DsmController
-from drake_starnav.systems.mpc_controller import MpcController
+from drake_starnav.systems.certified_controller import TWIST, CertifiedController
 from tests.helpers.scans import smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
@@ -25,7 +24,7 @@ AHEAD = Guidance(np.array([[3.0, 0.5]]), False, REGIONS)
 
 def twists(star: SafetyStar = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
     """The commands of some periods with fixed inputs."""
-    system = MpcController(ROBOT, PARAMETERS, offset=0.0)
+    system = CertifiedController(ROBOT, PARAMETERS, offset=0.0, law=predictive_step)
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     for name, value in (("guidance", Value(AHEAD)), ("safety_star", Value(star)), ("state", [0.0, 0.0, 0.0, *twist])):
@@ -44,9 +43,9 @@ def ports(system: LeafSystem) -> list[tuple[str, int]]:
     return [(port.get_name(), port.size()) for port in inputs + outputs]
 
 
-def test_ports_are_those_of_the_dsm_controller() -> None:
-    system = MpcController(ROBOT, PARAMETERS, offset=0.0)
-    assert ports(system) == ports(DsmController(ROBOT, PARAMETERS, offset=0.0))
+def test_ports_do_not_depend_on_the_law() -> None:
+    system = CertifiedController(ROBOT, PARAMETERS, offset=0.0, law=predictive_step)
+    assert ports(system) == ports(CertifiedController(ROBOT, PARAMETERS, offset=0.0))
     assert not system.HasDirectFeedthrough(0)
 
 

@@ -1,0 +1,67 @@
+"""The interface of a control law: what it is given each period, and what it commands."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.kalman_tracks import Tracks
+from drake_starnav.tracking.parameters import MoverParameters
+
+
+class ControlInput(NamedTuple):
+    """What a control law is given each period.
+
+    Attributes:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded last, m/s and rad/s.
+        errors: (v, heading) errors from the last command.
+        guidance: where to go.
+        star: what the last scans certify.
+    """
+
+    pose: np.ndarray
+    twist: np.ndarray
+    errors: np.ndarray
+    guidance: Guidance
+    star: SafetyStar
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a control law decides in one period.
+
+    Attributes:
+        twist: (v, omega) to be reached by the end of the period, within the limits, m/s and rad/s.
+        guiding_vector: unit vector, shape (2,), W; zero when there is nowhere to go.
+        certified: whether some motion passed the certificate (or it is switched off).
+        errors: (v, heading) errors, for the derivative terms of the next period.
+    """
+
+    twist: np.ndarray
+    guiding_vector: np.ndarray
+    certified: bool
+    errors: np.ndarray
+
+
+class TrackedObstacles(NamedTuple):
+    """The dynamic obstacles as of the last scan.
+
+    Attributes:
+        tracks: of the last scan.
+        age: time since that scan, s.
+        parameters: what is declared about dynamic obstacles.
+    """
+
+    tracks: Tracks
+    age: float
+    parameters: MoverParameters
+
+
+Law = Callable[[ControlInput, ControllerParameters, RobotParameters], Command]
+"""One period of a controller as a pure function: `path_following.control_step`, `sampling_mpc.predictive_step`."""
