@@ -242,15 +242,15 @@ def parameters_page() -> str:
 {WRITTEN}
 
 Every parameter is a key of a scenario's YAML file and can be set on the command line, e.g. `--set robot.radius=0.3`.
-An unknown key or a value that is not allowed ends the run with one sentence that says what is. What to set together for
-a noisy lidar, narrow doors, a fast or a big robot is told in [tuning.md](tuning.md).
+An unknown key or an invalid value ends the run with one sentence that says what is allowed. [tuning.md](tuning.md) has
+settings for a noisy lidar, narrow doors, a fast or a big robot.
 """
     ]
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
     parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
     methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
-    said = "A method is a set of values for the parameters above, those given here; a scenario's own come after."
+    said = "A method sets the parameters below; a scenario's own values override them."
     parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
     return "\n".join(parts)
 

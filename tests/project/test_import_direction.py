@@ -1,7 +1,7 @@
-"""Imports only point down the table of rooms, and numerics know nothing of Drake.
+"""Imports follow the table of rooms, and numerics do not import Drake.
 
-A room is a module or a folder directly in the package. The table says which rooms it may import, and which
-third-party packages; what it leaves out is forbidden, and a room that it leaves out is an error.
+A room is a module or a folder directly in the package. The table lists the rooms and the third-party packages that each
+room may import. An import that it does not list is an error, and so is a room that it does not list.
 """
 
 import ast
@@ -22,7 +22,7 @@ DATA = {"share"}
 
 @dataclass(frozen=True)
 class Room:
-    """What the modules of a room may import, beside each other and the standard library."""
+    """What the modules of a room may import, besides each other and the standard library."""
 
     rooms: str = ""
     packages: str = ""
@@ -61,7 +61,7 @@ TABLE = {
     "__init__": Room(f"{LOOP} visualization simulation"),
     "__main__": Room("cli"),
 }
-"""From the ground up: a room may only import rooms that stand above it here."""
+"""A room may only import rooms that precede it here."""
 
 WITHOUT_DRAKE = {*METHOD.split(), "scenario"}
 MOST_ROOMS, MOST_LOOSE = 25, 8
@@ -69,7 +69,7 @@ MOST_ROOMS, MOST_LOOSE = 25, 8
 
 
 def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:
-    """Line and absolute dotted name of everything a module imports, wherever in its text.
+    """Line and absolute dotted name of everything that a module imports, at any level.
 
     Args:
         tree: the parsed module.
@@ -81,14 +81,14 @@ def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:
         elif isinstance(node, ast.ImportFrom):
             parents = module.split(".")[: -node.level] if node.level else []
             source = ".".join([*parents, *([node.module] if node.module else [])])
-            if source == PACKAGE:  # `from drake_starnav import stars` names a room in its second half
+            if source == PACKAGE:  # `from drake_starnav import regions` names the room after `import`
                 yield from ((node.lineno, f"{source}.{alias.name}") for alias in node.names)
             else:
                 yield node.lineno, source
 
 
 def violations(source: str, module: str, table: dict[str, Room] = TABLE) -> list[str]:
-    """One sentence for each import that the table does not allow.
+    """One message for each import that the table does not allow.
 
     Args:
         source: text of the module.
@@ -97,7 +97,7 @@ def violations(source: str, module: str, table: dict[str, Room] = TABLE) -> list
     """
     room = module.split(".")[1]
     if room not in table:
-        return [f"{module}: room {room} is not in the table of {Path(__file__).name}; add it where it belongs"]
+        return [f"{module}: room {room} is not in the table of {Path(__file__).name}; add a row for it"]
     allowed_rooms, allowed_packages = {room, *table[room].rooms.split()}, set(table[room].packages.split())
     found = []
     for line, name in imported_modules(ast.parse(source), module):
@@ -106,9 +106,9 @@ def violations(source: str, module: str, table: dict[str, Room] = TABLE) -> list
             target = rest[0] if rest and rest[0] in table else "__init__"
             if target not in allowed_rooms:
                 known = table[room].rooms or "no other room"
-                found.append(f"{module}:{line} imports {name}; {room} may know {known}")
+                found.append(f"{module}:{line} imports {name}; {room} may import {known}")
         elif top not in allowed_packages and top not in sys.stdlib_module_names:
-            found.append(f"{module}:{line} imports {name}; {room} may know {table[room].packages or 'no package'}")
+            found.append(f"{module}:{line} imports {name}; {room} may import {table[room].packages or 'no package'}")
     return found
 
 
@@ -121,14 +121,14 @@ def modules() -> Iterator[tuple[str, Path]]:
 
 
 @pytest.mark.parametrize(("module", "path"), [pytest.param(*found, id=found[0]) for found in modules()])
-def test_imports_point_down(module: str, path: Path) -> None:
+def test_imports_follow_the_table(module: str, path: Path) -> None:
     assert violations(path.read_text(encoding="utf-8"), module) == []
 
 
-def test_the_table_has_no_way_up() -> None:
+def test_a_room_imports_only_rooms_before_it() -> None:
     lower: set[str] = set()
     for name, room in TABLE.items():
-        assert set(room.rooms.split()) <= lower, f"{name} may only know rooms that stand before it in the table"
+        assert set(room.rooms.split()) <= lower, f"{name} may only import rooms that precede it in the table"
         lower.add(name)
 
 
@@ -136,10 +136,11 @@ def test_the_rooms_are_few() -> None:
     loose = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "__main__"}
     assert len(TABLE) <= MOST_ROOMS
     assert len(loose) <= MOST_LOOSE, sorted(loose)
-    assert {module.split(".")[1] for module, _ in modules()} == set(TABLE), "a room of the table does not exist"
+    rooms = {module.split(".")[1] for module, _ in modules()}
+    assert rooms == set(TABLE), "the rooms of the table are not those of the package"
 
 
-def test_numerics_know_nothing_of_drake() -> None:
+def test_numerics_do_not_import_drake() -> None:
     for name in WITHOUT_DRAKE:
         assert "pydrake" not in TABLE[name].packages.split()
         assert set(TABLE[name].rooms.split()) <= WITHOUT_DRAKE, f"{name} would get pydrake through another room"
@@ -154,7 +155,7 @@ def test_numerics_know_nothing_of_drake() -> None:
             "regions.star_region:2 imports pydrake",
         ),
         ("regions.star_region", "def late():\n    import pydrake", "regions.star_region:2 imports pydrake"),
-        ("regions.star_region", "from drake_starnav.planning.search import find_route", "regions may know"),
+        ("regions.star_region", "from drake_starnav.planning.search import find_route", "regions may import"),
         ("regions.star_region", "from drake_starnav import planning", "imports drake_starnav.planning"),
         ("regions.star_region", "from ..planning import search", "imports drake_starnav.planning"),
         ("regions.__init__", "from ..planning import search", "imports drake_starnav.planning"),
@@ -162,7 +163,7 @@ def test_numerics_know_nothing_of_drake() -> None:
         ("regions.star_region", "import drake_starnav.station.lidar_sensor", "imports drake_starnav.station"),
         ("regions.star_region", "import drake_starnav", "imports drake_starnav"),
         ("robot", "from .regions import erosion", "imports drake_starnav.regions"),
-        ("errors", "import numpy", "errors may know no package"),
+        ("errors", "import numpy", "errors may import no package"),
         ("attic.old", "", "room attic is not in the table"),
     ],
 )
@@ -190,5 +191,5 @@ def test_a_violation_is_found(module: str, source: str, complaint: str) -> None:
         ("__init__", "from drake_starnav.lidar.laser_scan import LaserScan\nfrom .navigation import make_diagram"),
     ],
 )
-def test_what_is_allowed_passes(module: str, source: str) -> None:
+def test_an_allowed_import_passes(module: str, source: str) -> None:
     assert violations(source, f"{PACKAGE}.{module}") == []

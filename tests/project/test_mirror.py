@@ -1,4 +1,4 @@
-"""Tests mirror the rooms: tests/room/test_module.py is of drake_starnav/room/module.py."""
+"""Tests mirror the rooms: tests/room/test_module.py tests drake_starnav/room/module.py."""
 
 from pathlib import Path
 
@@ -7,17 +7,17 @@ from tests.project.test_import_direction import WITHOUT_DRAKE
 
 PACKAGE, TESTS = Path(drake_starnav.__file__).parent, Path(__file__).parents[1]
 OTHERS = {
-    "benchmarks": "of benchmarks/",
-    "fuzz": "readers that are given anything",
-    "helpers": "what tests share; no tests",
+    "benchmarks": "benchmarks/",
+    "fuzz": "readers of files, with arbitrary input",
+    "helpers": "shared by tests; contains none",
     "integration": "several modules or rooms together",
-    "models": "of the robots in models/",
-    "project": "of the repository as a whole",
-    "scripts": "of scripts/",
+    "models": "the robots in models/",
+    "project": "the repository as a whole",
+    "scripts": "scripts/",
 }
-"""Folders of tests that are of no room."""
+"""Folders of tests that mirror no room, and what they test."""
 DECLARATIONS = "parameters"
-"""Modules of this name only declare parameters, which `tests/test_parameters.py` is about."""
+"""Modules of this name only declare parameters, which `tests/test_parameters.py` tests."""
 
 
 def modules() -> set[str]:
@@ -28,7 +28,7 @@ def modules() -> set[str]:
 
 
 def names_of_tests() -> dict[str, Path]:
-    """What the name of each test file says that it is of, but for those of no room."""
+    """Test files of rooms by the module that their name stands for."""
     files = [path.relative_to(TESTS) for path in TESTS.rglob("test_*.py")]
     return {
         (path.parent / path.stem.removeprefix("test_")).as_posix(): path
@@ -51,6 +51,6 @@ def test_each_module_of_the_numerics_has_a_test_of_its_name() -> None:
     assert not numerics - set(names_of_tests())
 
 
-def test_what_tests_share_has_one_place() -> None:
+def test_helpers_of_tests_are_in_one_folder() -> None:
     shared = {path.relative_to(TESTS) for path in TESTS.rglob("*.py") if not path.name.startswith("test_")}
     assert {path.parts[0] for path in shared} == {"helpers", "conftest.py"}

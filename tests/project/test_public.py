@@ -1,4 +1,4 @@
-"""The public interface: what it lists exists, is documented, and is the same for type checkers."""
+"""Every public name exists, is documented, and is the same for type checkers."""
 
 import ast
 import importlib

@@ -1,4 +1,4 @@
-"""The code in README and docs runs as written, and links lead somewhere."""
+"""The code in README and docs runs as written, and local links exist."""
 
 import re
 import subprocess
@@ -25,7 +25,7 @@ def blocks(language: str, page: Path = README) -> list[str]:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks("python", page)], ids=lambda page: page.name)
 def test_python_blocks_run(page: Path, capsys: pytest.CaptureFixture) -> None:
-    with patch.dict(WORLD_KINDS):  # a block may enter a kind of its own
+    with patch.dict(WORLD_KINDS):  # a block may register a kind of world
         for code in blocks("python", page):
             exec(compile(code, page.name, "exec"), {"__name__": "documented"})
     assert capsys.readouterr().out.strip()
@@ -41,7 +41,7 @@ def test_yaml_blocks_are_scenarios_or_parts_of_them(page: Path) -> None:
 
 @cache
 def help_of(program: tuple[str, ...]) -> str:
-    """What a script or module says to --help."""
+    """Output of a script or module for --help."""
     return subprocess.run(
         [sys.executable, *program, "--help"], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout
@@ -53,7 +53,7 @@ def assert_has_options(program: tuple[str, ...], words: list[str]) -> None:
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks("sh", page)], ids=lambda page: page.name)
-def test_no_command_is_refused_because_of_the_file_of_another(page: Path) -> None:
+def test_no_command_writes_the_file_of_another(page: Path) -> None:
     for block in blocks("sh", page):
         commands = [line for line in block.splitlines() if "benchmark.py" in line and "--resume" not in line]
         files = [name for line in commands for name in re.findall(r"--json (\S+)", line)]
@@ -96,5 +96,5 @@ def test_local_links_exist(page: Path) -> None:
         assert link.startswith("http") or (page.parent / link.partition("#")[0]).exists(), link
 
 
-def test_readme_shows_something_and_leads_on() -> None:
+def test_readme_has_code_and_links_to_the_docs() -> None:
     assert blocks("python") and "](docs/ports.md)" in README.read_text(encoding="utf-8")

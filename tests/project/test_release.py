@@ -1,4 +1,4 @@
-"""What a release says of itself is the same everywhere, and the citation is valid."""
+"""Version and licence of a release agree everywhere, and the citation is valid."""
 
 import re
 import shutil
@@ -33,7 +33,7 @@ def test_every_place_names_the_same_version() -> None:
     assert sections()[0][0] == version
 
 
-def test_the_changelog_goes_back_in_time() -> None:
+def test_the_changelog_lists_versions_newest_first() -> None:
     numbers = [tuple(map(int, version.split("."))) for version, _ in sections()]
     assert numbers == sorted(numbers, reverse=True)
     for k, (_, day) in enumerate(sections()):
@@ -51,7 +51,7 @@ def test_a_tagged_commit_is_that_release() -> None:
     assert not tags or sections()[0][1] != "unreleased"
 
 
-def test_the_citation_has_what_its_format_demands() -> None:
+def test_the_citation_has_the_required_fields() -> None:
     assert CITATION["cff-version"] == "1.2.0"
     assert CITATION["type"] in ("software", "dataset")
     assert {"message", "title", "authors"} <= set(CITATION)
@@ -62,3 +62,8 @@ def test_the_citation_has_what_its_format_demands() -> None:
     preferred = CITATION["preferred-citation"]
     assert re.fullmatch(r"10\.\d{4,9}/\S+", preferred["doi"])
     assert isinstance(preferred["year"], int) and 1 <= preferred["month"] <= 12
+
+
+def test_an_unreleased_first_version_has_no_history() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert len(sections()) > 1 or "### Fixed" not in text

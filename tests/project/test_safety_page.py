@@ -1,4 +1,4 @@
-"""SAFETY.md promises only what a test shows."""
+"""SAFETY.md claims only what a test demonstrates."""
 
 import ast
 import re

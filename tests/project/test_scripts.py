@@ -1,4 +1,4 @@
-"""Every script says what it does and how to call it: `--help` answers at once and runs nothing."""
+"""`--help` of every script describes what it does and how to call it, and runs nothing."""
 
 import ast
 import runpy
@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def is_script(path: Path) -> bool:
-    """Whether a file does something when it is run."""
+    """Whether a file has a main block."""
     last = ast.parse(path.read_text(encoding="utf-8")).body[-1]
     return isinstance(last, ast.If) and ast.unparse(last.test) == "__name__ == '__main__'"
 
@@ -20,7 +20,7 @@ SCRIPTS = [p for folder in ("scripts", "benchmarks") for p in sorted((ROOT / fol
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
-def test_help_says_what_it_does_and_how_to_call_it(script: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+def test_help_describes_the_script(script: Path, tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.setattr(sys, "argv", [str(script), "--help"])
     monkeypatch.setattr(sys, "path", [str(ROOT), *sys.path])
     monkeypatch.chdir(tmp_path)
@@ -29,5 +29,5 @@ def test_help_says_what_it_does_and_how_to_call_it(script: Path, tmp_path: Path,
     assert ended.value.code == 0
     usage, _, about = capsys.readouterr().out.partition("\n\n")
     assert usage.startswith("usage: ") and script.stem.lstrip("0123456789_") in usage  # 06 runs lidar_only.py
-    assert len(about.split()) > 5, "it does not say what it does"
+    assert len(about.split()) > 5, "the description is missing"
     assert list(tmp_path.iterdir()) == []

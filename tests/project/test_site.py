@@ -1,4 +1,4 @@
-"""The documentation as a site: it builds without a warning, and opens without a network."""
+"""The documentation builds as a site without a warning, and the site works offline."""
 
 import importlib.util
 import re
@@ -19,11 +19,11 @@ pytestmark = pytest.mark.skipif(
 )
 
 LOADING = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
-"""Elements that a browser loads something for, and where they say what."""
+"""Elements that make a browser load something, and the attribute that names it."""
 
 
 class Page(HTMLParser):
-    """Collects what a page loads, and where it leads."""
+    """What a page loads, its links and its anchors."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -44,7 +44,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site, built anew; a warning fails, such as a link to a page or heading that does not exist."""
+    """The site, freshly built; any warning fails, such as a link to a page or heading that does not exist."""
     folder = tmp_path_factory.mktemp("site")
     done = subprocess.run(
         [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(DOCS), str(folder)],
@@ -59,7 +59,7 @@ def test_every_page_is_in_the_menu(site: Path) -> None:
     assert {f"{page.stem}.html" for page in DOCS.glob("*.md")} - {"index.html"} <= menu
 
 
-def test_nothing_is_loaded_from_elsewhere_and_all_that_is_loaded_exists(site: Path) -> None:
+def test_pages_load_only_local_files_that_exist(site: Path) -> None:
     for path in site.rglob("*.html"):
         for target in Page(path).loads:
             if not target.startswith("data:"):
@@ -70,7 +70,7 @@ def test_nothing_is_loaded_from_elsewhere_and_all_that_is_loaded_exists(site: Pa
         assert not re.search(r"load\(['\"]?(https?:)?//|@import", text), style.name
 
 
-def test_links_between_pages_lead_to_their_anchors(site: Path) -> None:
+def test_links_between_pages_have_their_anchors(site: Path) -> None:
     pages = {path.name: Page(path) for path in site.glob("*.html")}
     for name, page in pages.items():
         for target in page.leads:
@@ -81,7 +81,7 @@ def test_links_between_pages_lead_to_their_anchors(site: Path) -> None:
 
 
 @pytest.mark.skipif(browser_missing() is not None, reason=str(browser_missing()))
-def test_a_browser_shows_every_picture_and_asks_for_nothing_but_the_site(site: Path) -> None:
+def test_a_browser_shows_every_picture_and_requests_only_the_site(site: Path) -> None:
     from playwright.sync_api import sync_playwright
 
     asked: list[str] = []
@@ -89,10 +89,10 @@ def test_a_browser_shows_every_picture_and_asks_for_nothing_but_the_site(site: P
         browser = driver.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1100, "height": 800})
         page.on("request", lambda request: asked.append(request.url))
-        for name in ("index", "method", "ports", "parameters"):
+        for name in ("index", "architecture", "method", "ports", "parameters"):
             page.goto((site / f"{name}.html").as_uri())
             broken = page.evaluate("[...document.images].filter(i => !i.naturalWidth).map(i => i.src)")
-            assert broken == [], "pictures that are not shown"
+            assert broken == [], "pictures are missing"
             overhang = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
             assert overhang <= 0, f"{name} is wider than its window"
         browser.close()
