@@ -24,6 +24,18 @@ LOOP_OUTPUTS = [
     "controller.guiding_vector",
     "controller.certificate",
 ]
+STATION_OUTPUTS = [
+    "lidar.scan",
+    "lidar.ranges",
+    "lidar.point_cloud",
+    "lidar.X_WS",
+    "localization.pose",
+    "localization.state",
+    "localization.scan_pose",
+    "cheat.robot_state",
+    "cheat.contact_results",
+    "cheat.geometry_query",
+]
 """What a diagram exports of its planner and its controller."""
 
 
