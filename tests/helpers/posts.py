@@ -24,6 +24,7 @@ LOOP_OUTPUTS = [
     "controller.guiding_vector",
     "controller.certificate",
 ]
+"""What a diagram exports of its planner and its controller."""
 STATION_OUTPUTS = [
     "lidar.scan",
     "lidar.ranges",
@@ -36,7 +37,7 @@ STATION_OUTPUTS = [
     "cheat.contact_results",
     "cheat.geometry_query",
 ]
-"""What a diagram exports of its planner and its controller."""
+"""What a station exports."""
 
 
 def posts(**changes: Any) -> Scenario:
