@@ -1,4 +1,4 @@
-"""The one base class of every error that this package raises on purpose, what callers tell apart, and how it reads."""
+"""The base class of all errors that this package raises on purpose, and helpers for their messages."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 LONGEST_VALUE = 100
 """Characters of a value that a message shows at most."""
 MOST_DIGITS = 1000
-"""A whole number of more is not written out."""
+"""Larger whole numbers are not written out."""
 
 
 class StarnavError(Exception):
@@ -14,13 +14,13 @@ class StarnavError(Exception):
 
 
 class UnsupportedError(StarnavError):
-    """A method that cannot be tried in a world at all, which is no failure of a trial."""
+    """A method that is not applicable in a world, which is not a failed trial."""
 
 
 def shown(value: Any, most: int = LONGEST_VALUE) -> str:
-    """`repr(value)` for a message: cut after `most` characters, and never made any longer than that.
+    """`repr(value)` for a message, shortened to `most` characters without building more of it.
 
-    A value from a file may be larger than memory once it is written out: a few aliases of YAML stand for billions of
+    A value from a file may not fit in memory once it is written out: a few aliases of YAML may expand to billions of
     entries.
     """
     text = ""
@@ -63,6 +63,6 @@ def one_line(text: str) -> str:
 
 
 def said_by(error: Exception) -> str:
-    """What the error of another library says, in one line and cut."""
+    """The message of another library's error, in one line and shortened."""
     text = " ".join(str(error).split())
     return text if len(text) <= 5 * LONGEST_VALUE else f"{text[: 5 * LONGEST_VALUE - 3]}..."

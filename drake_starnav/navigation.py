@@ -64,7 +64,7 @@ class Navigation:
 
     @property
     def certificate(self) -> OutputPort:
-        """The port of what the controller guarantees, in the same frame."""
+        """The port of the controller's certificate, in the same frame."""
         return (self.matcher or self.controller).GetOutputPort("certificate")
 
 
@@ -81,9 +81,9 @@ def add_navigation(
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
 
     The lidar scans at multiples of its period; perception follows one step of the plant later, planner and controller
-    two, so that each reads what the one before it has finished: of updates at one time Drake does the unrestricted
-    ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move, the tracker
-    takes the first of these steps and the others follow one later.
+    two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes the
+    unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
+    the tracker takes the first of these steps and the others follow one later.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.
 
@@ -93,7 +93,7 @@ def add_navigation(
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
         station: already in the builder, instead of a new one: e.g. the equipment of one of several robots in a plant.
-        stopwatch: where wall-clock times are noted, if anywhere.
+        stopwatch: records wall-clock times, if given.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
 
     Raises:
@@ -158,7 +158,7 @@ def add_navigation(
 
 @dataclass(frozen=True)
 class _Schedule:
-    """When the systems are updated first, s: each a step of the plant after what it reads, None if it is not there."""
+    """First update of each system, s, one step of the plant after its inputs; None for a system that is absent."""
 
     tracker: float | None
     perception: float

@@ -1,4 +1,4 @@
-"""The robot's body and limits, as every room needs to know them."""
+"""The robot's body and limits."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

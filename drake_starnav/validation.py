@@ -1,4 +1,4 @@
-"""What is refused before anything is wired: parameters with which promises would not be kept."""
+"""Parameters for which the guarantees would not hold; they are refused before anything is wired."""
 
 import dataclasses
 
@@ -11,7 +11,7 @@ from drake_starnav.station.navigation_station import NavigationStation, RobotEqu
 from drake_starnav.station.robot_model import TOLERANCE
 
 HARDEST_BRAKING = 6.0
-"""The wheels of the shipped robots grip so much, m/s^2: braking takes load off them."""
+"""Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
 
 
 def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
@@ -40,7 +40,7 @@ def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipm
 
 
 def check_promises(scenario: Scenario) -> None:
-    """Raise a `StarnavError` where the controller would not keep what its parameters promise."""
+    """Raise a `StarnavError` where the controller's guarantees would not hold."""
     controller, lidar = scenario.controller, scenario.lidar
     _check_path(scenario)
     if controller.kind not in CERTIFIED:
@@ -81,7 +81,7 @@ def _check_path(scenario: Scenario) -> None:
 
 
 def _check_beams(scenario: Scenario) -> None:
-    """Where the robot decides to stop, it must not fit between two beams: walls would be open there."""
+    """At the distance where the robot must begin to stop, it must not fit between two beams: walls would seem open."""
     robot, lidar = scenario.robot, scenario.lidar
     distance = Declared.of(scenario).seen_from
     if distance * lidar.angle_increment > robot.radius:
@@ -94,7 +94,7 @@ def _check_beams(scenario: Scenario) -> None:
 
 
 def _check_braking(scenario: Scenario) -> None:
-    """Who slides when he brakes stops later than certified."""
+    """A robot that slides while braking stops later than certified."""
     hardest = scenario.robot.max_acceleration
     if hardest > HARDEST_BRAKING:
         raise StarnavError(
@@ -104,7 +104,7 @@ def _check_braking(scenario: Scenario) -> None:
 
 
 def _check_range(scenario: Scenario, reach: float) -> None:
-    """The certificate in time must see what comes while the robot brakes; `reach` with its margin, m."""
+    """The lidar must see obstacles that approach while the robot brakes; `reach` includes the margin, m."""
     robot, lidar, movers = scenario.robot, scenario.lidar, scenario.movers
     stopping = robot.max_speed / robot.max_acceleration
     needed = reach + 0.5 * robot.max_speed * stopping

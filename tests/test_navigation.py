@@ -24,20 +24,8 @@ from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
-from tests.helpers.posts import GOALS, LOOP_OUTPUTS, posts, simulated
+from tests.helpers.posts import GOALS, LOOP_OUTPUTS, STATION_OUTPUTS, posts, simulated
 
-STATION_OUTPUTS = [
-    "lidar.scan",
-    "lidar.ranges",
-    "lidar.point_cloud",
-    "lidar.X_WS",
-    "localization.pose",
-    "localization.state",
-    "localization.scan_pose",
-    "cheat.robot_state",
-    "cheat.contact_results",
-    "cheat.geometry_query",
-]
 EXPORTS = [*LOOP_OUTPUTS, *STATION_OUTPUTS]
 
 HALF = ["lidar.angle_min=-1.5707963", "lidar.angle_max=1.5707963"]

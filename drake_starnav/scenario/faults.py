@@ -1,4 +1,4 @@
-"""What may go wrong with localisation and drive: declared bounds of the errors that `fault_models` draws.
+"""Faults of localization and drive: declared bounds of the errors that `fault_models` draws.
 
 The faults of the lidar are parameters of the lidar, `mass_error` one of the robot. A declared fault is simulated, and
 navigation allows for it (see `margins`); what is not declared is neither simulated nor allowed for.
@@ -11,7 +11,7 @@ from drake_starnav.parameters import check_parameters, parameter
 
 @dataclass(frozen=True)
 class LocalizationParameters:
-    """How the pose that the robot believes differs from the truth."""
+    """How the believed pose of the robot differs from the true one."""
 
     drift: float = parameter(
         0.0,

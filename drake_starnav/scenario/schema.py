@@ -1,7 +1,7 @@
 """Scenarios: typed parameters <-> YAML.
 
 A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, movers, simulation,
-recording` and one for each baseline; each is a dataclass with defaults, so that a file says only what differs. The
+recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs. The
 world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
 """
 
@@ -156,7 +156,7 @@ def scenario_names() -> list[str]:
 
 
 def scenario_path(name_or_path: str) -> Path:
-    """The file of a shipped scenario, or the one that a path names; a `StarnavError` if it is no such name or path."""
+    """The file of a shipped scenario, or the one at a path; a `StarnavError` if there is neither."""
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
         return path
@@ -190,7 +190,7 @@ def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequenc
 
 
 def _name_of(path: Path) -> str:
-    """What to call a scenario file; bytes that are no UTF-8, which names of files may have, are replaced."""
+    """The name of a scenario file; bytes in it that are not UTF-8 are replaced."""
     return os.fsencode(path.stem).decode("utf-8", errors="replace")
 
 
@@ -261,9 +261,9 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
-    """What two texts as of `scenario_text` have otherwise in some sections: "robot.radius 0.3 and 0.25".
+    """Where two texts as of `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25".
 
-    Keys that only one of them has, as of another version, do not count, nor do the folders of the files they name.
+    Keys of only one of them (from another version) and the folders of the files that they name are ignored.
     """
     both, found = [_read(part, place) for part in (text, other)], []
     for section in sections:

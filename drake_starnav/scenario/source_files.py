@@ -1,4 +1,4 @@
-"""Which files a scenario's world and robot are made from: those it names, and all that these name in turn."""
+"""The files from which a scenario's world and robot are made: those it names, and all that these name in turn."""
 
 import json
 import os
@@ -17,11 +17,11 @@ from drake_starnav.utils.yaml_text import yaml_texts
 from drake_starnav.worlds.formats.world_file import shipped_file
 
 FOLDER_FILES = ("model.config", "model.sdf", "package.xml")
-"""What stands for a folder that a model names."""
+"""The files that represent a folder named by a model."""
 
 
 def input_files(name_or_path: str, scenario: Scenario) -> set[Path]:
-    """All files that are read for a scenario that was loaded by a name or path: none of them is to be written."""
+    """All files that are read for a scenario loaded by a name or path; none of them may be overwritten."""
     return {scenario_path(name_or_path), *source_files(scenario)}
 
 

@@ -1,4 +1,4 @@
-"""Ends a run when the robot has arrived, or stands because nothing is left to try."""
+"""Ends a run when the robot has arrived, or has stopped because the goal is unreachable."""
 
 import math
 
@@ -9,7 +9,7 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.utils.timing import checked_period
 
 STANDING = 0.01
-"""Below this speed the robot stands, m/s."""
+"""A robot slower than this counts as standing, m/s or rad/s."""
 
 
 class ArrivalMonitor(LeafSystem):
@@ -34,7 +34,7 @@ class ArrivalMonitor(LeafSystem):
     def __init__(self, *, tolerance: float, period: float, offset: float = 0.0) -> None:
         """
         Args:
-            tolerance: distance from the goal that counts as there, m.
+            tolerance: distance from the goal within which it counts as reached, m.
             period, offset: of the checks, s.
         """
         super().__init__()

@@ -11,7 +11,7 @@ from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.utils.timing import checked_period
 
 COLLISION, STRUCK = "collision", "struck"
-"""How a contact is called: a robot that stands when a moving obstacle runs into it is struck."""
+"""Names of a contact; `STRUCK` if a moving obstacle hits a robot that is standing."""
 
 
 class CollisionMonitor(LeafSystem):
@@ -29,8 +29,8 @@ class CollisionMonitor(LeafSystem):
         contact_results: abstract, `ContactResults` of the plant; point contacts and hydroelastic ones count.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
 
-    The simulator stops with status "reached termination" and a message that begins with how the contact is called and
-    gives the identifiers of both geometries. It is called struck if the robot stood and touches nothing but moving
+    The simulator stops with status "reached termination" and a message that begins with the name of the contact and
+    gives the identifiers of both geometries. The contact is `STRUCK` if the robot stood and touches only moving
     obstacles.
     """
 
@@ -48,8 +48,8 @@ class CollisionMonitor(LeafSystem):
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             movers: of the moving obstacles.
-            period, offset: of the checks, s. Contact lasts while the wheels push, so that few checks suffice; but to
-                tell whether the robot stood at the first touch, check at each step of the plant.
+            period, offset: of the checks, s. Contact lasts while the wheels push, so that rare checks suffice; to
+                determine whether the robot stood at the first contact, check at each step of the plant.
         """
         super().__init__()
         self._robot, self._ground, self._movers = set(robot), set(ground), set(movers)

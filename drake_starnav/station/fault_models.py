@@ -1,4 +1,4 @@
-"""The seeded errors of localisation and drive that a declared fault stands for."""
+"""The seeded errors of localization and drive that simulate the declared faults."""
 
 import math
 
@@ -7,14 +7,14 @@ import numpy as np
 from drake_starnav.geometry.se2 import composed, now_in
 
 DRIFT, JUMP, SLIP = 2, 3, 4
-"""Streams of chance, besides the lidar's."""
+"""Random streams, besides the lidar's."""
 
 
 def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
     """The believed pose after the robot went from one true pose to another.
 
-    The error has one direction relative to the robot, and one sign of the heading, for a whole trial, so that it adds
-    up as that of a badly calibrated odometry does.
+    During a trial the error keeps one direction relative to the robot and one sign of the heading, so that it
+    accumulates like that of a badly calibrated odometry.
 
     Args:
         believed: (x, y, yaw) at the true pose `before`, m and rad.
@@ -32,7 +32,7 @@ def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: fl
 
 
 def jumped(jump: float, seed: int, index: int) -> np.ndarray:
-    """By how much the believed position jumps, shape (2,), m: its size is given, its direction drawn.
+    """The jump of the believed position, shape (2,), m: its size is given, its direction drawn.
 
     Args:
         jump: size, m.
@@ -44,10 +44,10 @@ def jumped(jump: float, seed: int, index: int) -> np.ndarray:
 
 
 def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
-    """Which share of its speed each wheel keeps, shape (2,): left and right.
+    """The share of its speed that each wheel keeps, shape (2,): left and right.
 
     Args:
-        slip: largest share that is lost.
+        slip: largest share that may be lost.
         seed: a non-negative whole number below 2**64.
         index: number of the second.
     """

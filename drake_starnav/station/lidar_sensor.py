@@ -21,7 +21,7 @@ from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import begins_run
 
 TAKEN = 13
-"""Numbers that say when and where a scan was taken."""
+"""Size of the state that holds when and where a scan was taken."""
 
 
 class LidarMount(NamedTuple):
@@ -40,7 +40,7 @@ class LidarMount(NamedTuple):
 
 @dataclass(frozen=True)
 class _Measurement:
-    """One scan and where it was taken."""
+    """One scan and the pose at acquisition."""
 
     scan: LaserScan
     X_WS: RigidTransform

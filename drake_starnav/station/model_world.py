@@ -38,10 +38,10 @@ from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cyl
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
-"""What rises no higher above the floor is floor, m."""
+"""Geometry that rises no higher than this above the floor is part of it, m."""
 _UPRIGHT = 1.0 - 1e-12
 _LEVEL = 1.0 - 1e-6
-_TIME_STEP = 0.01  # of a plant that never runs
+_TIME_STEP = 0.01  # of a plant that is never simulated
 
 
 def make_world_with_footprints(kind: Any, seed: int, robot_radius: float) -> World:
@@ -70,7 +70,7 @@ def with_footprints(world: World) -> World:
     plant.Finalize()
     drop_half_spaces(plant, scene_graph)
     inspector = scene_graph.model_inspector()
-    read_solids(inspector, Role.kProximity)  # what the lidar cannot read is told now
+    read_solids(inspector, Role.kProximity)  # refuses now what the lidar cannot read
     fixed = _fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
     discs, polygons = [], []

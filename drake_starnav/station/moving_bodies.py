@@ -2,7 +2,7 @@
 
 Each slides on two prismatic joints, and forces at these bring it to its place at the end of each step of the plant:
 m ((p(t + h) - q)/h - v)/h, from the position q and velocity v at the step's beginning. The plant integrates them
-exactly, for nothing else moves the bodies, and its contact solver never hears of them. In contact with a robot they
+exactly, as nothing else moves the bodies, and its contact solver does not include them. In contact with a robot they
 push, as heavy as they are, and what a robot holds them up is made good in the next step.
 """
 
@@ -18,7 +18,7 @@ from drake_starnav.systems.release import weakly
 from drake_starnav.worlds.moving_obstacles import MOVER_COLOR, Movers, mover_states
 
 MOVERS = "movers"
-"""Name of the model instance that all movers of a plant are in."""
+"""Name of the model instance of all moving obstacles of a plant."""
 MOVER_MASS = 200.0
 """Much more than a robot's, kg."""
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0])}
@@ -30,7 +30,7 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
     Args:
         plant: with the robot.
         scene_graph: of the plant.
-        movers: their radii, and the paths at whose beginnings they are.
+        movers: their radii, and their paths, at whose first way points they are placed.
         robot: the robot's model.
     """
     if not len(movers):
@@ -44,7 +44,7 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
         inertia = SpatialInertia.SolidCylinderWithMass(MOVER_MASS, radius, OBSTACLE_HEIGHT, [0.0, 0.0, 1.0])
         parent = plant.world_body()
         for (axis, direction), place in zip(_AXES.items(), start, strict=True):
-            # what slides along x has no mass of its own
+            # the body that slides along x has no mass
             body = plant.AddRigidBody(f"mover_{k}_{axis}", model, inertia if axis == "y" else SpatialInertia.Zero())
             joint = plant.AddJoint(
                 PrismaticJoint(f"mover_{k}_{axis}", parent.body_frame(), body.body_frame(), direction)
@@ -84,7 +84,7 @@ class MoverDrive(LeafSystem):
     ```
 
     Ports:
-        state: vector of the movers' model: x and y of each, m, then their rates, m/s.
+        state: vector of the moving obstacles' model: x and y of each, m, then their rates, m/s.
         forces: vector, along x and y on each, N, for the actuation of the movers' model.
     """
 

@@ -141,7 +141,7 @@ class PlanarLocalization(LeafSystem):
 
 
 def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
-    """What port `state` shows, for many states at once.
+    """The values of port `state` for many states at once.
 
     Args:
         multibody_states: shape (n, m), each as on port `multibody_state`.

@@ -103,7 +103,7 @@ def add_robot(
         scene_graph: of the plant.
         robot: its model and size.
         start: (x, y, yaw), m and rad, W.
-        name: set before the model's own, to tell several robots apart.
+        name: prefix of the model's own name, to distinguish several robots.
 
     Raises:
         StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, its wheels do not
@@ -180,7 +180,7 @@ def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIns
 
 
 def _check_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, path: str) -> None:
-    """Raise a `StarnavError` if the wheels do not turn the robot about base_link's z axis as they are told to."""
+    """Raise a `StarnavError` if the wheels do not turn the robot about base_link's z axis as commanded."""
     places, radii = _axles(plant, model), _wheel_radii(plant, scene_graph, model)
     (left_x, left_y), (right_x, right_y) = (place[:2] for place in places)
     if max(abs(left_x), abs(right_x), abs(left_y + right_y)) > TOLERANCE or left_y <= right_y:

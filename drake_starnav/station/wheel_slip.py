@@ -1,4 +1,4 @@
-"""Wheels that turn slower than they should."""
+"""Wheels that turn slower than commanded."""
 
 import math
 
@@ -8,11 +8,11 @@ from drake_starnav.station.fault_models import wheel_shares
 from drake_starnav.systems.release import weakly
 
 SLIP_PERIOD = 1.0
-"""What the wheels lose is drawn anew this often, s."""
+"""Period with which the slip of the wheels is drawn, s."""
 
 
 class WheelSlip(LeafSystem):
-    """Takes a seeded share off the desired speed of each wheel.
+    """Reduces the desired speed of each wheel by a seeded random share.
 
     ```
                       ┌───────────┐

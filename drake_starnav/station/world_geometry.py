@@ -36,10 +36,10 @@ def add_ground(plant: MultibodyPlant, extent: tuple[float, float, float, float])
 
 
 def add_world(plant: MultibodyPlant, world: World) -> None:
-    """Register the obstacles of a world, with collision and looks, on the world body of a plant not yet finalized.
+    """Register the obstacles of a world, for collision and display, on the world body of a plant not yet finalized.
 
-    They are anchored to the world body, which keeps a thousand of them cheap to simulate. Registering them costs Drake
-    time by the square of their number, a second for 1,000, as it notes of each pair whether it may collide.
+    They are anchored to the world body, which keeps a thousand of them cheap to simulate. The time to register them
+    grows with the square of their number, 1 s for 1,000, as Drake stores for each pair whether it may collide.
     """
     z = 0.5 * OBSTACLE_HEIGHT
     for k, (x, y, radius) in enumerate(world.cylinders):

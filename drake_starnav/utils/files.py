@@ -1,4 +1,4 @@
-"""Files that are read only if they are files of a reasonable size, and written whole or not at all."""
+"""Reads regular files of a reasonable size only, and writes files whole or not at all."""
 
 import os
 import re
@@ -10,10 +10,10 @@ from pathlib import Path
 from drake_starnav.errors import StarnavError
 
 LARGEST_FILE = 256 * 2**20
-"""No file of worlds, model or map is larger, bytes: what is would only fill the memory."""
+"""Limit for files of worlds, models and maps, bytes; a larger one would only fill the memory."""
 _LONGEST_NAME = 60
 _NAME_PART = 40
-"""So many characters of a file's name are part of its temporary one, which would be too long otherwise."""
+"""Characters of a file's name in its temporary one, which would be too long otherwise."""
 
 
 def read_bytes(path: Path | str, largest: int = LARGEST_FILE) -> bytes:
@@ -94,18 +94,18 @@ def _check_regular(path: Path) -> None:
 
 
 def _umask() -> int:
-    """The permissions that new files do not get."""
+    """The permission bits that new files do not get."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask
 
 
 def check_outputs(outputs: Sequence[Path | None], inputs: Iterable[Path | str] = ()) -> None:
-    """Raise `StarnavError` unless all files can be written, each once and over none that is read; writes nothing.
+    """Raise `StarnavError` unless all files can be written, each once and none over an input; writes nothing.
 
     Args:
-        outputs: what is to be written; None is nothing.
-        inputs: what is read; names that are no files count as nothing.
+        outputs: files to write; None is skipped.
+        inputs: files that are read; names that are not files are ignored.
     """
     read, written = {Path(path).resolve() for path in inputs if os.path.isfile(path)}, set()
     for path in outputs:
@@ -146,15 +146,15 @@ def check_writable(path: Path | None) -> None:
 
 
 def unwritable(path: Path, error: Exception) -> StarnavError:
-    """What to say when a file cannot be written."""
+    """The error for a file that cannot be written."""
     return StarnavError(f"cannot write {path}: {reason_of(error)}; allowed: a file in a folder you may write to")
 
 
 def file_name(text: str) -> str:
-    """The text without what no name of a file should have, and cut: a scenario's name may be any text."""
+    """The text as part of a file name: shortened, other characters replaced; a scenario's name may be any text."""
     return re.sub(r"[^\w .+-]|^\.", "_", text)[:_LONGEST_NAME]
 
 
 def reason_of(error: Exception) -> str:
-    """Why the system refused something, without the name of the file."""
+    """The operating system's reason, without the name of the file."""
     return getattr(error, "strerror", None) or str(error)

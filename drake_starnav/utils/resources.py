@@ -1,4 +1,4 @@
-"""Where the shipped robots and scenarios are: in the installed package, or in the checkout."""
+"""Paths of the shipped robots and scenarios, in the installed package or in the checkout."""
 
 from pathlib import Path
 

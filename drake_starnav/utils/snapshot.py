@@ -1,4 +1,4 @@
-"""Values that never change, of which Drake may keep as many copies as it likes."""
+"""Immutable values, which Drake may copy at no cost."""
 
 from dataclasses import dataclass
 from typing import TypeVar, dataclass_transform
@@ -10,8 +10,8 @@ T = TypeVar("T")
 def snapshot(cls: type[T]) -> type[T]:
     """Make a class a frozen dataclass that is equal to itself alone, and whose copy is itself.
 
-    Arrays in it have no single truth value to compare by, and as nobody may change them, Drake's copies of abstract
-    state cost nothing.
+    Arrays in it cannot be compared to a single truth value, and as they are immutable, Drake's copies of abstract state
+    cost nothing.
     """
     made = dataclass(frozen=True, eq=False)(cls)
     made.__deepcopy__ = _itself  # type: ignore[attr-defined]

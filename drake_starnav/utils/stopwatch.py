@@ -7,11 +7,11 @@ from types import TracebackType
 import numpy as np
 
 STEPS = ("command", "scan", "fit", "plan")
-"""What is timed of every trial, in the order of its fields."""
+"""The timed steps of every trial, in the order of its fields."""
 
 
 class Stopwatch:
-    """Collects how long named steps took. One per run; it only measures, and nothing reads it back."""
+    """Collects the durations of named steps. One per run; it only measures and has no effect on the run."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, list[float]] = defaultdict(list)

@@ -5,7 +5,7 @@ import math
 from drake_starnav.errors import StarnavError
 
 EARLY = 1e-6
-"""A scan may come from so far in the future by rounding, s."""
+"""By rounding, a scan's time may be this far in the future, s."""
 
 
 def checked_period(
@@ -14,7 +14,7 @@ def checked_period(
     """The period of a system's updates, s.
 
     Args:
-        system: whose they are, for messages.
+        system: named in messages.
         period, rate: one of them, s or Hz.
         offset: of the first update, s.
 

@@ -1,4 +1,4 @@
-"""YAML from others: plain values only, of a size that is known before anything is made of it."""
+"""YAML from untrusted sources: plain values only, whose total size is checked before they are constructed."""
 
 from typing import Any
 
@@ -9,16 +9,16 @@ from drake_starnav.errors import StarnavError, said_by
 LARGEST_TEXT = 16 * 2**20
 """Of a file, bytes."""
 MOST_VALUES = 1_000_000
-"""What a text may stand for once its aliases are written out."""
+"""Values that a text may represent once its aliases are expanded."""
 DEEPEST = 100
-"""So many lists and mappings may lie in one another."""
+"""Greatest depth of nested lists and mappings."""
 
 PlainLoader: type = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """Makes numbers, texts, lists and mappings; of other tags only what a subclass adds. The one in C is much faster."""
 
 
 def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
-    """What a YAML text says.
+    """The content of a YAML text.
 
     Args:
         text: of one document.
@@ -26,8 +26,8 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
         loader: `PlainLoader`, or a subclass.
 
     Raises:
-        StarnavError: it is no valid YAML, or it stands for too much: a few aliases of aliases may mean billions of
-            values.
+        StarnavError: it is not valid YAML, or represents too many values: a few aliases of aliases may expand to
+            billions.
     """
     try:
         _check_size(text)
@@ -42,7 +42,7 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
 
 
 def yaml_texts(text: str) -> list[str]:
-    """All scalars of a YAML text, keys among them, as they are written; none of a text that is not valid."""
+    """All scalars of a YAML text, including keys, as written; none if the text is not valid."""
     try:
         return [event.value for event in yaml.parse(text, Loader=PlainLoader) if isinstance(event, yaml.ScalarEvent)]
     except (yaml.YAMLError, ValueError):

@@ -57,7 +57,7 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
 
 
 def _fault(points: np.ndarray) -> str:
-    """What makes an outline none of a simple polygon, or an empty text."""
+    """Why an outline is not a simple polygon, or an empty text."""
     return ("", "doubles back on itself", "meets itself")[_first_fault(points)]
 
 

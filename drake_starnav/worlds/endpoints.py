@@ -1,4 +1,4 @@
-"""Checks of a start and a goal that someone gave."""
+"""Checks of a given start and goal."""
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.clearance import nearest_obstacle

@@ -1,4 +1,4 @@
-"""Obstacles that move: discs on given paths, and where they are at any time."""
+"""Moving obstacles: discs on given paths, and their positions at any time."""
 
 from dataclasses import field
 from functools import cached_property
@@ -10,7 +10,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.snapshot import snapshot
 
 MOVER_COLOR = (0.90, 0.75, 0.20)
-"""Red, green, blue of a disc in every picture; the other colours are chosen beside it (`meshes.LAYERS`)."""
+"""Red, green, blue of a disc in every picture; the other colours contrast with it (`meshes.LAYERS`)."""
 
 
 def _frozen(value: object, columns: int) -> np.ndarray:
@@ -21,13 +21,13 @@ def _frozen(value: object, columns: int) -> np.ndarray:
 
 @snapshot
 class Movers:
-    """Discs that follow their paths whatever they meet, each its own path over and over; frame W.
+    """Discs that follow their own closed paths periodically and never yield; frame W.
 
     Attributes:
         radii: shape (n,), m.
         paths: for each disc its way points, shape (k, 3): time, x, y in s and m. The first is at time 0 and the times
-            increase. Between two way points the disc moves evenly; at the last one it is back at the first, in no
-            time if that is elsewhere.
+            increase. Between two way points the disc moves uniformly; from the last one it continues at the first,
+            instantly if that is elsewhere.
     """
 
     radii: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -71,21 +71,21 @@ class Movers:
 
 
 def mover_states(movers: Movers, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the movers are at some times, and how they move then.
+    """Positions and velocities of the moving obstacles at given times.
 
     Args:
         movers: n of them.
-        times: shape (m,), s, none negative.
+        times: shape (m,), s, not negative.
 
     Returns:
         Positions and velocities, each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg
-        that begins there; the way from the last way point back to the first takes no time and has none.
+        that begins there; the step from the last way point to the first takes no time and has none.
     """
     return _states(np.ascontiguousarray(times, dtype=float), movers.way_points, movers.first)
 
 
 def mover_clearance(movers: Movers, points: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Signed distance from each point to the nearest mover's rim at the same time.
+    """Signed distance from each point to the nearest moving obstacle at the same time.
 
     Args:
         movers: their radii and paths.
@@ -93,7 +93,7 @@ def mover_clearance(movers: Movers, points: np.ndarray, times: np.ndarray) -> np
         times: shape (m,), s.
 
     Returns:
-        Shape (m,), m; +inf without movers.
+        Shape (m,), m; +inf without moving obstacles.
     """
     positions, _ = mover_states(movers, times)
     offsets = positions - np.asarray(points, dtype=float)[:, None]

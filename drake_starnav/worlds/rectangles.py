@@ -5,14 +5,14 @@ from numba import njit
 from scipy import ndimage
 
 SHELL = 3
-"""Solid cells this far from the passable ones are enough of an outside that nobody sees, cells."""
+"""Solid cells farther than this from the passable ones are out of sight, cells."""
 
 
 def solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
     """Few rectangles whose union bounds the passable cells exactly as all solid cells do.
 
-    Every solid cell at a passable one is covered, and no passable cell; rectangles may overlap. What nobody can
-    reach or see is covered where it makes the rectangles fewer: solid cells behind others, and pockets.
+    Every solid cell at a passable one is covered, and no passable cell; rectangles may overlap. What is out of
+    reach and sight is covered where this saves rectangles: solid cells behind others, and pockets.
 
     Args:
         solid: shape (ny, nx), bool. What lies beyond the grid is not covered.

@@ -21,7 +21,7 @@ class View:
     """One scan and where it was taken.
 
     Attributes:
-        world: what stands around.
+        world: the obstacles.
         pose: (x, y, yaw) of the sensor in W, m and rad.
         scan: in the sensor frame S.
     """

@@ -1,4 +1,4 @@
-"""A planar world to drive through: what stands in it, where the robot starts, where it shall go."""
+"""A planar world to drive through: its obstacles, the start and the goal."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,10 +10,10 @@ from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.worlds.moving_obstacles import Movers
 
 ROBOT_HEIGHT = 0.13
-"""Height of the robots' hulls and of their lidar's plane: nothing above it matters, m."""
+"""Height of the robots' hulls and of their lidar's plane: obstacles above it do not matter, m."""
 
 SMALLEST, FARTHEST = 1e-3, 1e6
-"""Radii are at least so large, and nothing is farther from the origin, m: beyond, numbers lose what matters."""
+"""Least radius, and greatest distance from the origin, m; beyond them floating-point precision does not suffice."""
 
 MOST_SHAPES = 3000
 """More take Drake minutes and gigabytes to register: it notes of each pair of shapes whether it may collide."""
@@ -53,7 +53,7 @@ class ModelFile:
 
     Attributes:
         path: of the file.
-        weld: whether bodies that nothing holds are welded where they stand.
+        weld: whether bodies without a joint are welded where they stand.
         moving: whether it has collision geometry that moves; known once its footprints are.
     """
 
@@ -77,7 +77,7 @@ class World:
         timeout: s, the time a trial in this world may take by default.
         model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
         optimal_time: s, by which a benchmark scores trials in this world, or None if it is no benchmark's.
-        movers: obstacles that move; clearances and shortest paths of the world are those of what stands.
+        movers: moving obstacles; clearances and shortest paths of the world are among the static ones.
     """
 
     name: str

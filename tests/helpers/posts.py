@@ -25,6 +25,19 @@ LOOP_OUTPUTS = [
     "controller.certificate",
 ]
 """What a diagram exports of its planner and its controller."""
+STATION_OUTPUTS = [
+    "lidar.scan",
+    "lidar.ranges",
+    "lidar.point_cloud",
+    "lidar.X_WS",
+    "localization.pose",
+    "localization.state",
+    "localization.scan_pose",
+    "cheat.robot_state",
+    "cheat.contact_results",
+    "cheat.geometry_query",
+]
+"""What a station exports."""
 
 
 def posts(**changes: Any) -> Scenario:

@@ -19,6 +19,7 @@ from drake_starnav.station.navigation_station import NavigationStation, RobotEqu
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.worlds.world import World
+from tests.helpers.posts import STATION_OUTPUTS
 from tests.helpers.scans import cast
 
 STEADY_ERROR = (6e-4, 1.2e-3)
@@ -30,18 +31,6 @@ OFF_GRID = 0.6013
 START = (1.0, -2.0, 0.6)
 LIDAR = LidarParameters(noise=0.0)
 INPUTS = ["drive.twist_command"]
-OUTPUTS = [
-    "lidar.scan",
-    "lidar.ranges",
-    "lidar.point_cloud",
-    "lidar.X_WS",
-    "localization.pose",
-    "localization.state",
-    "localization.scan_pose",
-    "cheat.robot_state",
-    "cheat.contact_results",
-    "cheat.geometry_query",
-]
 
 
 class Drive:
@@ -88,7 +77,7 @@ def turned(angle: float, since: float) -> float:
 def test_ports() -> None:
     station = Drive().station
     assert [station.get_input_port(k).get_name() for k in range(station.num_input_ports())] == INPUTS
-    assert [station.get_output_port(k).get_name() for k in range(station.num_output_ports())] == OUTPUTS
+    assert [station.get_output_port(k).get_name() for k in range(station.num_output_ports())] == STATION_OUTPUTS
     assert station.get_name() == "station"
 
 

@@ -1,4 +1,4 @@
-"""Parameters that are lists of numbers: how they are declared and checked."""
+"""Parameters that are lists of numbers: their declaration and checks."""
 
 import dataclasses
 from collections.abc import Sequence

@@ -17,7 +17,7 @@ FORMATS = (".dmd.yaml", ".sdf", ".urdf")
 
 @dataclass(frozen=True)
 class Model:
-    """Whatever a Drake model directives file, an SDF or a URDF puts on the floor z = 0; start and goal as given."""
+    """The bodies of a Drake model directives file, an SDF or a URDF on the floor z = 0; start and goal as given."""
 
     directives: str = parameter("", "model directives (.dmd.yaml), an SDF or a URDF file", path=True)
     start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")

@@ -1,4 +1,4 @@
-"""A world written down obstacle by obstacle."""
+"""A world given obstacle by obstacle."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Worlds of our own making in the form and of the kind of the BARN benchmark: a cellular automaton's caves."""
+"""Generated worlds in the form and style of the BARN benchmark: caves of a cellular automaton."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +24,7 @@ class _Cave:
 
     def draw(self, rng: np.random.Generator) -> World:
         full = rng.random((_COLUMNS, _ROWS)) < rng.uniform(*_FILL)
-        for _ in range(rng.integers(*_SMOOTHINGS)):  # alone they vanish, in company they become more
+        for _ in range(rng.integers(*_SMOOTHINGS)):  # isolated obstacles vanish, crowded ones grow
             walled = np.pad(full, ((1, 1), (0, 0)), constant_values=True).astype(int)  # on both sides, not at the ends
             neighbours = convolve(walled, np.ones((3, 3), int), mode="constant")[1:-1] - full
             full = np.where(neighbours >= 5, True, np.where(neighbours <= 1, False, full))
@@ -40,7 +40,7 @@ def barn_like(number: int, seed: int, robot_radius: float) -> dict[str, Any]:
     """One world as an entry of a file that `Barn` reads; the robot can cross it, see `first_solvable`.
 
     Args:
-        number: of the world; with the seed it settles everything.
+        number: of the world; seed and number determine everything.
         seed: of the file.
         robot_radius: m.
     """

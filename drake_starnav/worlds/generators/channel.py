@@ -36,7 +36,7 @@ class Channel:
     max_wall: float = parameter(0.4, "thickest wall between two lanes", unit="m", above=0.0, high=5.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """The channel for a robot of this radius (m); it has a way by construction.
+        """The channel for a robot of this radius (m); it is passable by construction.
 
         Raises:
             StarnavError: a parameter is out of its limits.

@@ -1,4 +1,4 @@
-"""A corridor folded into lanes, to see how planning time grows with the length of the way."""
+"""A corridor folded into lanes, to measure how planning time grows with the length of the path."""
 
 from dataclasses import dataclass
 

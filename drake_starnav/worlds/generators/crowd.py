@@ -1,4 +1,4 @@
-"""A room or a hall in which discs wander about and make way for nobody."""
+"""A room or a hall in which discs wander and never yield."""
 
 import dataclasses
 import math
@@ -15,14 +15,14 @@ from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
-_RADII = (0.2, 0.3)  # m, of the movers
-_COLUMNS, _COLUMN_RADII = (3, 6), (0.15, 0.4)  # that stand: at least and at most this many, m
+_RADII = (0.2, 0.3)  # m, of the moving obstacles
+_COLUMNS, _COLUMN_RADII = (3, 6), (0.15, 0.4)  # least and greatest number, and radii, m
 _WALLS, _WALL_LENGTHS, _WALL_THICKNESS = (1, 3), (1.5, 3.0), 0.12  # m
-_ROOM = 0.05  # m, between a mover and what stands at first
-_HEAD_START = 1.8  # m, no mover is nearer to the robot at the start
-_LONGEST_WAIT = 10.0  # s, that a mover may keep the goal occupied
-_SAMPLING = 0.1  # s, at which that is looked for
-_TRIES = 1000  # ways drawn for one mover
+_ROOM = 0.05  # m, least distance of a moving obstacle from static ones at first
+_HEAD_START = 1.8  # m, least distance of a moving obstacle from the robot at the start
+_LONGEST_WAIT = 10.0  # s, for which a moving obstacle may occupy the goal
+_SAMPLING = 0.1  # s, of the check for that
+_TRIES = 1000  # paths drawn for one moving obstacle
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class Crowd:
     timeout: float = parameter(90.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A room that the robot could cross if nothing moved (see `first_solvable`), and what moves in it.
+        """A room that the robot could cross if nothing moved (see `first_solvable`), and its moving obstacles.
 
-        Half of the movers go straight until something stands in their way, the others wander. None touches what
-        stands, is near the robot at the start, or stays on the goal for long; they pass through each other.
+        Half of them go straight until an obstacle blocks them, the others wander. None touches a static obstacle, is
+        near the robot at the start, or stays on the goal for long; they pass through each other.
         """
         check_order(self, "min_movers", "max_movers")
         check_order(self, "min_speed", "max_speed")
@@ -86,8 +86,8 @@ class Crowd:
 
 
 def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
-    """How long at a stretch a mover is nearer to a place than a distance (m), s."""
-    times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # twice round, as it may stay where its path closes
+    """Longest time for which a moving obstacle is continuously nearer to a place than a distance (m), s."""
+    times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # two periods, as it may stay where its path closes
     near = mover_clearance(Movers(np.array([distance]), (path,)), np.tile(place, (len(times), 1)), times) < 0.0
     changes = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
     return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING

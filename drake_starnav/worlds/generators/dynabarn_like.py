@@ -1,4 +1,4 @@
-"""Worlds of our own making in the form and of the kind of the DynaBARN benchmark: discs that cross an arena."""
+"""Generated worlds in the form and style of the DynaBARN benchmark: discs that cross an arena."""
 
 import math
 from typing import Any
@@ -10,15 +10,15 @@ _WALL = 0.5  # m, thickness
 START, GOAL = (11.0, 0.0, 3.14), (-9.0, 0.0)
 _MOVERS = (5, 19)
 _SPEEDS = (0.5, 1.95)  # m/s
-_TURNS = (1, 4)  # places that a mover passes between two sides
-_INNER = 9.0  # m, those are nearer to the middle
+_TURNS = (1, 4)  # places that an obstacle passes between two sides
+_INNER = 9.0  # m, those are at most so far from the middle along x and y
 
 
 def dynabarn_like(number: int, seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """One world of a file and its trajectories; with the seed, the number settles everything.
+    """One world of a file and its trajectories; seed and number determine everything.
 
-    Each mover comes in anywhere on one side, passes some places at a speed of its own, leaves by
-    another side, and comes in anew.
+    Each obstacle enters anywhere on one side, passes some places at its own constant speed, leaves by another side, and
+    enters again.
 
     Args:
         number: of the world.

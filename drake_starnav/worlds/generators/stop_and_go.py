@@ -11,13 +11,13 @@ from drake_starnav.worlds.moving_obstacles import Movers, there_and_back
 from drake_starnav.worlds.solvable import check_order, check_robot_radius, random_yaw
 from drake_starnav.worlds.world import World
 
-_RADII = (0.15, 0.3)  # m, of the movers
+_RADII = (0.15, 0.3)  # m, of the moving obstacles
 _INSET = 0.8  # m, of start and goal from the walls at both ends
-_GAP = 0.1  # m, between a mover and the walls
-_HEAD_START = 1.8  # m, no mover is nearer to the robot at the start
-_WALKS = (0.5, 2.0)  # s, how long a mover walks before it stands again
-_DURATION = 60.0  # s, until it goes back the way it came
-_TRIES = 1000  # places drawn for one mover, and headings for one walk
+_GAP = 0.1  # m, between a moving obstacle and the walls
+_HEAD_START = 1.8  # m, least distance of a moving obstacle from the robot at the start
+_WALKS = (0.5, 2.0)  # s, duration of a walk
+_DURATION = 60.0  # s, until it returns along the same path
+_TRIES = 1000  # places drawn for one moving obstacle, and headings for one walk
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class StopAndGo:
     timeout: float = parameter(90.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
-        """A bare room and its movers, which keep clear of its walls, stand at first, and pass through each other."""
+        """A bare room and its moving obstacles; they stand at first, avoid its walls, and pass through each other."""
         check_parameters(self, "StopAndGo")
         check_robot_radius(robot_radius)
         check_order(self, "min_speed", "max_speed")
@@ -75,7 +75,7 @@ class StopAndGo:
 def _walk(
     place: np.ndarray, speed: float, low: np.ndarray, high: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
-    """Where a straight walk from a place ends inside the limits, and how long it takes, s."""
+    """End of a straight walk from a place inside the limits, and its duration, s."""
     for _ in range(_TRIES):
         heading, duration = rng.uniform(-math.pi, math.pi), rng.uniform(*_WALKS)
         end = place + speed * duration * np.array((math.cos(heading), math.sin(heading)))

@@ -1,4 +1,4 @@
-"""The way of a disc that wanders between obstacles and turns where it meets one."""
+"""The path of a disc that wanders between obstacles and turns where it meets one."""
 
 import math
 
@@ -8,8 +8,8 @@ from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.moving_obstacles import there_and_back
 from drake_starnav.worlds.world import World
 
-_DURATION = 90.0  # s, until it goes back the way it came
-_STRAIGHT, _WINDING = 2.0, 0.2  # s, a leg's duration: legs are where obstacles are looked for and headings change
+_DURATION = 90.0  # s, until it returns along the same path
+_STRAIGHT, _WINDING = 2.0, 0.2  # s, a leg's duration: collision checks and changes of heading are per leg
 _TURN_RATE, _TURN_TIMES = 0.6, (1.0, 3.0)  # rad/s at most to either side, kept for so long, s
 _SPACING = 0.01  # m, between the places of a leg that are checked
 _SCATTER = 0.15  # rad, to either side of the mirrored heading
@@ -20,14 +20,14 @@ _SLOPE = 1e-4  # m, over which the clearance is differentiated
 def wander(
     world: World, position: np.ndarray, radius: float, speed: float, winding: bool, rng: np.random.Generator
 ) -> np.ndarray | None:
-    """A closed path, there and back, on which a disc touches nothing that stands.
+    """A closed path, there and back, on which a disc touches no static obstacle.
 
     Args:
         world: its obstacles and bounds.
         position: where the disc is at first, free, shape (2,), W, m.
         radius: of the disc, m.
         speed: m/s.
-        winding: whether it bends its way; else it goes straight between the turns at obstacles.
+        winding: whether its path is curved; otherwise it is straight between the turns at obstacles.
         rng: source of chance.
 
     Returns:
@@ -59,14 +59,14 @@ def _direction(heading: float) -> np.ndarray:
 
 
 def _free_steps(world: World, position: np.ndarray, heading: float, least: float, steps: int) -> int:
-    """How many of so many steps in a direction keep at least a clearance."""
+    """How many of the steps in a direction keep the least clearance."""
     places = position + _SPACING * np.arange(1, steps + 1)[:, None] * _direction(heading)
     blocked = np.flatnonzero(clearance(world, places) < least)
     return int(blocked[0]) if len(blocked) else steps
 
 
 def _turned(world: World, position: np.ndarray, heading: float, least: float, rng: np.random.Generator) -> float | None:
-    """A heading that is free: mirrored at what is nearest, about, or else any; None if none was found."""
+    """A free heading: roughly mirrored at the nearest obstacle, else any; None if none was found."""
     offsets = _SLOPE * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     right, left, up, down = clearance(world, position + offsets)
     normal = math.atan2(up - down, right - left)
