@@ -1,4 +1,4 @@
-"""Controllers to compare with: each one pure function of where the robot is and of what is around it."""
+"""Controllers to compare with: each is one pure function of the robot's state and its surroundings."""
 
 from drake_starnav.baselines.baseline_step import BaselineParameters, Situation, baseline_step
 from drake_starnav.baselines.dsm_circles import DsmParameters, dsm_velocity

@@ -1,4 +1,4 @@
-"""One period of a baseline controller: where the robot is and what is around it -> (v, omega).
+"""One period of a baseline controller: the robot's state and surroundings -> (v, omega).
 
 DSM, FOA and the potential field give velocities of a robot that moves in any direction; a differential drive follows
 them by the turning law of the star controller, at their speed. The dynamic window gives a twist at once.
@@ -20,22 +20,22 @@ from drake_starnav.robot import RobotParameters
 
 BaselineParameters = DsmParameters | FoaParameters | DwaParameters | PotentialFieldParameters
 AT_REST = 0.12
-"""A robot this near to its goal stands, m: what it sees may keep a baseline from coming nearer."""
+"""A robot this near to its goal stops, m: nearby obstacles may keep a baseline from coming nearer."""
 STANDING = 1e-9
-"""A slower velocity has no direction to turn to, m/s."""
+"""A slower velocity has no direction to turn towards, m/s."""
 
 
 @dataclass(frozen=True)
 class Situation:
-    """What a baseline may know when it decides.
+    """The information that a baseline may use.
 
     Attributes:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
         target: where to head for, shape (2,), W, m.
         goal: where to slow down, shape (2,), W, m.
-        points: hits of the current scan, shape (n, 2), W, m; none for one that knows its obstacles.
-        obstacles: those that are known; none for one that has only its scan.
+        points: hits of the current scan, shape (n, 2), W, m; none for a baseline that knows its obstacles.
+        obstacles: known obstacles; none for a baseline that has only its scan.
     """
 
     pose: np.ndarray
@@ -52,8 +52,8 @@ def baseline_step(
     """The twist for the next period, and the direction that it follows.
 
     Args:
-        situation: what is known.
-        settings: whose type says which baseline it is.
+        situation: state and surroundings.
+        settings: of the baseline; their type selects it.
         controller: rate, turning and slowing down, as of the star controller.
         robot: its radius and limits.
 

@@ -2,9 +2,9 @@
 
     v_i = E_i D_i E_i^-1 v,   E_i = [r_hat_i  t_i],   D_i = diag(1 - 1/Gamma_i, 1 + 1/Gamma_i)
 
-r_hat_i points from the reference point of circle i, its centre unless told otherwise, to the position, and t_i is its
-tangent there. Gamma_i is 1 on the circle inflated
-by the robot's radius, 1 + (distance in metres) outside, and the share of the radius inside. The result has the
+r_hat_i points from the reference point of circle i, its centre unless given, to the position, and t_i is its tangent
+there. Gamma_i is 1 on the circle inflated by the robot's radius, 1 + (distance in metres) outside, and the share of the
+radius inside. The result has the
 directional mean of the v_i about v, weights ~ 1/(Gamma_i - 1), and the weighted mean of their lengths.
 Source: Huber, Slotine and Billard, "Avoiding dense and dynamic obstacles in enclosed spaces: application to moving in
 crowds", T-RO 2022; the conventions (Gamma in metres, weights, moving obstacles) are those of the authors' package
@@ -23,7 +23,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
 APPROACH_GAIN = 1.3
-"""By how much the speed at which a circle comes nearer is overestimated, for safety."""
+"""Factor by which the approach speed of a circle is overestimated, for safety."""
 LEAST_COSINE = 1e-3
 """Where the directions from reference point and centre are nearly at right angles or worse, the centre's is taken."""
 
@@ -56,8 +56,8 @@ def dsm_velocity(
 ) -> np.ndarray:
     """The nominal velocity, modulated around known circles.
 
-    On an inflated circle the part of the velocity into it vanishes. Inside one, where the method makes no promise, the
-    same holds; in the very centre, where no direction leads out more than another, the result is zero. Finite arguments
+    On an inflated circle the part of the velocity into it vanishes. Inside one, where the method guarantees nothing,
+    the same holds; exactly at the centre, where no direction is preferred, the result is zero. Finite arguments
     give a finite result. Overlapping circles can hold the robot in a local minimum, unless they share a reference
     point; see `known_obstacles`.
 
@@ -67,7 +67,7 @@ def dsm_velocity(
         circles: shape (n, 3): x, y, radius; W, m.
         robot_radius: m, by which every circle is inflated.
         tail_effect: whether the velocity is also bent while it leads away from a circle.
-        circle_velocities: shape (n, 2), W, m/s; None for circles that stand. Only their approach to the robot counts.
+        circle_velocities: shape (n, 2), W, m/s; None for static circles. Only their approach to the robot counts.
         reference_points: shape (n, 2), W, m, a point in each inflated circle; None for the centres.
 
     Returns:

@@ -9,8 +9,8 @@ Among the admissible twists the largest weighted sum of heading, clearance and s
 Clearances are exact: where the disc meets a point on a circle or a line has a closed form, so nothing is sampled along
 the arc.
 Source: Fox, Burgard and Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics & Automation
-Magazine 1997. The period T in the admissibility is added for a controller that runs at a rate; so is the speed limit
-from which the robot can stop at the goal.
+Magazine 1997. The period T in the admissibility is added for a controller that runs at a fixed rate; so is the speed
+limit from which the robot can stop at the goal.
 """
 
 import math

@@ -1,9 +1,9 @@
-"""What DSM must be told of a world: circles, and in each a reference point that overlapping circles share.
+"""The obstacles that DSM needs: circles, each with a reference point that overlapping circles share.
 
-A wall is a circle too, one so large that it is straight. Circles that overlap when inflated leave no way between them,
-and the flow around each must part at the same place: for each group of them that place is the mean of the middles of
-their overlaps, or the point nearest to it that still lies in the circle. A wall has no other side to be passed on, so a
-group that overlaps a wall parts in that overlap, and the wall keeps its centre.
+A wall is also a circle, so large that it is practically straight. Circles that overlap when inflated leave no gap
+between them, and the flow around each must divide at the same place: for each group that place is the mean of the
+midpoints of their overlaps, or the point nearest to it that still lies in the circle. A wall cannot be passed on its
+other side, so the flow around a group that overlaps a wall divides in that overlap, and the wall keeps its centre.
 Source: Huber, Billard and Slotine, "Avoidance of convex and concave obstacles with convergence ensured through
 contraction", RA-L 2019, on overlapping obstacles.
 """

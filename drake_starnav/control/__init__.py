@@ -1,4 +1,4 @@
-"""Where to go next -> (v, omega)."""
+"""Guidance -> (v, omega)."""
 
 from drake_starnav.control.law import Command, ControlInput, Law
 from drake_starnav.control.parameters import ControllerParameters

@@ -1,9 +1,9 @@
-"""Foreseen encounters: a search among sequences of manoeuvres for the way on that the predicted discs leave.
+"""Collision avoidance: a search over sequences of manoeuvres for the best way past the predicted discs.
 
-A manoeuvre is held for SEGMENT steps: follow the path, stand, keep the present twist, or head somewhere, forwards or
-backwards, as the law does (omega = gain error, v = v_max cos^3 error): for a robot that must turn before it can step
-aside, that is one manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that
-both certificates accept. Of each generation the BEAM best ways on that differ are continued, up to the horizon.
+A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the present twist, or drive in a direction, forwards
+or backwards, by the heading law (omega = gain error, v = v_max cos^3 error): turning and then driving aside is one
+manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that both certificates
+accept. Of each generation the BEAM best rollouts that differ are continued, up to the horizon.
 """
 
 import math
@@ -46,27 +46,27 @@ from drake_starnav.robot import Limits, RobotParameters
 SEGMENT = 5
 """Steps of a manoeuvre."""
 BEAM = 16
-"""Ways on that are continued."""
+"""Rollouts that are continued."""
 HEADINGS = 8
 """Directions that are tried."""
 SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.15, 0.5, 0.3
-"""Ways on that end nearer to each other than this do not differ, m, rad, m/s."""
+"""Rollouts that end nearer to each other than this do not differ, m, rad, m/s."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
 
 
 STANDING_SPACING = 0.1
-"""Hits on what stands that are nearer to each other than this, m, are foreseen as one."""
+"""Hits on static objects that are nearer to each other than this, m, are treated as one."""
 
 
 @dataclass(frozen=True)
 class Encounter:
-    """What is foreseen.
+    """The prediction, and the response.
 
     Attributes:
-        nearest: least foreseen distance to a disc if the robot just follows its path, m, infinite beyond `comfort`.
-        twist: the certified (v, omega) with which the best way on begins, m/s and rad/s; None if there is none.
-        least: least foreseen distance on that way, m.
+        nearest: least predicted distance to a disc if the robot just follows its path, m, infinite beyond `comfort`.
+        twist: the certified (v, omega) with which the best rollout begins, m/s and rad/s; None if there is none.
+        least: least predicted distance on that rollout, m.
     """
 
     nearest: float
@@ -80,7 +80,7 @@ def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = Non
     Args:
         twist: (v, omega) commanded last, m/s and rad/s.
         limits: of the robot.
-        aside: a velocity that leads around what moves, shape (2,), W, m/s.
+        aside: a velocity that leads around dynamic obstacles, shape (2,), W, m/s.
     """
     v_max = limits.max_speed
     rows = [(PATH, 1.0, 0.0), (PATH, 0.5, 0.0), (TWIST, 0.0, 0.0), (TWIST, *twist), (TWIST, -0.5 * v_max, 0.0)]
@@ -151,7 +151,7 @@ def encounter(
 
 @njit(cache=True)
 def thinned(places, position, reach):
-    """Those of some places (n, 2) that are within reach (m) of a position, and no nearer together than the spacing."""
+    """The places (n, 2) within `reach` (m) of a position, thinned to the spacing."""
     kept = np.empty((len(places), 2))
     n = 0
     for k in range(len(places)):
@@ -167,9 +167,9 @@ def thinned(places, position, reach):
 
 @njit(cache=True)
 def _along_the_path(pose, twist, line, known, discs, limits, settings):
-    """Least foreseen distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`.
+    """Least predicted distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`.
 
-    And whether it has to brake for what stands.
+    Also whether it has to brake for static objects.
     """
     row = start_row(pose, twist, known.hits, settings.radius)
     steps = int(math.ceil(settings.horizon / STEP - 1e-9))
@@ -179,7 +179,7 @@ def _along_the_path(pose, twist, line, known, discs, limits, settings):
 
 @njit(cache=True)
 def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard):
-    """v, omega and least foreseen distance of the best way on, and whether there is one."""
+    """v, omega and least predicted distance of the best rollout, and whether there is one."""
     gain, slowdown, age = settings.heading_gain, settings.slowdown, discs.age
     count = len(ways)
     start = start_row(pose, twist, known.hits, settings.radius)
@@ -202,7 +202,7 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
     generation = generation[:n]
     segments = int(math.ceil(settings.horizon / (SEGMENT * STEP) - 1e-9))
     for depth in range(1, segments + 1):
-        for i in range(len(generation)):  # what has ended competes with what has come to the horizon
+        for i in range(len(generation)):  # rollouts that ended compete with those that reached the horizon
             row = generation[i]
             if (depth == segments or row[ENDED] > 0.0) and row[COST] < best_cost:
                 best_cost = row[COST]
@@ -227,7 +227,7 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
 
 @njit(cache=True)
 def _continued(generation):
-    """Indices of the BEAM best ways on that have not ended and differ, the best first."""
+    """Indices of the BEAM best rollouts that have not ended and differ, the best first."""
     kept = np.empty(BEAM, np.int64)
     n = 0
     for i in np.argsort(generation[:, COST], kind="mergesort"):
@@ -244,7 +244,7 @@ def _continued(generation):
 
 @njit(cache=True)
 def _alike(row, other):
-    """Whether two ways on end so near to each other that one of them will do."""
+    """Whether two rollouts end so near to each other that one of them is enough."""
     return (
         (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
         and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING

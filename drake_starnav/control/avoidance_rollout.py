@@ -1,16 +1,16 @@
-"""A foreseen way on: a robot that drives among the predicted discs, and what that costs.
+"""The avoidance rollout: a robot that drives among the predicted discs, and the cost of doing so.
 
-The discs are where their courses lead; what stands is taken to stay. The robot stops at what is not known to be free,
-and brakes as soon as the certificate in time would make it, also for what stands, as it might start: a way on that its
-own caution would cut short shows where it really ends.
+The discs follow their predicted trajectories; static objects are assumed to stay. The robot stops at the edge of known
+free space, and brakes as soon as the certificate in time would make it, also for static objects, which might start: a
+rollout that the robot's own caution would cut short thus shows where it really ends.
 
 In seconds,
 
     cost = time passed + time to go + comfort lost + contact + walls + change of the twist
 
-Comfort is lost by the least foreseen distance d to a disc at a time t: w (1 - e / comfort)_+^2 (1 - t / (2 horizon))
-with e = d / (1 + UNCERTAINTY t). A contact at t ends a way on and costs w (1 + 3 (1 - t / horizon)): better late than
-soon, since much may happen until then.
+Comfort is lost by the least predicted distance d to a disc at a time t: w (1 - e / comfort)_+^2 (1 - t / (2 horizon))
+with e = d / (1 + UNCERTAINTY t). A contact at t ends a rollout and costs w (1 + 3 (1 - t / horizon)): a late
+contact costs less, since predictions far ahead are uncertain.
 """
 
 import math
@@ -33,32 +33,32 @@ from drake_starnav.regions.star_region import covers
 from drake_starnav.tracking.prediction import COURSE_STEP
 
 STEP = 0.1
-"""Of the foreseen motion, s."""
+"""Time step of the rollout, s."""
 PATH, TWIST, HEADING = range(3)
 """Kinds of manoeuvre."""
 CONTACT_COST = 8.0
 """w, s."""
 UNCERTAINTY = 0.15
-"""A foreseen distance is worth less with time by this share a second."""
+"""A predicted distance counts for less with time, by this share per second."""
 FORESEEN_MARGIN = 0.03
-"""The foreseen robot brakes for this much more than the certificate's margin, m: tracks are not as exact as hits."""
+"""The simulated robot adds this to the certificate's margin, m: tracks are less exact than hits."""
 WALL_ZONE = 0.1
 WALL_COST = 0.6
-"""What the least clearance to what stays costs, s, if less than the zone, m: from a wall one cannot step aside."""
+"""Cost of the least clearance to static obstacles, s, if less than the zone, m: a wall leaves no room to evade."""
 X, Y, YAW, V, OMEGA, WAY_POINT, REGION, CLEARANCE, CLOSEST, LOST, LEAST, SPENT, ARRIVAL, ENDED, HELD, FIRST, COST = (
     range(17)
 )
 COLUMNS = 17
-"""Columns of the ways on: where each ends, what has happened on it, and with which manoeuvre it began."""
+"""Columns of the rollouts: where each ends, what happened on it, and with which manoeuvre it began."""
 
 
 class Discs(NamedTuple):
-    """What moves, as it is foreseen.
+    """The dynamic obstacles, as predicted.
 
     Attributes:
         course: shape (n, k, 2), places every COURSE_STEP from the time of the scan on, W, m.
         radius: shape (n,), m.
-        standing: shape (m, 2), places on what might start, W, m.
+        standing: shape (m, 2), places on static objects that might start, W, m.
         age: of the scan, s.
     """
 
@@ -87,7 +87,7 @@ class Settings(NamedTuple):
 
 @njit(cache=True)
 def start_row(pose, twist, hits, radius):
-    """The way on that has not begun."""
+    """The rollout before its first step."""
     row = np.zeros(COLUMNS)
     row[X], row[Y], row[YAW], row[V], row[OMEGA] = pose[0], pose[1], pose[2], twist[0], twist[1]
     row[WAY_POINT], row[REGION], row[LEAST], row[ARRIVAL] = 1, -1, np.inf, np.inf
@@ -117,7 +117,7 @@ def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
 
 @njit(cache=True)
 def _place(course, j, time):
-    """Where disc j is foreseen to be, and its velocity."""
+    """Predicted position and velocity of disc j."""
     at = min(time / COURSE_STEP, course.shape[1] - 1.001)
     i = int(at)
     share = at - i
@@ -127,9 +127,9 @@ def _place(course, j, time):
 
 @njit(cache=True)
 def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, max_speed):
-    """Whether a robot that brakes fully now might be touched before it stands, with the discs where they are foreseen.
+    """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
-    Checked half way in time and at the end.
+    Checked at half the braking time and at its end.
     """
     if abs(v) < STANDING_SPEED:
         return False
@@ -149,7 +149,7 @@ def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, m
 
 @njit(cache=True)
 def _held(x, y, yaw, v, standing, limits, distance, growth):
-    """Whether a robot that brakes fully from the next step on might be touched by what stands now, before it stands."""
+    """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
     if abs(v) < STANDING_SPEED:
         return False
     stop = abs(v) / limits.max_acceleration
@@ -166,7 +166,7 @@ def _held(x, y, yaw, v, standing, limits, distance, growth):
 
 @njit(cache=True)
 def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
-    """Continue a way on in place by one manoeuvre; it ends early where the robot is touched or explores on."""
+    """Continue a rollout in place by one manoeuvre; it ends early if the robot is touched or reaches a frontier."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
     course, radius, standing, age = discs
     distance = settings.radius + settings.margin + FORESEEN_MARGIN
@@ -214,19 +214,19 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
         k = int(row[WAY_POINT])
         if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
             row[ARRIVAL] = min(row[ARRIVAL], row[SPENT])
-            if settings.slowdown == np.inf:  # at a frontier, where it will go on
+            if settings.slowdown == np.inf:  # at a frontier, where exploration continues
                 row[ENDED] = 1.0
                 return
 
 
 @njit(cache=True)
 def way_cost(row, line, left, limits):
-    """What a way on costs up to here, and what it takes to the goal, without the change of the twist, s.
+    """Cost of a rollout so far plus the time to the goal, without the change of the twist, s.
 
     `left` are the times from each way point of the line on, as from `times_left`.
     """
     cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
-    if row[ARRIVAL] < np.inf:  # it has been there, wherever it goes to make way
+    if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
         return cost + row[ARRIVAL]
     k = int(row[WAY_POINT])
     return cost + row[SPENT] + time_to_go(line, left, k, row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)

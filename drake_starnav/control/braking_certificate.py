@@ -1,4 +1,4 @@
-"""The braking certificate: a twist is sent only if the robot can still stop inside what it has seen.
+"""The braking certificate: a twist is sent only if the robot can still stop within observed free space.
 
 Guarantee. If a command is accepted, and the robot keeps its last twist for a declared delay, follows the command for
 one control period and then brakes as hard as its limits allow in both speed and turning rate, then no point of that
@@ -9,9 +9,9 @@ motion brings a static obstacle that the scans have hit nearer to the robot's ce
  (3) the robot keeps the simulated accelerations, and starts from the twist that was last commanded,
  (4) a command takes effect after the declared delay, which is at most one control period.
 To keep (3), a motion in which the wheels would slide is not accepted; see `slides`.
-When nothing can be certified the command is to brake: the robot then follows the tail of the motion that was
-certified last, so by induction it never touches anything. Turning on the spot is always allowed at a speed from which
-the robot stops within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
+If nothing can be certified, the command is to brake: the robot then follows the remainder of the last certified motion,
+so by induction it never touches anything. Turning in place is always allowed at a speed from which the robot stops
+within STOPPED_DISTANCE, since a disc that turns about its centre covers no new ground.
 """
 
 import math
@@ -86,7 +86,7 @@ def certified_twist(
 
 
 def braking_path(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits) -> np.ndarray:
-    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stands.
+    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stops.
 
     Arguments as for `certified_twist`.
     """
@@ -97,7 +97,7 @@ def braking_path(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold:
 def simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits):
     """One step of the simulated motion: towards the wanted twist while time is `left`, then full braking.
 
-    A step is so short that the robot moves at most SAMPLE_SPACING, or reaches the end of the hold.
+    A step moves the robot by at most SAMPLE_SPACING, and ends no later than the hold.
     """
     fastest = abs(v)
     if left > 0.0:
@@ -113,7 +113,7 @@ def simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits):
     before = v
     v = ramped(v, want_v, limits.max_acceleration * h)
     omega = ramped(omega, want_omega, limits.max_yaw_acceleration * h)
-    # distances are never underestimated: the faster end of the step counts
+    # use the faster end of the step, so that distances are never underestimated
     travelled = (before if abs(before) > abs(v) else v) * h
     middle = yaw + 0.5 * omega * h
     return x + travelled * math.cos(middle), y + travelled * math.sin(middle), yaw + omega * h, v, omega, left
@@ -121,10 +121,10 @@ def simulated_step(x, y, yaw, v, omega, want_v, want_omega, left, limits):
 
 @njit  # Numba cannot load a generator from its cache; the functions that use it are cached
 def braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits):
-    """Yield the samples of the simulated motion after the first: the delay, the hold, and braking until all stands.
+    """Yield the samples of the simulated motion after the start: delay, hold, and braking until the robot has stopped.
 
-    Each is (x, y, yaw, v, omega, step, phase): pose and twist, the time since the sample before, and whether the robot
-    is DELAYED, HOLDING its twist, or BRAKING from this sample on. While it brakes, `step` is that of the speed.
+    Each is (x, y, yaw, v, omega, step, phase): pose and twist, the time since the last sample, and whether the robot is
+    DELAYED, HOLDING its twist, or BRAKING from this sample on. While it brakes, `step` is how long the speed changes.
     """
     want_v, want_omega = limited(want_v, limits.max_speed), limited(want_omega, limits.max_yaw_rate)
     while delay > 0.0:

@@ -1,4 +1,4 @@
-"""Both certificates at once: against what stays, as the controller's parameters choose it, and against what moves."""
+"""Both certificates at once: against static obstacles, as the controller's parameters choose, and dynamic ones."""
 
 from typing import NamedTuple
 
@@ -20,19 +20,19 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import MoverParameters
 
 NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
-"""Which certificate holds against what stays; none accepts anything while nothing was seen."""
+"""Which certificate applies to static obstacles; UNSEEN accepts nothing, since nothing was seen."""
 
 
 class Standard(NamedTuple):
-    """What the certificates hold a command against.
+    """The constraints that the certificates check a command against.
 
     Attributes:
         kind: NONE, BY_STAR, BY_POINTS or UNSEEN.
         hold, delay: how long a command is followed, and after what time, s.
-        margin, margin_per_speed: to what stays, m and s.
-        distance: to what moves, from the robot's centre, m.
+        margin, margin_per_speed: to static obstacles, m and s.
+        distance: to dynamic obstacles, from the robot's centre, m.
         center, bearing_0, values: of the safety star.
-        hits: what stays, as it was hit.
+        hits: on static obstacles.
     """
 
     kind: int
@@ -50,7 +50,7 @@ class Standard(NamedTuple):
 def standards(
     star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, movers: MoverParameters
 ) -> Standard:
-    """The standard that the parameters ask for, with what the last scans certify."""
+    """The constraints that the parameters ask for, with what the last scans certify."""
     if not controller.certificate:
         kind = NONE
     elif not star.seen:
@@ -92,9 +92,9 @@ def first_accepted(x, y, yaw, v, omega, twists, limits, standard, rows, age):
 
 @njit(cache=True)
 def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
-    """Whether a twist passes the certificate against what stays.
+    """Whether a twist passes the certificate against static obstacles.
 
-    A robot that is outside of the safety star, next to a wall, must not come nearer to any hit than it is now.
+    A robot outside the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
     kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = standard
     if kind in (NONE, UNSEEN):

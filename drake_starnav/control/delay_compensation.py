@@ -1,4 +1,4 @@
-"""Where a robot will be when the next command takes effect: commands on their way are motion already decided."""
+"""The pose at which the next command takes effect: pending commands are motion already decided."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def pending_count(delay: float, period: float) -> int:
-    """How many of the last commands are on their way when the next one is due.
+    """How many of the last commands are pending when the next one is due.
 
     Args:
         delay: from a command to its effect, s.
@@ -28,7 +28,7 @@ def predicted_pose(pose: np.ndarray, twists: np.ndarray, delay: float, period: f
     """
     x, y, yaw = pose
     for k, (v, omega) in enumerate(twists):
-        time = delay - (len(twists) - 1) * period if k == 0 else period  # of the oldest, a part is over
+        time = delay - (len(twists) - 1) * period if k == 0 else period  # part of the oldest has already acted
         turn = omega * time
         # the chord of the arc: sin(turn/2) / (turn/2) of its length
         chord = v * time * float(np.sinc(turn / (2.0 * math.pi)))

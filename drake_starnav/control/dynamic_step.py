@@ -1,4 +1,4 @@
-"""The controller among obstacles that move: any law, the certificate in time behind it, and evasion before it."""
+"""The controller among dynamic obstacles: any law, avoidance before it, and the certificate in time after it."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Past a wall that is too near: the bearing next to the guiding vector along which the certificate allows motion."""
+"""Past a wall that is too near: the bearing nearest to the guiding vector along which the certificate allows motion."""
 
 import math
 
@@ -9,19 +9,19 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import covers
 
 OPEN_WAY = 0.02
-"""A bearing is open where the safety star contains the robot's way along it as far as this, m."""
+"""A bearing is free if the safety star contains the robot's path along it up to this distance, m."""
 SAMPLES = 4
-"""Places on that way that are looked at."""
+"""Points on that path that are checked."""
 STEP = math.radians(2.0)
-"""Bearings are tried so far apart; an open one counts only if the next is open too: else noise may shut it again."""
+"""Spacing of the bearings tried; a free one counts only if the next is free too: otherwise noise may close it again."""
 
 
 def swerved(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
-    """The direction if it is open, else the nearest open one up to `limit` to either side; itself if there is none.
+    """The direction if it is free, else the nearest free one up to `limit` to either side; itself if there is none.
 
-    Ranges err, and of many hits the nearest errs most. Once one of them lies within the certificate's distance of a
-    robot beside a wall, no motion along that wall is certified. A few degrees off the wall all may be free, but between
-    two walls the near-wall term does not lead there: the robot would stand.
+    Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
+    distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
+    be free, but between two walls the near-wall term does not lead there: the robot would stop.
 
     Args:
         position: of the robot, shape (2,), W, m.
@@ -46,7 +46,7 @@ def _open(x, y, angle, center, bearing_0, values):
 
 @njit(cache=True)
 def _turn(x, y, angle, center, bearing_0, values, limit):
-    """The least turn to an open bearing, rad; 0 where none is needed, or none found."""
+    """The least turn to a free bearing, rad; 0 if none is needed, or none found."""
     if _open(x, y, angle, center, bearing_0, values):
         return 0.0
     for k in range(1, int(limit / STEP) + 1):

@@ -1,4 +1,4 @@
-"""From a heading error to a twist of the differential drive, and what the drive's limits leave of it."""
+"""From a heading error to a twist of the differential drive within its limits."""
 
 import math
 
@@ -13,13 +13,13 @@ CREEP_SPEED = 0.08
 GRIP = 8.0
 """Acceleration across the robot, speed times yaw rate, that its wheels follow without sliding, m/s^2."""
 GRIP_WHILE_BRAKING = 3.0
-"""So it is up to this acceleration along it, m/s^2; beyond it falls with the third power, as simulated robots show."""
+"""GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with its third power, in simulation."""
 
 
 def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
     """The twist (v, omega) that turns towards a heading: omega = gain * error, v = speed * cos(error)^3.
 
-    Never faster than from where it can stop turning there, with its largest yaw acceleration.
+    Never faster than allows the turn to stop at that heading with the largest yaw acceleration.
 
     Args:
         heading: error of the robot's heading, rad.
@@ -73,7 +73,7 @@ def limited(value, limit):
 
 @njit(cache=True)
 def ramped(value, target, change):
-    """The value after it has come nearer to the target by at most `change`."""
+    """The value, moved towards the target by at most `change`."""
     return value + min(max(target - value, -change), change)
 
 

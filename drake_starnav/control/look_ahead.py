@@ -1,4 +1,4 @@
-"""The look-ahead point: how far along a path the robot may aim without cutting a corner too closely."""
+"""The look-ahead point: how far along a path the robot may aim without cutting corners too closely."""
 
 import math
 
@@ -14,7 +14,7 @@ CORNER_CUT = 0.015
 SPACING = 0.10
 """The path is sampled this finely, m."""
 NEAREST = 0.08
-"""A look-ahead point nearer than this is no guide, m."""
+"""A look-ahead point nearer than this is not used, m."""
 
 
 def look_ahead(
@@ -42,7 +42,7 @@ def look_ahead(
 
 @njit(cache=True)
 def _sampled(x, y, path, distance):
-    """Points along the path, at most SPACING apart, some 20 times `distance` of it; and whether they reach its end."""
+    """Points along the path, at most SPACING apart, for about 20 times `distance`; and whether they reach its end."""
     points = [(x, y)]
     points.pop()
     for k in range(len(path)):

@@ -77,13 +77,13 @@ def near_wall_direction(
     With the clearance c to the nearest hit, the share is a = clip((zone - c)/zone, 0, 1), and q the soft mean of the
     unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE):
     remove a share a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and
-    the term leaves the way through the gap alone.
+    the term hardly affects the path through the gap.
 
     Args:
         position: shape (2,), W, m.
         direction: unit vector, shape (2,), W.
         hits: shape (n, 2), W, m.
-        radius: of the robot, with what it shall keep off the hits, m.
+        radius: of the robot, including the clearance that it keeps from hits, m.
         zone: clearance at which the push begins, m.
         push: its largest share.
     """

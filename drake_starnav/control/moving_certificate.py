@@ -1,10 +1,10 @@
-"""The braking certificate in time: a twist is sent only if the robot can stop before what moves can reach it.
+"""The braking certificate in time: a twist is sent only if the robot can stop before a dynamic obstacle can reach it.
 
 Guarantee. With caution 1: if a command is accepted, and the robot keeps its last twist for a declared delay, follows
-the command for one control period and then brakes as hard as its limits allow, then until it stands nothing that moves
-has come nearer to its centre than its radius, provided that
- (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it has done before,
- (2) it is seen, or hidden behind what is seen: nothing comes from outside of the lidar's view, or out of nowhere, and
+the command for one control period and then brakes as hard as its limits allow, then until it stops no dynamic
+obstacle comes nearer to its centre than its radius, provided that
+ (1) it is a disc no larger than `max_radius` and no faster than `max_speed`, whatever it did before,
+ (2) it is visible, or occluded by something visible: nothing comes from outside the lidar's view or from nowhere, and
  (3) as for static obstacles, the robot follows its commands and the errors are at most the margin.
 A place q at the time of the scan is taken to be anywhere within
 
@@ -12,13 +12,13 @@ A place q at the time of the scan is taken to be anywhere within
 
 a time t later, with the caution c. With c = 1 that is all directions. The places are
 
-    hits of tracks                              trusted by 1 - c to go on with u
-    hits that neither are tracked nor stand     always with c = 1: nothing is known to trust in
-    hits on what stands and is small enough     with c = 1 only: it may start
-    the edges of where no beam has looked       with c = 1 only: something may come out
+    hits of tracks                                trusted by 1 - c to continue with u
+    hits neither tracked nor static               always with c = 1: there is no motion to trust
+    hits on static objects that are small enough  with c = 1 only: they may start to move
+    the edges of occluded areas                   with c = 1 only: something may come out
 
-What is part of a convex surface wider than 2 max_radius stays where it is (`surfaces`). What may hit the robot while it
-stands is beyond any certificate.
+Convex surfaces wider than 2 max_radius are static (`surfaces`). No certificate prevents an obstacle from hitting the
+robot while it stands.
 """
 
 import math
@@ -37,7 +37,7 @@ STANDING_SPEED = 0.005
 """A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
 `trajectory_metrics.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
-"""Columns of what the robot must keep clear of."""
+"""Columns of the threats."""
 
 
 class Threats(NamedTuple):
@@ -55,10 +55,10 @@ class Threats(NamedTuple):
 
 
 def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
-    """What a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
+    """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius. A track that
-    counts but is not in view is a disc where it is foreseen, besides what its hiding place may let out.
+    counts but is not in view is a disc at its predicted position; what may come out of its occlusion is listed as well.
 
     Args:
         tracks: of the last scan.
@@ -102,7 +102,7 @@ def stays_clear(
     threats: Threats,
     delay: float = 0.0,
 ) -> bool:
-    """Whether nothing that moves can touch the robot while it follows `desired` for `hold` seconds and then brakes.
+    """Whether no dynamic obstacle can touch the robot while it follows `desired` for `hold` seconds and then brakes.
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
@@ -110,7 +110,7 @@ def stays_clear(
         desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
         hold: how long it is followed, s.
         limits: of the robot.
-        threats: what it must keep clear of.
+        threats: which it must keep clear of.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
     return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, *threats))
@@ -118,7 +118,7 @@ def stays_clear(
 
 @njit(cache=True)
 def _clearance(x, y, rows, distance, time):
-    """Least distance to what may be anywhere at a time, less what the robot needs, m."""
+    """Least distance to the places that threats may have reached at a time, less what the robot needs, m."""
     least = np.inf
     for k in range(len(rows)):
         dx, dy = x - rows[k, X] - rows[k, VX] * time, y - rows[k, Y] - rows[k, VY] * time
@@ -136,7 +136,7 @@ def _fastest(rows):
 
 @njit(cache=True)
 def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age):
-    """Samples are left out while neither side can have used up the clearance that the last one had."""
+    """`stays_clear` compiled; samples are skipped while the last clearance cannot have been used up."""
     if len(rows) == 0:
         return True
     fastest = _fastest(rows)

@@ -1,6 +1,6 @@
-"""Dynamical system modulation in the frame of an obstacle that moves: which velocity leads around it.
+"""Dynamical system modulation in the frame of a moving obstacle: which velocity leads around it.
 
-Seen from disc k, which moves with u_k, the velocity v is v - u_k. There it is modulated as around a disc that stands,
+Seen from disc k, which moves with u_k, the velocity v is v - u_k. There it is modulated as around a static disc,
 
     v_k = M_k (v - u_k) + u_k,    M_k = n n' lambda_n + t t' lambda_t,    Gamma_k = (d_k / r_k)^2,
     lambda_n = 1 - 1/Gamma_k towards the disc, 1 away from it,    lambda_t = 1 + 1/Gamma_k,
@@ -25,10 +25,10 @@ def sidestep_velocity(
 
     Args:
         position: shape (2,), W, m; inside of a disc it counts as on its rim.
-        velocity: that a free robot would have, shape (2,), W, m/s.
+        velocity: without obstacles, shape (2,), W, m/s.
         centers: shape (n, 2), W, m.
         velocities: of the discs, shape (n, 2), W, m/s.
-        radii: with what the robot needs, shape (n,), m.
+        radii: including the robot's own clearance, shape (n,), m.
     """
     if not len(radii):
         return velocity.copy()

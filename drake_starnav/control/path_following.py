@@ -22,14 +22,14 @@ from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_co
 from drake_starnav.robot import RobotParameters
 
 GOAL_REACHED = 0.02
-"""A robot this near to a goal where it shall stop drives no farther, m."""
+"""A robot this near to its final goal stops, m."""
 LOOK_AHEAD_SPARE = 0.004
-"""A line of look-ahead keeps this much more clearance than the certificate asks of a robot that stands, m."""
+"""A look-ahead line keeps this much more clearance than the certificate requires of a standing robot, m."""
 LEAST_SHARE = 0.8
-"""Where the certificate ends, the near-wall term has at least this share: every guiding vector leads off the wall."""
+"""At the certificate's boundary the near-wall term has at least this share: every guiding vector leads off the wall."""
 TURNING_TIMES = 2.0
 """The push off a wall leads no farther aside than across the near-wall zone in so many times 1 / heading_gain, in which
-the robot turns back; else it would sway between the walls of a narrow passage."""
+the robot turns back; otherwise it would oscillate between the walls of a narrow passage."""
 PID = {"kp_v": 0.5, "kd_v": 0.05, "kp_w": 2.0, "kd_w": 0.05}
 """The paper's gains."""
 
@@ -83,7 +83,7 @@ def guiding_vector(
 def near_wall_radius(parameters: ControllerParameters, robot_radius: float) -> float:
     """The radius that clearance in the near-wall zone is measured from, m.
 
-    With a safety margin that fills the zone, the robot would stand where nothing is certified before it is led away.
+    Without the excess, a safety margin as wide as the zone would stop the robot before the term leads it away.
     """
     return robot_radius + max(parameters.safety_margin - (1.0 - LEAST_SHARE) * parameters.near_wall_zone, 0.0)
 

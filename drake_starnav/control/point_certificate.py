@@ -1,13 +1,13 @@
 """The braking certificate against points: as `braking_certificate`, but with every hit at every sample of the motion.
 
-The safety star asks that the robot's centre stays in straight sight of where the last scan was taken; a motion along
-a curved gap between obstacles may be safe without. Here a motion passes if the robot's disc, along all of it, keeps a
-margin to each hit of the last scans. What the disc sweeps must therefore have been in sight of one of those scans: to
-the assumptions of `braking_certificate` comes
- (5) no obstacle lies in the way of the motion (at most one period of driving and one braking distance long) that none
-     of the remembered scans has hit.
-How far the last scan's hits are known is no assumption: what lies beyond counts as an obstacle all around.
-The margin grows with the speed, which leaves room for what a fast robot's wheels do not follow. Between two samples,
+The safety star requires that the robot's centre stays in line of sight of where the last scan was taken; a motion along
+a curved gap between obstacles may be safe without it. Here a motion passes if the robot's disc keeps a margin to each
+hit of the last scans along the whole motion. The area that the disc sweeps must therefore have been visible in one of
+those scans, which adds to the assumptions of `braking_certificate`
+ (5) every obstacle in the way of the motion (at most one period of driving and one braking distance long) was hit by
+     one of the remembered scans.
+The range within which the last scan's hits are known is no assumption: everything beyond it counts as an obstacle.
+The margin grows with the speed, which leaves room for the tracking error of a fast robot's wheels. Between two samples,
 s apart, the clearance of a disc of radius R dips by less than s^2/(8 R): 0.04 mm for the smallest robots of interest.
 """
 
@@ -24,39 +24,39 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 
 LATTICE_SPEEDS = np.array([0.3, 0.15, 0.0])
-"""Speeds that are tried when the desired turning rate leads nowhere, as shares of the largest."""
+"""Speeds that are tried if no share of the desired one passes, as shares of the largest."""
 LATTICE_TURNS = np.array([-1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0])
 """Turning rates that are tried with each of them, as shares of the largest."""
 LATTICE_TIME = 0.15
-"""A twist of the lattice is judged by where it leads if it is held this long, s."""
+"""A twist of the lattice is judged by where it leads when held this long, s."""
 TURN_WORTH = 0.3
-"""A radian of heading error counts as much as this way, m."""
+"""A radian of heading error counts as much as this distance, m."""
 SLOW_ENOUGH = 0.05
 """A robot faster than this, m/s, neither turns without a certificate nor tries an escape."""
 STOPS_AT_ONCE = 0.00125
-"""Nor does one that needs a longer way than this to stop, m."""
+"""Nor does one that needs a longer distance than this to stop, m."""
 ESCAPE_SPEED = 0.1
-"""Speed of the moves out of a place where only standing is certified, as a share of the largest."""
+"""Speed of the moves out of a place where only standing still is certified, as a share of the largest."""
 ESCAPE_TURNS = np.array([0.0, 0.25, -0.25, 0.125, -0.125])
 """Turning rates of such moves, as shares of the largest."""
 ESCAPE_TIME = 0.1
 """How long such a move is held, s."""
 ESCAPE_SLACK = 0.003
-"""On its way such a move may come this much nearer to a hit, m."""
+"""During such a move the robot may come this much nearer to a hit, m."""
 ESCAPE_CLEARANCE = 0.002
-"""No nearer than this may a move come that begins within the margin, m."""
+"""A move that begins within the margin may come no nearer than this, m."""
 ESCAPE_GAIN = 0.001
-"""At its end it must have gained this much clearance, m."""
+"""At its end such a move must have gained this much clearance, m."""
 
 
 class KnownHits(NamedTuple):
-    """What a motion must stay clear of, as the compiled functions take it.
+    """The obstacles that a motion must stay clear of, as compiled functions take them.
 
     Attributes:
         hits: shape (n, 2), W, m.
         needed: shape (n,), how far the robot's centre must stay from each, m; see `needed_distances`.
         center: shape (2,), W, m.
-        room: so far from `center` the robot is off what lies beyond the hits that are known, m.
+        room: within this distance of `center` the robot is clear of everything beyond the known hits, m.
     """
 
     hits: np.ndarray
@@ -87,7 +87,7 @@ def clear_twist(
     """A certified twist: the desired one, slower if need be, or else the one that leads farthest along `direction`.
 
     Tried in this order: the desired turning rate with shares of the desired speed; a lattice of slow twists, by
-    progress less heading error; small moves that gain clearance, where the robot stands and is hemmed in.
+    progress less heading error; small moves that gain clearance, if the robot stands and is hemmed in.
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
@@ -166,8 +166,8 @@ def clearance_at(x, y, hits, needed):
 def keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough):
     """Whether a twist, held for `hold` seconds after the delay and followed by full braking, keeps a clearance, m.
 
-    What lies beyond the hits that are known counts as an obstacle.
-    A sample is left out while the robot cannot have used up the clearance beyond `enough` that the last one had.
+    Everything beyond the known hits counts as an obstacle. A sample is skipped while the robot cannot have used up the
+    clearance beyond `enough` that the last checked sample had.
     """
     spare = _known_clearance(x, y, known) - enough
     if spare < 0.0:
@@ -223,7 +223,7 @@ def _clear_twist(state, want_v, want_omega, ux, uy, hold, delay, limits, known, 
 @njit(cache=True)
 def _slower(state, want_v, want_omega, hold, delay, limits, known, margin, per_speed):
     """The largest share of the desired speed that passes with the desired turning rate, and whether there is one."""
-    for share in SPEED_SHARES[:-1]:  # no speed at all is left to the lattice
+    for share in SPEED_SHARES[:-1]:  # the lattice tries zero speed
         v = want_v * share
         if keeps_clear(*state, v, want_omega, hold, delay, limits, known, margin + per_speed * abs(v)):
             return v, want_omega, True

@@ -1,4 +1,4 @@
-"""Foreseen motions: their steps, where they may go, the way point that they head for, and the time to go from it."""
+"""Predicted motions: one step, known free space, the next way point, and the time to go."""
 
 import math
 from typing import NamedTuple
@@ -12,13 +12,13 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack, covers, first_cover
 
 ARRIVED = 0.12
-"""So near to the end of the path a foreseen motion has arrived, m; a robot so near to its goal follows the law."""
+"""A predicted motion this near to the end of the path has arrived; a robot this near to its goal follows the law, m."""
 
 
 class KnownSpace(NamedTuple):
-    """What is known to be free, and what is near, as the compiled functions take it.
+    """Known free space and nearby hits, as compiled functions take them.
 
-    Unpack it before a loop: there a field costs more than a variable.
+    Unpack it before a loop: reading a field there costs more than reading a variable.
 
     Attributes:
         center, bearing_0, values, reach: of the regions, as in `RegionStack`.
@@ -37,13 +37,13 @@ class KnownSpace(NamedTuple):
 
     @staticmethod
     def of(regions: RegionStack, star: SafetyStar) -> "KnownSpace":
-        """What regions and the last scans tell."""
+        """From the regions and the last scans."""
         return KnownSpace(*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
 
 
 @njit(cache=True)
 def foreseen_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
-    """Pose and twist after one step towards the wanted twist, and the way travelled at its mean speed."""
+    """Pose and twist after one step towards the wanted twist, and the distance travelled at its mean speed."""
     before_v, before_omega = v, omega
     v = ramped(v, want_v, limits.max_acceleration * step)
     omega = ramped(omega, want_omega, limits.max_yaw_acceleration * step)
@@ -55,7 +55,7 @@ def foreseen_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
 
 @njit(cache=True)
 def region_around(center, bearing_0, values, reach, region, x, y):
-    """Index of a region that contains (x, y), or -1; asked first is `region`, which contained the place before."""
+    """Index of a region that contains (x, y), or -1; `region`, which contained the last position, is tried first."""
     if region >= 0 and covers(center[region], bearing_0[region], values[region], x, y):
         return region
     return first_cover(center, bearing_0, values, reach, x, y)
@@ -73,10 +73,10 @@ def clearance_within(x, y, hits, radius, zone):
 
 @njit(cache=True)
 def next_way_point(line, k, x, y):
-    """The way point to head for after k has been passed.
+    """The way point to head for once k has been passed.
 
-    A taut path bends round what hides the way point after the next: it comes into sight where the robot crosses the
-    backward extension of the leg that leads to it.
+    A taut path bends around the obstacle that hides the following way point. That way point comes into view where the
+    robot crosses the backward extension of the leg that leads to it.
     """
     while k + 1 < len(line):
         dx, dy = x - line[k, 0], y - line[k, 1]
@@ -91,7 +91,7 @@ def next_way_point(line, k, x, y):
 
 @njit(cache=True)
 def times_left(line, limits):
-    """Time from each way point to the end of the path, begun along the leg after it at full speed, shape (n,), s."""
+    """Time from each way point to the end of the path, starting along the next leg at full speed, shape (n,), s."""
     left = np.zeros(len(line))
     after = 0.0
     for k in range(len(line) - 2, 0, -1):
@@ -118,9 +118,9 @@ def time_to_go(line, left, k, x, y, yaw, v, omega, limits):
 
 @njit(cache=True)
 def heading_loss(error, v, omega, limits):
-    """Time lost until a robot that heads `error` beside its way, with the twist (v, omega), drives it at full speed, s.
+    """Time lost until a robot with this heading error and the twist (v, omega) drives along its path at full speed, s.
 
-    The time of the turn, and what is lost while the speed along the way grows to the largest.
+    The duration of the turn, plus the time lost while the speed along the path grows to the maximum.
     """
     missing = limits.max_speed - v * math.cos(error)
     gaining = missing * missing / (2.0 * limits.max_acceleration * limits.max_speed)

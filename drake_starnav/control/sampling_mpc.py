@@ -1,20 +1,20 @@
-"""Predictive control by sampling: among many certified twists, the one whose foreseen motion is best.
+"""Sampling-based model predictive control: among many certified twists, the one with the best predicted motion.
 
 The candidates are a lattice over the robot's speeds and turning rates, the twist of the law in `path_following.py`, the
-present twist, and the present turning rate alone. Each is foreseen: held for a while, then the robot heads for the next
-way point as the law does, v = v_max cos^3(error), omega = gain error; a step that would leave known free space is not
+present twist, and the present turning rate alone. Each is rolled out: held for a while, then the robot heads for the
+next way point by the law, v = v_max cos^3(error), omega = gain error; a step that would leave known free space is not
 taken, and the robot only turns. In seconds,
 
     cost = min over t of [ t + T(t) + (w_c / v_max) int_0^t (1 - c/zone)_+^2 ds ]
            + w_s |v' - v|/v_max + w_s |omega' - omega|/omega_max,   horizon/2 <= t <= horizon
 
-T, the time to go: the path that is left at full speed, and what is lost until the robot heads along it at full speed,
+T, the time to go: the remaining path at full speed, and the time lost until the robot drives along it at full speed,
 for the present heading and at each corner (`heading_loss`). c is the clearance, (v', omega') the candidate, (v, omega)
-the present twist. Three properties keep the robot from waiting for ever where the way is narrow:
- (1) a metre near walls costs, not a moment: with w_c < 1 passing is always cheaper than standing;
- (2) T does not jump where a corner is passed, and counts the time to get going;
- (3) a motion counts by its best moment in the second half of the horizon, so that a setback of the foreseen motion
-     near the horizon is no reason to begin it later.
+the present twist. Three properties keep the robot from waiting forever in narrow places:
+ (1) distance near walls costs, not time: with w_c < 1 passing is always cheaper than standing;
+ (2) T does not jump where a corner is passed, and includes the time to accelerate;
+ (3) a motion is judged by its best moment in the second half of the horizon, so that a setback of the prediction near
+     the horizon is no reason to start later.
 The candidates are certified in the order of their cost until one passes; if none does, the law's twist goes through
 the certificate as it would without prediction.
 """
@@ -52,11 +52,11 @@ SIGHT_STEP = 0.05
 SIGHT_HALVINGS = 6
 """Bisections of a segment in search of the last point in sight."""
 IN_SIGHT, ROUND_A_CORNER, HIDDEN = 0, 1, 2
-"""What the robot sees of its next way point."""
+"""How the robot sees its next way point."""
 
 
 class _Settings(NamedTuple):
-    """What the cost depends on, as named in the parameters of the controller; SI units."""
+    """Constants of the cost, as named in the parameters of the controller; SI units."""
 
     horizon: float
     step: float
@@ -127,10 +127,10 @@ def candidates(
 
 
 def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) -> np.ndarray | None:
-    """The path with a way point in front that the robot sees inside the union of regions, shape (k, 2).
+    """The path, preceded by a way point that the robot sees inside the union of regions, shape (k, 2).
 
     The robot may have left the line on which it saw the next way point. If a region contains both, its centre sees
-    both, and the way over the centre is pulled taut; if none does, the result is None.
+    both, and the path through the centre is pulled taut; if none does, the result is None.
     """
     sight, x, y = _corner(*position, *path[0], *regions.arrays)
     if sight == HIDDEN:
@@ -210,7 +210,7 @@ def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
 
 @njit(cache=True)
 def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
-    """What (x, y) sees of the way point ahead, and the first place to head for."""
+    """How (x, y) sees the way point ahead, and the first place to head for."""
     if segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, SIGHT_STEP):
         return IN_SIGHT, ahead_x, ahead_y
     shortest, best = np.inf, -1

@@ -34,13 +34,13 @@ class BaselineController(LeafSystem):
 
     Ports:
         goal: vector (x, y) in W, m.
-        short_term_goal: vector (x, y) in W, m, where to head instead; may be left unconnected.
-        scan: abstract, `LaserScan` in the sensor frame S; DSM leaves it unread.
-        scan_pose: vector (x, y, yaw) of S in W at the time of the scan, m and rad; DSM leaves it unread.
+        short_term_goal: vector (x, y) in W, m, to head for instead; may be left unconnected.
+        scan: abstract, `LaserScan` in the sensor frame S; DSM does not read it.
+        scan_pose: vector (x, y, yaw) of S in W at the time of the scan, m and rad; DSM does not read it.
         obstacles: abstract, `KnownObstacles`; only DSM reads it.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
-        guiding_vector: unit vector (x, y) in W that the robot turns to; zero when there is none.
+        guiding_vector: unit vector (x, y) in W that the robot turns towards; zero when there is none.
         certificate: abstract, `Certificate`; a baseline certifies nothing, but its braking path is drawn.
 
     Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped.
@@ -59,9 +59,9 @@ class BaselineController(LeafSystem):
         Args:
             robot: its radius and limits.
             controller: rate, turning and slowing down, as of `CertifiedController`.
-            settings: of the baseline; their type says which one it is.
+            settings: of the baseline; their type selects it.
             offset: of the first update, s.
-            stopwatch: where to note `command` times, if anywhere.
+            stopwatch: records `command` times, if given.
         """
         super().__init__()
         self._robot, self._controller, self._settings = robot, controller, settings

@@ -65,7 +65,7 @@ class CertifiedController(LeafSystem):
             law: one period as a pure function: `control_step`, dynamical system modulation, or `predictive_step`.
             movers: what is declared about dynamic obstacles; None: the world is static.
             lead: how far in the future the state of the port lies, s; see `StatePredictor`.
-            stopwatch: where to note `command` times, if anywhere.
+            stopwatch: records `command` times, if given.
         """
         super().__init__()
         self._robot, self._controller, self._law = robot, controller, law

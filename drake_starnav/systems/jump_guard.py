@@ -1,4 +1,4 @@
-"""No certificate across a jump of the believed pose."""
+"""No certificate across a jump of the estimated pose."""
 
 import math
 
@@ -11,7 +11,7 @@ from drake_starnav.utils.timing import checked_period
 
 
 class JumpGuard(LeafSystem):
-    """Withholds the safety star from when the believed pose has jumped until a later scan has come.
+    """Withholds the safety star from a jump of the estimated pose until a later scan arrives.
 
     ```
                     ┌───────────┐
@@ -21,7 +21,7 @@ class JumpGuard(LeafSystem):
     ```
 
     Ports:
-        safety_star: abstract, `SafetyStar`; as output, one that certifies nothing where it lies in the frame of before.
+        safety_star: abstract, `SafetyStar`; as output, one that certifies nothing if it predates the last jump.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
     The last position and the time of the last jump are discrete state, brought up to date before each command.
@@ -30,9 +30,9 @@ class JumpGuard(LeafSystem):
     def __init__(self, *, tolerance: float, rate: float, offset: float, rolling: bool = False) -> None:
         """
         Args:
-            tolerance: a step that differs by more than this from what the speed makes of it is a jump, m.
-            rate, offset: of the watch, Hz and s: those of the controller's updates.
-            rolling: whether scans are placed by the pose of the scan before, too, which must then be later as well.
+            tolerance: a step that differs by more than this from the one predicted from the speed is a jump, m.
+            rate, offset: of the check, Hz and s: those of the controller's updates.
+            rolling: whether the pose of the previous scan also places this one, and so must be later, too.
         """
         super().__init__()
         self._period = checked_period(self, rate=rate, offset=offset)

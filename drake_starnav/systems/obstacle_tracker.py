@@ -1,4 +1,4 @@
-"""Moving obstacles seen and tracked, once for everybody who needs to know."""
+"""Dynamic obstacles, detected and tracked once for all consumers."""
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
@@ -12,7 +12,7 @@ from drake_starnav.utils.timing import checked_period
 
 
 class MoverTracker(LeafSystem):
-    """Tells what moves from what stays in each laser scan, and tracks it.
+    """Distinguishes moving from static hits in each laser scan, and tracks dynamic obstacles.
 
     ```
              ┌──────────────┐
@@ -23,12 +23,12 @@ class MoverTracker(LeafSystem):
 
     Ports:
         scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre; as output, the last one
-            with the motion of what each beam hit.
+            with the motion state of each hit.
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
         tracks: abstract, `Tracks` in W.
 
-    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen and
-    that says anything; what is known of the past is abstract state.
+    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a new scan
+    with at least one beam that is not lost; the tracker's state is abstract state.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class MoverTracker(LeafSystem):
     ) -> None:
         """
         Args:
-            movers: what is declared about them.
+            movers: what is declared about dynamic obstacles.
             rate: of the lidar, Hz.
             offset: from the lidar's update to this one, s; at least one step of the plant.
             stopwatch: where to note `track` times, if anywhere.

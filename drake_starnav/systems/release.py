@@ -1,4 +1,4 @@
-"""Diagrams that are done with, and the memory they hold.
+"""The memory of diagrams that are no longer used.
 
 Drake 1.51 never frees a diagram with systems of Python in it, in two ways. It owns each such system by a reference that
 Python's garbage collector does not see, while the system's `__dict__` refers back to the diagram: `release` empties it.
@@ -22,7 +22,7 @@ def weakly(method: Callable[P, R]) -> Callable[P, R]:
 
 
 def release(made: Diagram | DiagramBuilder) -> None:
-    """Let go of a diagram, or of what is in a builder not yet built: once nobody refers to it, its memory is free.
+    """Release a diagram, or the contents of a builder not yet built: once nothing refers to it, its memory is freed.
 
     Args:
         made: it must not be simulated or read any more, nor its systems.

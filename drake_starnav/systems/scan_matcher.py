@@ -1,4 +1,4 @@
-"""The planner's world freed of the odometry's errors, by aligning scans."""
+"""Corrects odometry errors for the planner by aligning scans."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -14,7 +14,7 @@ from drake_starnav.utils.timing import checked_period
 
 
 class ScanMatcher(LeafSystem):
-    """Stands between a robot that drifts and its planner, which sees a world that does not.
+    """Stands between a robot whose odometry drifts and its planner, which works in a map frame that does not drift.
 
     ```
                    ┌─────────────┐
@@ -27,8 +27,8 @@ class ScanMatcher(LeafSystem):
                    └─────────────┘
     ```
 
-    Frames: O, in which the robot believes to be, and M, that of the map, which is where O was at the start: to the
-    planner and the goal M is the world.
+    Frames: O, the odometry frame, and M, the map frame, which coincides with O at the start: to the planner and the
+    goal M is the world.
 
     Ports:
         star: abstract, `Observation` in O; as output, in M.

@@ -1,4 +1,4 @@
-"""Each scan made into star-shaped regions once, for everybody who needs them."""
+"""Each scan is turned into star-shaped regions once, for all consumers."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -31,11 +31,11 @@ class StarPerception(LeafSystem):
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
         star: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
         safety_star: abstract, `SafetyStar` from the last `controller.scan_memory` scans; one that certifies nothing
-            when the last scan is older than the delay and `controller.scan_patience` scan periods.
+            if the last scan is older than the delay and `controller.scan_patience` scan periods.
 
-    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a scan that it has not seen and
-    that says anything; the last scans are abstract state. `perceive` says what is made of it. A lidar that sees too
-    little for the certificate, and a pose that is not finite, end the simulation with a `StarnavError`.
+    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a new scan with at least
+    one beam that is not lost; the last scans are abstract state. `perceive` does the work. A lidar whose view is too
+    narrow for the certificate, and a pose that is not finite, end the simulation with a `StarnavError`.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class StarPerception(LeafSystem):
             rate: of the lidar, Hz.
             offset: from the lidar's update to this one, s; at least one step of the plant.
             delay: from a scan to its arrival, s.
-            confirm: where not None, stray hits are sorted out as `without_strays` does at this noise, m.
+            confirm: if not None, outliers are discarded by `without_strays` at this noise, m.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()

@@ -1,4 +1,4 @@
-"""The state at which a late command will find the robot."""
+"""The state of the robot when a delayed command takes effect."""
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
@@ -9,7 +9,7 @@ from drake_starnav.utils.timing import checked_period
 
 
 class StatePredictor(LeafSystem):
-    """Moves the robot's state on by the commands that are on their way, for a controller whose commands act late.
+    """Predicts the robot's state by the pending commands, for a controller whose commands take effect with a delay.
 
     ```
                       ┌────────────────┐

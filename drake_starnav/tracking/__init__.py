@@ -1,4 +1,4 @@
-"""Scans -> obstacles that move."""
+"""Scans -> dynamic obstacles."""
 
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import MoverParameters

@@ -12,9 +12,9 @@ from drake_starnav.tracking.parameters import MoverParameters
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
 PARTING_HEIGHT = 0.08
-"""A peak of the range by more than this, m, parts what is before and after it."""
+"""A peak of the range by more than this, m, separates the hits before it from those after it."""
 SMALLEST_RADIUS = 0.08
-"""Nothing is taken to be smaller, m."""
+"""Smallest radius of an obstacle, m."""
 FIT_ROUNDS = 4
 FIT_PRIOR = 0.05
 """Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
@@ -23,7 +23,7 @@ FIT_PRIOR = 0.05
 def clusters(scan: LaserScan, motion: np.ndarray, parameters: MoverParameters) -> list[np.ndarray]:
     """Runs of connected hits that may be of one moving obstacle: beam numbers, in order.
 
-    Where two discs touch or overlap, the range has a peak between them: there the run is parted.
+    Where two discs touch or overlap, the range has a peak between them: there the run is split.
 
     Args:
         scan: in S.
@@ -84,7 +84,7 @@ def first_disc(
 ) -> tuple[float, float, float, bool]:
     """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
 
-    A disc at least distance d that spans the angle 2 alpha has the radius d sin(alpha) / (1 - sin(alpha)). A side is
+    A disc at least distance d that spans the angle 2 alpha has radius d sin(alpha) / (1 - sin(alpha)). A side is
     out of view where something nearer hides it, or where it would be out of the lidar's range.
     """
     n = len(scan.ranges)
@@ -105,7 +105,7 @@ def first_disc(
 def fitted_radius(points, start, radius, weight):
     """The radius of the disc that fits points on its boundary, by Gauss-Newton from a centre and a radius.
 
-    The start counts as much as FIT_PRIOR hits, the radius as much as `weight` of them: a short arc hardly tells.
+    The start counts as much as FIT_PRIOR hits, the radius as much as `weight` of them: a short arc says little.
     """
     x, y, r = start[0], start[1], radius
     for _ in range(FIT_ROUNDS):

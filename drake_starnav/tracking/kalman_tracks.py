@@ -17,7 +17,7 @@ RADIUS_GAIN = 0.2
 MOTION_GAIN = 0.2
 """Shares by which a track's radius, and its share of moving beams, follow the latest cluster."""
 RADIUS_WEIGHT = 0.2
-"""What the radius of a track is worth, in hits, where a cluster shows a part of the rim only."""
+"""Weight of a track's radius, in hits, if a cluster shows only part of the rim."""
 NOISE = 0.01
 NOISE_PER_RANGE = 0.005
 """Standard deviation of a measured centre, m, and what a metre of range adds."""
@@ -35,11 +35,11 @@ COUNTED_SPEED = 0.12
 COUNTED_MOTION = 0.3
 """A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
 COURSE_LEAD = 0.3
-"""Courses go on for so much longer than the horizon, so that they last until the next scan, s."""
+"""Predicted trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
 SETTLED_AFTER = 10
 """The speed of a track is known after so many scans."""
 PACE_DECAY = 0.2
-"""The greatest speed of late is forgotten at this rate, m/s^2."""
+"""The greatest recent speed decays at this rate, m/s^2."""
 FORGOTTEN_AFTER = 0.8
 FORGOTTEN_NEW = 0.15
 """A track that is not seen is forgotten after this time, s; one that never counted, or is not where it should be,
@@ -48,7 +48,7 @@ sooner."""
 
 @snapshot
 class Tracks:
-    """Moving obstacles as far as the scans tell, and all hits that may be theirs. Immutable; W, m, s.
+    """Dynamic obstacles as the scans show them, and all hits that may be theirs. Immutable; W, m, s.
 
     Attributes:
         time: of the last scan, s.
@@ -58,13 +58,13 @@ class Tracks:
         scans: shape (n,), how many scans have seen each.
         seen: shape (n,), when it was seen last, s.
         motion: shape (n,), share of its beams that hit what was free before, smoothed.
-        pace: shape (n,), its greatest speed of late, m/s: an obstacle that turns back seems to stand for a moment.
-        hits: shape (k, 2), the hits of the last scan that do not certainly stay where they are.
-        standing: shape (l, 2), those that do, but are of something that might start; none unless `guarded`.
+        pace: shape (n,), its greatest recent speed, m/s: an obstacle that turns back seems to stand for a moment.
+        hits: shape (k, 2), the hits of the last scan that are not certainly static.
+        standing: shape (l, 2), static hits on objects that might start to move; none unless `guarded`.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
-        course: shape (n, k, 2), where each is foreseen to be now and every `COURSE_STEP` from now on.
-        hidden: shape (m, 2), places at the edges of what was seen, where something may come out of hiding; none
-            unless `guarded`.
+        course: shape (n, k, 2), the predicted trajectory of each, now and every `COURSE_STEP` from now on.
+        hidden: shape (m, 2), places at the edges of occluded areas, from which something may come; none unless
+            `guarded`.
     """
 
     time: float = -math.inf
@@ -112,8 +112,8 @@ def updated(
     """The tracks after one more scan.
 
     Each cluster continues the track that is predicted nearest to it, or begins one. The centre of a continued track is
-    where a disc of its radius fits the hits best, so that a half hidden obstacle does not seem to slow down. If the
-    radius is found to be another, the centre is, too, farther away or nearer: it has not moved there.
+    where a disc of its radius fits the hits best, so that a partly occluded obstacle does not seem to slow down. If the
+    radius estimate changes, the centre is shifted along the line of sight, which is not motion.
 
     Args:
         tracks: before.
@@ -121,7 +121,7 @@ def updated(
         motion, may_start: shape (n,), as from `MotionGrid`.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution, agility, horizon.
-        walls: shape (m, 2), points that stay, W, m.
+        walls: shape (m, 2), points on static obstacles, W, m.
     """
     before = _predicted(tracks, scan.time, parameters.agility)
     runs = clusters(scan, motion, parameters)

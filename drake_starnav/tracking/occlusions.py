@@ -1,4 +1,4 @@
-"""Where no beam has looked: places from which something may come."""
+"""Occlusions: places from which something may come."""
 
 import math
 
@@ -8,14 +8,14 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 
 HIDDEN_SPACING = 0.15
-"""Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit: so far
-apart are the places on the ray between the two."""
+"""Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit. The
+places on the ray between the two have this spacing."""
 
 
 def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """Places along the rays past the edges of what was hit, behind which nobody looks, shape (n, 2), W, m.
+    """Places along the rays past the edges of occluding surfaces, shape (n, 2), W, m.
 
-    What comes out crosses such a ray, no farther than HIDDEN_SPACING / 2 from a place or from the edge itself.
+    An obstacle that comes out crosses such a ray, no farther than HIDDEN_SPACING / 2 from a place or from the edge.
 
     Args:
         scan: in S.

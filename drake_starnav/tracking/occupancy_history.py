@@ -1,13 +1,13 @@
-"""What stays and what moves, told from scans: a grid of when each cell was hit first and last, and seen free.
+"""Static and moving hits, distinguished by a grid of when each cell was first and last hit, and seen free.
 
-A hit lies on something that moves if its cell was seen free before and a hit of a neighbouring beam says the same (a
-tip or a post thinner than the distance between two beams is now missed and now hit). It lies on something that stays if
-a cell at or beside it has been hit for long enough without being seen free in between. Before either is known, a hit
-belongs to something that stays if it is part of a surface that is wider than anything that moves, or of one that is
-known to stay elsewhere: as the robot drives by, more and more of it comes into view.
+A hit is moving if its cell was seen free before and the same holds for the hit of a neighbouring beam (a tip or a post
+thinner than the beam spacing is hit only now and then). It is static if a cell at or beside it has been hit for long
+enough without being seen free in between. Before either is known, a hit is static if it is part of a surface that is
+wider than any dynamic obstacle, or of one that is known to be static elsewhere: as the robot drives by, more and more
+of it comes into view.
 
-What stays may start at any time, unless it is too large to move: the grid also remembers where surfaces were seen that
-are.
+A static object may start at any time, unless it is too large to move: the grid also remembers where such large
+surfaces were seen.
 """
 
 import math
@@ -28,8 +28,7 @@ RANGE_SLACK = 0.05
 """A cell is seen free if it ends by this much before all beams near it do, m."""
 STANDING_AFTER = 2.0
 HIT_SHARE = 0.5
-"""What has been hit for so long, s, counts as standing if the first and the last hit lie at least this share of it
-apart."""
+"""A cell hit for this long, s, counts as static if its first and last hit are at least this share of it apart."""
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
@@ -37,7 +36,7 @@ CONNECTED_PER_RANGE = 0.05
 
 @snapshot
 class MotionGrid:
-    """When the cells about the robot were hit and seen free. Immutable.
+    """When the cells around the robot were hit and seen free. Immutable.
 
     Attributes:
         cell: size of a cell, m; cell (i, j) of W spans [i, i+1) x [j, j+1) cells.
@@ -76,7 +75,7 @@ class MotionGrid:
     def told(self, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> np.ndarray:
         """What each beam of a scan hit, judged by the earlier scans: STAYS, UNKNOWN or MOVES, shape (n,).
 
-        Beams without a hit, and hits outside the grid, stay.
+        Beams without a hit, and hits outside the grid, count as static.
 
         Args:
             scan: the latest, in S.
@@ -96,7 +95,7 @@ class MotionGrid:
         return np.where(moves, MOVES, np.where(unknown, UNKNOWN, STAYS))
 
     def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
-        """Which hits are of something that could move, whether or not it does, shape (n,), bool.
+        """Which hits are on objects that could move, whether or not they do, shape (n,), bool.
 
         Args:
             scan, pose: as for `told`.
@@ -109,7 +108,7 @@ class MotionGrid:
         return scan.hits & ~large & ~known
 
     def walls(self, time: float) -> np.ndarray:
-        """Middles of the cells that have stayed hit for STANDING_AFTER at a time (s), shape (n, 2), W, m."""
+        """Centres of the cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m."""
         standing = _stands(self.first_hit, self.last_hit, time)
         return (np.argwhere(standing) + self.first + 0.5) * self.cell
 
@@ -176,7 +175,7 @@ def _on_what_stays(distance, hit, increment, wrap, width, stands):
 
 @njit(cache=True)
 def _stands(first_hit, last_hit, time):
-    """Whether something has stayed in a cell, or in each of an array of cells, for long enough."""
+    """Whether a cell, or each of an array of cells, has been occupied for long enough."""
     return (
         (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
     )
@@ -184,7 +183,7 @@ def _stands(first_hit, last_hit, time):
 
 @njit(cache=True)
 def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time):
-    """Which beams hit what stands in or beside their cell, or is outside the grid; and which hit what was seen free."""
+    """Which beams hit static cells (in or beside their cell) or lie outside the grid; and which hit cells seen free."""
     n, cells = len(distance), len(first_hit)
     stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for k in range(n):

@@ -1,8 +1,8 @@
-"""Where tracked obstacles will be: straight on, off what stays.
+"""Predicted trajectories of tracked obstacles: straight on, and reflected off static obstacles.
 
-An obstacle goes on with its velocity; where it would run into something that stays, it is taken to bounce off like a
-ball. Neither needs to be true: it is the best guess for planning, and the certificate does not rely on it. With a
-measured turning rate the guess is worse, even for obstacles that wind about: the rate is too uncertain.
+An obstacle keeps its velocity; where it would run into a static obstacle, it is assumed to bounce off like a ball.
+Neither needs to be true: it is the best guess for planning, and the certificate does not rely on it. Using
+a measured turning rate makes the guess worse, even for obstacles that wind: the rate is too uncertain.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 COURSE_STEP = 0.1
-"""Time between two foreseen places, s."""
+"""Time between two predicted positions, s."""
 
 
 def courses(
@@ -21,12 +21,12 @@ def courses(
     walls: np.ndarray,
     duration: float,
 ) -> np.ndarray:
-    """Foreseen places of discs, shape (n, k, 2), W, m: now and then every COURSE_STEP for at least `duration` (s).
+    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every COURSE_STEP for at least `duration` (s).
 
     Args:
         position, velocity: shape (n, 2), of the centres now, W, m and m/s.
         radius: shape (n,), m.
-        walls: shape (m, 2), points that stay, W, m.
+        walls: shape (m, 2), points on static obstacles, W, m.
         duration: s.
     """
     steps = math.ceil(duration / COURSE_STEP - 1e-9) + 1

@@ -1,9 +1,9 @@
-"""What is too large to move: the scan parted into convex surfaces, and how wide each is.
+"""Surfaces too large to move: the scan is split into convex surfaces, and the width of each is measured.
 
-A disc shows the lidar one convex arc. Connected hits are therefore parted wherever their outline has a notch: where a
+A disc shows the lidar one convex arc. Connected hits are therefore split wherever their outline has a notch: where a
 disc stands against a wall, in the corner of a room, between two discs. The outline is the polygon that the
 Douglas-Peucker algorithm leaves of the hits; they run counter-clockwise about the robot, so that a notch is where it
-turns to the left. A surface that is wider than the largest obstacle that moves is none.
+turns to the left. A surface wider than the largest dynamic obstacle is static.
 """
 
 import math
@@ -23,7 +23,7 @@ noise, as far as the scan itself shows it."""
 def on_large_surfaces(scan: LaserScan, width: float) -> np.ndarray:
     """Which hits are on a convex surface that is wider than `width` (m), shape (n,), bool.
 
-    Lost beams part nothing.
+    Lost beams do not split surfaces.
 
     Args:
         scan: in S.
@@ -41,7 +41,7 @@ def noise_shown(distance: np.ndarray, hit: np.ndarray) -> float:
     """Standard deviation of the range noise as the bends between three hits show it, m; robust to steps and corners.
 
     Args:
-        distance, hit: of the beams that say something, shape (n,), m and bool.
+        distance, hit: of the beams that are not lost, shape (n,), m and bool.
     """
     bend = np.abs(np.diff(distance, 2))[hit[:-2] & hit[1:-1] & hit[2:]]
     return float(np.median(bend)) / (0.6745 * math.sqrt(6.0)) if len(bend) else 0.0

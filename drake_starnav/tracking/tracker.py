@@ -1,4 +1,4 @@
-"""From one scan to the next: what stays, what moves, and how it moves."""
+"""From one scan to the next: static obstacles, moving ones, and their motion."""
 
 import dataclasses
 from dataclasses import field
@@ -14,17 +14,17 @@ from drake_starnav.tracking.surfaces import on_large_surfaces
 from drake_starnav.utils.snapshot import snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
-"""A scan of lost beams only, which says nothing at all."""
+"""A scan of lost beams only, which carries no information."""
 
 
 @snapshot
 class Tracked:
-    """What is known after a scan. Immutable.
+    """The tracker's state after a scan. Immutable.
 
     Attributes:
-        grid: when the cells about the robot were hit and seen free; None before the first scan.
+        grid: when the cells around the robot were hit and seen free; None before the first scan.
         tracks: the moving obstacles.
-        scan: the latest, taken at once, with what is known about the motion of what its beams hit.
+        scan: the latest, de-skewed, with the motion state of each hit.
         pose: (x, y, yaw) of the sensor frame S in W when it was taken, m and rad.
     """
 
@@ -35,11 +35,11 @@ class Tracked:
 
 
 def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> Tracked:
-    """What is known after one more scan.
+    """The state after one more scan.
 
     Args:
-        before: what was known; it is not changed.
-        scan: the latest, in the sensor frame S; a rolling one is made into one taken at once.
+        before: the state until then; it is not changed.
+        scan: the latest, in the sensor frame S; a rolling one is de-skewed.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: of the tracker.
     """
