@@ -183,7 +183,7 @@ def command(
     direction = _off_walls(
         pose[:2], direction, star.near_hits, near_wall_radius(parameters, robot.radius), parameters.near_wall_zone
     )
-    direction = _swerved(pose[:2], direction, star, parameters.max_swerve)
+    direction = _free_heading(pose[:2], direction, star, parameters.free_heading_range)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
     v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)
@@ -250,7 +250,7 @@ def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, ra
     return push if length < 1e-6 else direction / length
 
 
-def _swerved(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
+def _free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
     way = OPEN_WAY * np.arange(1, SAMPLES + 1) / SAMPLES
     steps = STEP * np.arange(1, int(limit / STEP) + 1)
     bearing = math.atan2(direction[1], direction[0])

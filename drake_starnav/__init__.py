@@ -39,17 +39,17 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station.lidar_sensor import LidarMount as LidarMount
     from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
     from drake_starnav.station.navigation_station import NavigationStation as NavigationStation
-    from drake_starnav.station.navigation_station import RobotEquipment as RobotEquipment
+    from drake_starnav.station.navigation_station import RobotInterface as RobotInterface
     from drake_starnav.station.navigation_station import plant_config as plant_config
     from drake_starnav.station.robot_model import add_robot as add_robot
     from drake_starnav.station.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.certified_controller import CertifiedController as CertifiedController
-    from drake_starnav.systems.obstacle_tracker import MoverTracker as MoverTracker
+    from drake_starnav.systems.obstacle_tracker import ObstacleTracker as ObstacleTracker
     from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
     from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
-    from drake_starnav.tracking import MoverParameters as MoverParameters
+    from drake_starnav.tracking import DynamicObstacleParameters as DynamicObstacleParameters
     from drake_starnav.tracking import Tracks as Tracks
     from drake_starnav.visualization.recorder import Recorder as Recorder
     from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
@@ -63,7 +63,7 @@ _PUBLIC = {
     "LidarParameters": "lidar.sensor_model",
     "LocalizationParameters": "scenario.faults",
     "DriveParameters": "scenario.faults",
-    "MoverParameters": "tracking",
+    "DynamicObstacleParameters": "tracking",
     "StarRegion": "regions",
     "PlannerParameters": "planning",
     "StarRoadmap": "planning",
@@ -83,7 +83,7 @@ _PUBLIC = {
     "scenario_names": "scenario",
     "LidarSensor": "station.lidar_sensor",
     "LidarMount": "station.lidar_sensor",
-    "MoverTracker": "systems.obstacle_tracker",
+    "ObstacleTracker": "systems.obstacle_tracker",
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
     "ScanMatcher": "systems.scan_matcher",
@@ -97,7 +97,7 @@ _PUBLIC = {
     "Recorder": "visualization.recorder",
     "Motion": "geometry.trajectory",
     "NavigationStation": "station.navigation_station",
-    "RobotEquipment": "station.navigation_station",
+    "RobotInterface": "station.navigation_station",
     "add_robot": "station.robot_model",
     "plant_config": "station.navigation_station",
     "add_navigation": "navigation",

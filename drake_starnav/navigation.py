@@ -14,20 +14,20 @@ from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.error_budget import Declared, sensing_error
-from drake_starnav.scenario.margins import tolerating
+from drake_starnav.scenario.error_budget import Declared, error_budget
+from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment, delay_steps
+from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.validation import check_equipment, check_promises
+from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
@@ -48,12 +48,12 @@ class Navigation:
     """
 
     world: World
-    station: NavigationStation | RobotEquipment
+    station: NavigationStation | RobotInterface
     goal: LeafSystem
     perception: StarPerception | None
     planner: StarRoadmapPlanner | None
     controller: CertifiedController | BaselineController
-    tracker: MoverTracker | None = None
+    tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
 
     def localization(self, name: str) -> OutputPort:
@@ -74,7 +74,7 @@ def add_navigation(
     *,
     seed: int = 0,
     world: World | None = None,
-    station: NavigationStation | RobotEquipment | None = None,
+    station: NavigationStation | RobotInterface | None = None,
     stopwatch: Stopwatch | None = None,
     goal: LeafSystem | None = None,
 ) -> Navigation:
@@ -102,7 +102,7 @@ def add_navigation(
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
             parameters; or the builder has systems of the same names.
     """
-    check_promises(scenario)
+    validate(scenario)
     for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name):
             raise StarnavError(
@@ -110,14 +110,14 @@ def add_navigation(
                 "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
             )
     if station is not None:
-        check_equipment(scenario, station)
+        check_interface(scenario, station)
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
-    error = sensing_error(Declared.of(scenario))
-    planner_parameters, controller_parameters = tolerating(
+    error = error_budget(Declared.of(scenario))
+    planner_parameters, controller_parameters = with_margins(
         scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
     )
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
@@ -138,7 +138,7 @@ def add_navigation(
         goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
     perception: StarPerception | None = None
     planner: StarRoadmapPlanner | None = None
-    tracker: MoverTracker | None = None
+    tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
     controller: CertifiedController | BaselineController
     if scenario.controller.kind in CERTIFIED:
@@ -168,7 +168,7 @@ class _Schedule:
     @staticmethod
     def of(scenario: Scenario) -> "_Schedule":
         step, lidar = scenario.simulation.time_step, scenario.lidar
-        moving, matching = scenario.movers.max_speed > 0.0, _matches(scenario)
+        moving, matching = scenario.obstacles.max_speed > 0.0, _matches(scenario)
         first = step + lidar.release_offset
         perception = first + step if moving else first
         return _Schedule(
@@ -182,15 +182,16 @@ class _Schedule:
 def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation | RobotEquipment,
+    station: NavigationStation | RobotInterface,
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
-) -> tuple[StarPerception, StarRoadmapPlanner, MoverTracker | None, ScanMatcher | None]:
+) -> tuple[StarPerception, StarRoadmapPlanner, ObstacleTracker | None, ScanMatcher | None]:
     lidar, schedule = scenario.lidar, _Schedule.of(scenario)
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if schedule.tracker is not None:
         tracker = builder.AddNamedSystem(
-            "tracker", MoverTracker(scenario.movers, rate=lidar.rate, offset=schedule.tracker, stopwatch=stopwatch)
+            "tracker",
+            ObstacleTracker(scenario.obstacles, rate=lidar.rate, offset=schedule.tracker, stopwatch=stopwatch),
         )
         builder.Connect(scan, tracker.GetInputPort("scan"))
         builder.Connect(station.GetOutputPort("localization.scan_pose"), tracker.GetInputPort("pose"))
@@ -248,10 +249,10 @@ def _matches(scenario: Scenario) -> bool:
 def _add_certified_controller(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation | RobotEquipment,
+    station: NavigationStation | RobotInterface,
     perception: StarPerception,
     guide: StarRoadmapPlanner | ScanMatcher,
-    tracker: MoverTracker | None,
+    tracker: ObstacleTracker | None,
     stopwatch: Stopwatch | None,
 ) -> CertifiedController:
     offset, rate = _Schedule.of(scenario).last, scenario.controller.rate
@@ -263,7 +264,7 @@ def _add_certified_controller(
             scenario.controller,
             offset=offset,
             law=LAWS[scenario.controller.kind],
-            movers=scenario.movers if tracker is not None else None,
+            obstacles=scenario.obstacles if tracker is not None else None,
             lead=delay,
             stopwatch=stopwatch,
         ),
@@ -292,7 +293,7 @@ def _add_baseline(
     builder: DiagramBuilder,
     scenario: Scenario,
     world: World,
-    station: NavigationStation | RobotEquipment,
+    station: NavigationStation | RobotInterface,
     goal: LeafSystem,
     planner: StarRoadmapPlanner | None,
     stopwatch: Stopwatch | None,
@@ -315,7 +316,7 @@ def _add_baseline(
         builder.Connect(planner.GetOutputPort("short_term_goal"), controller.GetInputPort("short_term_goal"))
     if kind == "dsm":
         count = len(world.polygons)
-        if count or world.model is not None or len(world.movers):
+        if count or world.model is not None or len(world.moving_obstacles):
             others = "a model file" if world.model is not None else "obstacles that move"
             what = f"{count} polygon{'s' * (count > 1)}" if count else others
             raise UnsupportedError(

@@ -29,7 +29,7 @@ from drake_starnav.utils.files import check_writable
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
-from drake_starnav.worlds.moving_obstacles import mover_clearance
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
@@ -244,7 +244,7 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     path, radius = run.driven[:, :2], scenario.robot.radius
     standing = clearance(world, path)
     outcome = COLLISION if standing.min() < radius else run.message
-    clearances = np.minimum(standing, mover_clearance(world.movers, path, run.times)) - radius
+    clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     motion = motion_metrics(
         path, run.driven[:, 3:], clearances, time_step=scenario.simulation.time_step, robot_radius=radius
@@ -292,11 +292,14 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
     """End the simulation at the robot's first contact with anything but the ground."""
     station = navigation.station
-    period = station.plant.time_step() if station.mover_geometries else MONITOR_PERIOD
+    period = station.plant.time_step() if station.moving_obstacle_geometries else MONITOR_PERIOD
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
-            robot=station.robot_geometries, ground=station.floor, movers=station.mover_geometries, period=period
+            robot=station.robot_geometries,
+            ground=station.floor,
+            moving_obstacles=station.moving_obstacle_geometries,
+            period=period,
         ),
     )
     builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))

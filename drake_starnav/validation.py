@@ -7,14 +7,14 @@ from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared
-from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment
+from drake_starnav.station.navigation_station import NavigationStation, RobotInterface
 from drake_starnav.station.robot_model import TOLERANCE
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
 
 
-def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipment) -> None:
+def check_interface(scenario: Scenario, station: NavigationStation | RobotInterface) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
     robot = station.equipment if isinstance(station, NavigationStation) else station
     for section in ("lidar", "localization", "drive"):
@@ -39,7 +39,7 @@ def check_equipment(scenario: Scenario, station: NavigationStation | RobotEquipm
         )
 
 
-def check_promises(scenario: Scenario) -> None:
+def validate(scenario: Scenario) -> None:
     """Raise a `StarnavError` where the controller's guarantees would not hold."""
     controller, lidar = scenario.controller, scenario.lidar
     _check_path(scenario)
@@ -52,7 +52,7 @@ def check_promises(scenario: Scenario) -> None:
             "that sees farther than the robot reaches"
         )
     if controller.certifies:
-        backwards = scenario.movers.max_speed > 0.0 or controller.certified_by == "points"
+        backwards = scenario.obstacles.max_speed > 0.0 or controller.certified_by == "points"
         check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
         _check_range(scenario, reach)
         _check_beams(scenario)
@@ -105,12 +105,12 @@ def _check_braking(scenario: Scenario) -> None:
 
 def _check_range(scenario: Scenario, reach: float) -> None:
     """The lidar must see obstacles that approach while the robot brakes; `reach` includes the margin, m."""
-    robot, lidar, movers = scenario.robot, scenario.lidar, scenario.movers
+    robot, lidar, obstacles = scenario.robot, scenario.lidar, scenario.obstacles
     stopping = robot.max_speed / robot.max_acceleration
     needed = reach + 0.5 * robot.max_speed * stopping
-    needed += movers.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
-    if movers.max_speed > 0.0 and lidar.range_max < needed:
+    needed += obstacles.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
+    if obstacles.max_speed > 0.0 and lidar.range_max < needed:
         raise StarnavError(
-            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {movers.max_speed:g} m/s; "
+            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {obstacles.max_speed:g} m/s; "
             f"allowed: at least {needed:.3g} m, as they come that far while the robot brakes"
         )

@@ -83,7 +83,7 @@ def test_a_trial_goes_by_the_name_of_its_method(method: str, words: str) -> None
         run_trial(parse_scenario(SMALL, name="small"), method=method)
 
 
-def test_a_recording_that_cannot_be_written_is_told_before_the_run(tmp_path) -> None:
+def test_a_recording_that_cannot_be_written_is_reported_before_the_run(tmp_path) -> None:
     with pytest.raises(StarnavError, match="cannot write"):
         run_trial(parse_scenario(SMALL, name="small"), html=tmp_path, progress=lambda now, limit: pytest.fail("runs"))
 
@@ -223,7 +223,7 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
 
 
 @pytest.mark.parametrize(("name", "period"), [("crowd_room", 0.005), ("room", simulation.MONITOR_PERIOD)])
-def test_among_movers_contact_is_looked_for_at_every_step(name: str, period: float, monkeypatch) -> None:
+def test_among_moving_obstacles_contact_is_looked_for_at_every_step(name: str, period: float, monkeypatch) -> None:
     class Periodic(CollisionMonitor):
         def __init__(self, *, period: float, **others) -> None:
             periods.append(period)
@@ -246,7 +246,7 @@ def test_what_runs_into_a_robot_ends_the_trial(tmp_path, max_speed: float, outco
     assert trial.time_s < 1.7
 
 
-def test_a_robot_among_movers_drives_the_same_in_another_run() -> None:
+def test_a_robot_among_moving_obstacles_drives_the_same_in_another_run() -> None:
     scenario = load_scenario("crowd_room", overrides=["simulation.timeout=2.0"])
     assert run_trial(scenario, seed=7).state_hash == run_trial(scenario, seed=7).state_hash
 

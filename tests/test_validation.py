@@ -10,7 +10,7 @@ from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_model import TOLERANCE
-from drake_starnav.validation import check_equipment, check_promises
+from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.world import World
 
 ROOM = load_scenario("room")
@@ -29,10 +29,10 @@ REACH = ROOM.robot.radius + max(ROOM.planner.margin, ROOM.controller.safety_marg
 def test_the_lidar_sees_as_far_as_what_moves_may_come_while_the_robot_brakes(changes, seconds) -> None:
     """From full speed it stops in 0.8 s, on 0.32 m; a scan may be a period old."""
     needed = REACH + 0.32 + 0.6 * seconds
-    common = ["movers.max_speed=0.6", *changes]
-    check_promises(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
+    common = ["obstacles.max_speed=0.6", *changes]
+    validate(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
     with pytest.raises(StarnavError, match=f"allowed: at least {needed:.3g} m"):
-        check_promises(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
+        validate(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
 
 
 def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() -> None:
@@ -40,9 +40,9 @@ def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() ->
     scenario = load_scenario("room", overrides=overrides)
     distance = Declared.of(scenario).seen_from
     enough = math.ceil(2.0 * math.pi * distance / scenario.robot.radius)
-    check_promises(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
+    validate(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
     with pytest.raises(StarnavError, match=f"lidar.beams is {enough - 1}: at "):
-        check_promises(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
+        validate(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
 
 
 @pytest.mark.parametrize(("larger", "fits"), [(0.5 * TOLERANCE, True), (2.0 * TOLERANCE, False)])
@@ -50,10 +50,10 @@ def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> Non
     robot = dataclasses.replace(ROOM.robot, radius=ROOM.robot.radius + larger)
     station = NavigationStation(World("open", (0, 0, 0), (5, 0)), robot, ROOM.lidar)
     if fits:
-        check_equipment(ROOM, station)
+        check_interface(ROOM, station)
     else:
         with pytest.raises(StarnavError, match="allowed: a radius that holds all of the robot"):
-            check_equipment(ROOM, station)
+            check_interface(ROOM, station)
 
 
 @pytest.mark.parametrize("beams, speed, fits", [(36, 0.8, False), (36, 3.0, True), (90, 3.0, True), (360, 3.0, False)])
@@ -62,6 +62,6 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
     scenario = load_scenario("room", overrides=changes)
     if fits:
         with pytest.raises(StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* at most robot.radius"):
-            check_promises(scenario)
+            validate(scenario)
     else:
-        check_promises(scenario)
+        validate(scenario)

@@ -33,7 +33,7 @@ from drake_starnav.visualization.recorder import (
 )
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Tee, Timeline
-from drake_starnav.worlds.moving_obstacles import mover_states
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
 
 COLORS: tuple[Color, ...] = (
@@ -111,7 +111,7 @@ def record_comparison(
         entries.append(Entry(method, witness.outcome, witness.motion, COLORS[k % len(COLORS)]))
     scenario = next(iter(scenarios.values()))
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-    layers = meshes.with_movers(comparison_layers(entries), world)
+    layers = meshes.with_moving_obstacles(comparison_layers(entries), world)
     caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers)
     return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
 
@@ -159,7 +159,7 @@ def replay(
         _add_robot(meshcat, paths[entry.method], radius, entry.color, STACKED * (len(entries) - k))
     start_recording(meshcat, parameters)
     stage.move("goal", np.array(world.goal), 0.0)
-    _play_movers(meshcat, world, max(entry.motion.duration for entry in entries), parameters)
+    _play_moving_obstacles(meshcat, world, max(entry.motion.duration for entry in entries), parameters)
     for entry in entries:
         _play(meshcat, stage, entry, paths[entry.method], layers[f"trails/{entry.method}"].height, parameters)
     finish_recording(meshcat, html, caption, cameras)
@@ -183,13 +183,13 @@ def _play(
             stage.add(layer, meshes.ribbon(points, parameters.line_width, height), time + FRAME_SLACK)
 
 
-def _play_movers(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
+def _play_moving_obstacles(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
     """Keyframes of the moving obstacles."""
     times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
-    positions, _ = mover_states(world.movers, times)
-    for k, radius in enumerate(world.movers.radii):
-        path = f"{WORLD_PREFIX}/mover_{k}"
-        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*meshes.MOVERS.color))
+    positions, _ = moving_obstacle_states(world.moving_obstacles, times)
+    for k, radius in enumerate(world.moving_obstacles.radii):
+        path = f"{WORLD_PREFIX}/moving_obstacle_{k}"
+        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*meshes.MOVING_OBSTACLES.color))
         for time, (x, y) in zip(times, positions[:, k], strict=True):
             meshcat.SetTransform(path, RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT]), time + FRAME_SLACK)
 

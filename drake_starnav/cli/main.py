@@ -143,7 +143,7 @@ def _show_world(options: argparse.Namespace) -> int:
     title = f"{scenario.name} · seed {options.seed} · {length}"
     write = write_png if file.suffix == ".png" else write_html
     write(world, scenario.robot, None if found is None else found[1], title, file)
-    moving = f", {len(world.movers)} that move" if len(world.movers) else ""
+    moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
     print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
     return REACHED
 

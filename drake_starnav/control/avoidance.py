@@ -34,11 +34,11 @@ from drake_starnav.control.avoidance_rollout import (
     wanted_twist,
     way_cost,
 )
-from drake_starnav.control.certificates import accepted, standards
+from drake_starnav.control.certificates import accepted, constraints_of
 from drake_starnav.control.heading_controller import wrapped_angle
 from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.control.moving_certificate import STANDING_SPEED
-from drake_starnav.control.moving_modulation import sidestep_velocity
+from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
@@ -60,7 +60,7 @@ STANDING_SPACING = 0.1
 
 
 @dataclass(frozen=True)
-class Encounter:
+class Avoidance:
     """The prediction, and the response.
 
     Attributes:
@@ -96,57 +96,57 @@ def around(
     pose: np.ndarray, path: np.ndarray, obstacles: TrackedObstacles, robot: RobotParameters
 ) -> np.ndarray | None:
     """The velocity towards the next way point, modulated around the tracks that count; None without one."""
-    tracks, age, movers = obstacles
-    if not (movers.sidestep and len(path)):
+    tracks, age, obstacles = obstacles
+    if not (obstacles.modulation and len(path)):
         return None
     ahead = path[0] - pose[:2]
     velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
-    counted = tracks.counted
-    centers, radii = tracks.at(tracks.time + age)[counted], tracks.radius[counted] + robot.radius + movers.margin
-    aside = sidestep_velocity(pose[:2], velocity, centers, tracks.velocity[counted], radii)
+    confirmed = tracks.confirmed
+    centers, radii = tracks.at(tracks.time + age)[confirmed], tracks.radius[confirmed] + robot.radius + obstacles.margin
+    aside = moving_modulation(pose[:2], velocity, centers, tracks.velocity[confirmed], radii)
     return aside if math.hypot(*aside) > STANDING_SPEED else None
 
 
-def encounter(
+def avoid_collision(
     now: ControlInput,
     obstacles: TrackedObstacles,
     rows: np.ndarray,
     controller: ControllerParameters,
     robot: RobotParameters,
-) -> Encounter:
+) -> Avoidance:
     """Whether the path leads too near to an obstacle that moves or might start, and the best manoeuvre if so.
 
     Args:
         now: what the controller is given.
         obstacles: as tracked; tracks that count are predicted.
-        rows: `threats` that the certificate in time takes into account.
+        rows: `reachable_discs` that the certificate in time takes into account.
         controller, robot: parameters.
     """
     pose, twist, _, guidance, star = now
-    tracks, age, movers = obstacles
-    counted, limits, path = tracks.counted, robot.limits, guidance.path
+    tracks, age, obstacles = obstacles
+    confirmed, limits, path = tracks.confirmed, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
-    standing = thinned(tracks.standing, pose[:2], movers.horizon * robot.max_speed)
-    discs = Discs(tracks.course[counted], tracks.radius[counted], standing, age)
+    standing = thinned(tracks.standing, pose[:2], obstacles.horizon * robot.max_speed)
+    discs = Discs(tracks.predicted_trajectories[confirmed], tracks.radius[confirmed], standing, age)
     settings = Settings(
-        horizon=movers.horizon,
+        horizon=obstacles.horizon,
         heading_gain=controller.heading_gain,
         slowdown=controller.goal_slowdown if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
-        margin=movers.margin,
-        caution=movers.caution,
-        max_speed=movers.max_speed,
-        comfort=movers.comfort,
+        margin=obstacles.margin,
+        caution=obstacles.caution,
+        max_speed=obstacles.max_speed,
+        comfort=obstacles.comfort,
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
     nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
-    if nearest >= movers.comfort and not held:
-        return Encounter(nearest, None, np.inf)
+    if nearest >= obstacles.comfort and not held:
+        return Avoidance(nearest, None, np.inf)
     ways, left = manoeuvres(twist, limits, around(pose, path, obstacles, robot)), times_left(line, limits)
-    standard = standards(star, controller, robot, movers)
-    v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard)
-    return Encounter(nearest, np.array((v, omega)) if found else None, least)
+    constraints = constraints_of(star, controller, robot, obstacles)
+    v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints)
+    return Avoidance(nearest, np.array((v, omega)) if found else None, least)
 
 
 @njit(cache=True)
@@ -178,7 +178,7 @@ def _along_the_path(pose, twist, line, known, discs, limits, settings):
 
 
 @njit(cache=True)
-def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, standard):
+def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints):
     """v, omega and least predicted distance of the best rollout, and whether there is one."""
     gain, slowdown, age = settings.heading_gain, settings.slowdown, discs.age
     count = len(ways)
@@ -190,7 +190,7 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
         v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
         change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits.max_speed + abs(omega - twist[1]) / limits.max_yaw_rate)
-        if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, standard, rows, age):
+        if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, constraints, rows, age):
             continue
         generation[n] = start
         drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)

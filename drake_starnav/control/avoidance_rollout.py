@@ -24,13 +24,13 @@ from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
     clearance_within,
-    foreseen_step,
     next_way_point,
     region_around,
+    rollout_step,
     time_to_go,
 )
 from drake_starnav.regions.star_region import covers
-from drake_starnav.tracking.prediction import COURSE_STEP
+from drake_starnav.tracking.prediction import PREDICTION_STEP
 
 STEP = 0.1
 """Time step of the rollout, s."""
@@ -40,7 +40,7 @@ CONTACT_COST = 8.0
 """w, s."""
 UNCERTAINTY = 0.15
 """A predicted distance counts for less with time, by this share per second."""
-FORESEEN_MARGIN = 0.03
+ROLLOUT_MARGIN = 0.03
 """The simulated robot adds this to the certificate's margin, m: tracks are less exact than hits."""
 WALL_ZONE = 0.1
 WALL_COST = 0.6
@@ -56,20 +56,20 @@ class Discs(NamedTuple):
     """The dynamic obstacles, as predicted.
 
     Attributes:
-        course: shape (n, k, 2), places every COURSE_STEP from the time of the scan on, W, m.
+        trajectories: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
         radius: shape (n,), m.
         standing: shape (m, 2), places on static objects that might start, W, m.
         age: of the scan, s.
     """
 
-    course: np.ndarray
+    trajectories: np.ndarray
     radius: np.ndarray
     standing: np.ndarray
     age: float
 
 
 class Settings(NamedTuple):
-    """Numbers of the controller, the robot and the movers, as named in their parameters; SI units.
+    """Numbers of the controller, the robot and the moving obstacles, as named in their parameters; SI units.
 
     Attributes:
         slowdown: speed per distance to the goal; infinite where the path ends at a frontier.
@@ -116,17 +116,22 @@ def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
 
 
 @njit(cache=True)
-def _place(course, j, time):
+def _place(trajectories, j, time):
     """Predicted position and velocity of disc j."""
-    at = min(time / COURSE_STEP, course.shape[1] - 1.001)
+    at = min(time / PREDICTION_STEP, trajectories.shape[1] - 1.001)
     i = int(at)
     share = at - i
-    dx, dy = course[j, i + 1, 0] - course[j, i, 0], course[j, i + 1, 1] - course[j, i, 1]
-    return course[j, i, 0] + share * dx, course[j, i, 1] + share * dy, dx / COURSE_STEP, dy / COURSE_STEP
+    dx, dy = trajectories[j, i + 1, 0] - trajectories[j, i, 0], trajectories[j, i + 1, 1] - trajectories[j, i, 1]
+    return (
+        trajectories[j, i, 0] + share * dx,
+        trajectories[j, i, 1] + share * dy,
+        dx / PREDICTION_STEP,
+        dy / PREDICTION_STEP,
+    )
 
 
 @njit(cache=True)
-def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, max_speed):
+def _must_brake(x, y, yaw, v, trajectories, radius, time, limits, distance, caution, max_speed):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
     Checked at half the braking time and at its end.
@@ -139,7 +144,7 @@ def _must_brake(x, y, yaw, v, course, radius, time, limits, distance, caution, m
         way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
         px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
         for j in range(len(radius)):
-            disc_x, disc_y, vx, vy = _place(course, j, time)
+            disc_x, disc_y, vx, vy = _place(trajectories, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
             needed = distance + radius[j] + caution * max_speed * t
             if dx * dx + dy * dy < needed * needed:
@@ -168,20 +173,22 @@ def _held(x, y, yaw, v, standing, limits, distance, growth):
 def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a rollout in place by one manoeuvre; it ends early if the robot is touched or reaches a frontier."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
-    course, radius, standing, age = discs
-    distance = settings.radius + settings.margin + FORESEEN_MARGIN
+    trajectories, radius, standing, age = discs
+    distance = settings.radius + settings.margin + ROLLOUT_MARGIN
     near = settings.radius + settings.margin
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
         want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
-        if _must_brake(x, y, yaw, v, course, radius, time, limits, distance, settings.caution, settings.max_speed):
+        if _must_brake(
+            x, y, yaw, v, trajectories, radius, time, limits, distance, settings.caution, settings.max_speed
+        ):
             want_v = 0.0
         if _held(x, y, yaw, v, standing, limits, near, settings.max_speed):
             want_v = 0.0
             row[HELD] = 1.0
-        x, y, yaw, v, omega, _ = foreseen_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
+        x, y, yaw, v, omega, _ = rollout_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
         row[YAW], row[V], row[OMEGA] = yaw, v, omega
         free = covers(star_center, star_bearing_0, star_values, x, y)
         if not free:
@@ -199,7 +206,7 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
         time = age + row[SPENT]
         touched = False
         for j in range(len(radius)):
-            disc_x, disc_y, _, _ = _place(course, j, time)
+            disc_x, disc_y, _, _ = _place(trajectories, j, time)
             away = math.hypot(x - disc_x, y - disc_y) - settings.radius - radius[j]
             worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
             row[LEAST] = min(row[LEAST], worth)

@@ -17,13 +17,13 @@ from drake_starnav.control.point_certificate import (
 )
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
 """Which certificate applies to static obstacles; UNSEEN accepts nothing, since nothing was seen."""
 
 
-class Standard(NamedTuple):
+class Constraints(NamedTuple):
     """The constraints that the certificates check a command against.
 
     Attributes:
@@ -47,9 +47,9 @@ class Standard(NamedTuple):
     hits: KnownHits
 
 
-def standards(
-    star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, movers: MoverParameters
-) -> Standard:
+def constraints_of(
+    star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, obstacles: DynamicObstacleParameters
+) -> Constraints:
     """The constraints that the parameters ask for, with what the last scans certify."""
     if not controller.certificate:
         kind = NONE
@@ -58,13 +58,13 @@ def standards(
     else:
         kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
     needed = needed_distances(star.half_gaps, robot.radius)
-    return Standard(
+    return Constraints(
         kind=kind,
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
         margin_per_speed=float(controller.margin_per_speed),
-        distance=float(robot.radius + movers.margin),
+        distance=float(robot.radius + obstacles.margin),
         center=star.center,
         bearing_0=star.bearing_0,
         values=star.values,
@@ -73,30 +73,31 @@ def standards(
 
 
 @njit(cache=True)
-def accepted(x, y, yaw, v, omega, want_v, want_omega, limits, standard, rows, age):
-    """Whether both certificates accept a twist; `rows` as from `threats`, `age` of the scan that they are of, s."""
-    hold, delay, distance = standard.hold, standard.delay, standard.distance
+def accepted(x, y, yaw, v, omega, want_v, want_omega, limits, constraints, rows, age):
+    """Whether both certificates accept a twist; `rows` as from `reachable_discs`, `age` of the scan that they are of,
+    s."""
+    hold, delay, distance = constraints.hold, constraints.delay, constraints.distance
     return stays_clear_of(
         x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age
-    ) and stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard)
+    ) and stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, constraints)
 
 
 @njit(cache=True)
-def first_accepted(x, y, yaw, v, omega, twists, limits, standard, rows, age):
+def first_accepted(x, y, yaw, v, omega, twists, limits, constraints, rows, age):
     """Index of the first of some twists (n, 2) that both certificates accept, or -1; else as for `accepted`."""
     for k in range(len(twists)):
-        if accepted(x, y, yaw, v, omega, twists[k, 0], twists[k, 1], limits, standard, rows, age):
+        if accepted(x, y, yaw, v, omega, twists[k, 0], twists[k, 1], limits, constraints, rows, age):
             return k
     return -1
 
 
 @njit(cache=True)
-def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, standard):
+def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, constraints):
     """Whether a twist passes the certificate against static obstacles.
 
     A robot outside the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
-    kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = standard
+    kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = constraints
     if kind in (NONE, UNSEEN):
         return kind == NONE
     if kind == BY_STAR and stops_inside(

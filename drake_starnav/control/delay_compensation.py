@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 
-def pending_count(delay: float, period: float) -> int:
+def commands_in_delay(delay: float, period: float) -> int:
     """How many of the last commands are pending when the next one is due.
 
     Args:
@@ -22,7 +22,7 @@ def predicted_pose(pose: np.ndarray, twists: np.ndarray, delay: float, period: f
 
     Args:
         pose: (x, y, yaw) now, m and rad.
-        twists: shape (n, 2), the last n = `pending_count` commands (v, omega), oldest first, m/s and rad/s.
+        twists: shape (n, 2), the last n = `commands_in_delay` commands (v, omega), oldest first, m/s and rad/s.
         delay: from a command to its effect, s.
         period: between commands, s.
     """

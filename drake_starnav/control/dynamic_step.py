@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from drake_starnav.control.avoidance import encounter
+from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.control.braking_certificate import SPEED_SHARES, TURN_SHARES
-from drake_starnav.control.certificates import first_accepted, standards
+from drake_starnav.control.certificates import constraints_of, first_accepted
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.law import Command, ControlInput, Law, TrackedObstacles
-from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, stays_clear, threats
+from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, reachable_discs, stays_clear
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 
@@ -17,7 +17,7 @@ SLOWER = np.array(
 """Shares of a twist's speed and turning rate that are tried in this order where it is refused."""
 
 
-def wary_step(
+def dynamic_step(
     law: Law,
     now: ControlInput,
     parameters: ControllerParameters,
@@ -38,24 +38,26 @@ def wary_step(
     """
     command = law(now, parameters, robot)
     pose, twist = now.pose, now.twist
-    tracks, age, movers = obstacles
-    rows = threats(tracks, movers)
-    if not len(rows) and not tracks.counted.any():
+    tracks, age, obstacles = obstacles
+    rows = reachable_discs(tracks, obstacles)
+    if not len(rows) and not tracks.confirmed.any():
         return command
     limits, period = robot.limits, 1.0 / parameters.rate
     longest = age + parameters.delay + period + robot.max_speed / robot.max_acceleration
-    reach = robot.radius + movers.margin + (robot.max_speed + movers.max_speed) * longest
+    reach = robot.radius + obstacles.margin + (robot.max_speed + obstacles.max_speed) * longest
     rows = near(rows, pose[:2], reach)
 
-    if tracks.counted.any() or len(tracks.standing):
-        met = encounter(now, obstacles, rows, parameters, robot)
-        if met.twist is not None:
-            return Command(limited_twist(twist, met.twist, robot, period), command.guiding_vector, True, command.errors)
-    near_by = Threats(rows, robot.radius + movers.margin, age)
+    if tracks.confirmed.any() or len(tracks.standing):
+        avoidance = avoid_collision(now, obstacles, rows, parameters, robot)
+        if avoidance.twist is not None:
+            return Command(
+                limited_twist(twist, avoidance.twist, robot, period), command.guiding_vector, True, command.errors
+            )
+    near_by = Threats(rows, robot.radius + obstacles.margin, age)
     if stays_clear(pose, twist, command.twist, period, limits, near_by, parameters.delay):
         return command
     slower = SLOWER * command.twist
-    k = first_accepted(*pose, *twist, slower, limits, standards(now.star, parameters, robot, movers), rows, age)
+    k = first_accepted(*pose, *twist, slower, limits, constraints_of(now.star, parameters, robot, obstacles), rows, age)
     if k >= 0:
         return Command(limited_twist(twist, slower[k], robot, period), command.guiding_vector, True, command.errors)
     standing = abs(twist[0]) < STANDING_SPEED

@@ -16,7 +16,7 @@ STEP = math.radians(2.0)
 """Spacing of the bearings tried; a free one counts only if the next is free too: otherwise noise may close it again."""
 
 
-def swerved(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
+def free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
     """The direction if it is free, else the nearest free one up to `limit` to either side; itself if there is none.
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's

@@ -11,7 +11,7 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 
 class ControlInput(NamedTuple):
@@ -60,7 +60,7 @@ class TrackedObstacles(NamedTuple):
 
     tracks: Tracks
     age: float
-    parameters: MoverParameters
+    parameters: DynamicObstacleParameters
 
 
 Law = Callable[[ControlInput, ControllerParameters, RobotParameters], Command]

@@ -30,21 +30,21 @@ from numba import njit
 from drake_starnav.control.braking_certificate import BRAKING, braking_motion
 from drake_starnav.robot import Limits
 from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.occlusions import HIDDEN_SPACING
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 STANDING_SPEED = 0.005
 """A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
 `trajectory_metrics.STANDING`, which is about the body."""
 X, Y, VX, VY, GROWTH, RADIUS = range(6)
-"""Columns of the threats."""
+"""Columns of the reachable discs."""
 
 
 class Threats(NamedTuple):
     """What a braking robot must keep clear of, and by how much.
 
     Attributes:
-        rows: shape (n, 6), as from `threats`.
+        rows: shape (n, 6), as from `reachable_discs`.
         distance: radius of the robot and margin, m.
         age: time since the scan that they are of, s.
     """
@@ -54,7 +54,7 @@ class Threats(NamedTuple):
     age: float
 
 
-def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
+def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
     """The places that a braking robot must keep clear of, shape (n, 6), at the time of the tracks.
 
     Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m. Hits have no radius. A track that
@@ -64,7 +64,7 @@ def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
         tracks: of the last scan.
         parameters: what is declared.
     """
-    trusted = tracks.counted & tracks.settled
+    trusted = tracks.confirmed & tracks.settled
     known = (tracks.owner >= 0) & trusted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
     lost = np.flatnonzero(trusted & (tracks.seen < tracks.time))
     cautious = parameters.caution * parameters.max_speed
@@ -73,7 +73,7 @@ def threats(tracks: Tracks, parameters: MoverParameters) -> np.ndarray:
     rows = [
         _rows(tracks.hits[~known], still, parameters.max_speed, 0.0),
         _rows(tracks.standing, still, parameters.max_speed, 0.0),
-        _rows(tracks.hidden, still, parameters.max_speed, 0.5 * HIDDEN_SPACING),
+        _rows(tracks.occlusions, still, parameters.max_speed, 0.5 * OCCLUSION_SPACING),
         _rows(tracks.hits[known], moving[tracks.owner[known]], cautious, 0.0),
         _rows(tracks.position[lost], moving[lost], cautious, tracks.radius[lost]),
     ]
@@ -88,7 +88,7 @@ def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.nd
 
 
 def near(rows: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
-    """The threats whose edge is within `reach` (m) of a place (2,)."""
+    """The reachable discs whose edge is within `reach` (m) of a place (2,)."""
     away = np.hypot(rows[:, X] - position[0], rows[:, Y] - position[1]) - rows[:, RADIUS]
     return rows[away < reach]
 
@@ -99,7 +99,7 @@ def stays_clear(
     desired: np.ndarray,
     hold: float,
     limits: Limits,
-    threats: Threats,
+    reachable_discs: Threats,
     delay: float = 0.0,
 ) -> bool:
     """Whether no dynamic obstacle can touch the robot while it follows `desired` for `hold` seconds and then brakes.
@@ -110,15 +110,15 @@ def stays_clear(
         desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
         hold: how long it is followed, s.
         limits: of the robot.
-        threats: which it must keep clear of.
+        reachable_discs: which it must keep clear of.
         delay: how long the robot keeps `twist` before it follows `desired`, s.
     """
-    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, *threats))
+    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, *reachable_discs))
 
 
 @njit(cache=True)
 def _clearance(x, y, rows, distance, time):
-    """Least distance to the places that threats may have reached at a time, less what the robot needs, m."""
+    """Least distance to the places that reachable discs may have reached at a time, less what the robot needs, m."""
     least = np.inf
     for k in range(len(rows)):
         dx, dy = x - rows[k, X] - rows[k, VX] * time, y - rows[k, Y] - rows[k, VY] * time

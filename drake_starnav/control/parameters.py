@@ -122,7 +122,7 @@ class ControllerParameters(SafetyParameters):
         "(of every remembered hit, which lets the robot through narrower and winding gaps)",
         choices=("star", "points"),
     )
-    max_swerve: float = parameter(
+    free_heading_range: float = parameter(
         0.8,
         "largest turn of the guiding vector to the nearest bearing that the safety star leaves open, where it leaves "
         "no way along the vector; 0: none; certified_by: star only",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control.braking_certificate import certified_twist
-from drake_starnav.control.free_heading import swerved
+from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
 from drake_starnav.control.law import Command, ControlInput
 from drake_starnav.control.look_ahead import look_ahead
@@ -120,7 +120,7 @@ def desired_twist(
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
     clearance = math.inf
-    path = guidance.path if guidance.left(pose[:2]) > GOAL_REACHED else guidance.path[:0]
+    path = guidance.path if guidance.distance_to_goal(pose[:2]) > GOAL_REACHED else guidance.path[:0]
     last = len(path) == 1
     if len(path) and parameters.look_ahead > 0.0:
         needed = needed_distances(star.half_gaps, robot.radius)
@@ -133,7 +133,7 @@ def desired_twist(
         )
     if direction.any():
         if parameters.certificate and parameters.certified_by == "star":
-            direction = swerved(pose[:2], direction, star, parameters.max_swerve)
+            direction = free_heading(pose[:2], direction, star, parameters.free_heading_range)
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if guidance.arrives and last else math.inf
         if robot.speed_per_clearance > 0.0:

@@ -42,7 +42,7 @@ class KnownSpace(NamedTuple):
 
 
 @njit(cache=True)
-def foreseen_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
+def rollout_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
     """Pose and twist after one step towards the wanted twist, and the distance travelled at its mean speed."""
     before_v, before_omega = v, omega
     v = ramped(v, want_v, limits.max_acceleration * step)

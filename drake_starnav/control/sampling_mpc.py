@@ -35,9 +35,9 @@ from drake_starnav.control.rollout import (
     ARRIVED,
     KnownSpace,
     clearance_within,
-    foreseen_step,
     next_way_point,
     region_around,
+    rollout_step,
     time_to_go,
     times_left,
 )
@@ -51,7 +51,7 @@ SIGHT_STEP = 0.05
 """Sampling of lines of sight inside the union of regions, m."""
 SIGHT_HALVINGS = 6
 """Bisections of a segment in search of the last point in sight."""
-IN_SIGHT, ROUND_A_CORNER, HIDDEN = 0, 1, 2
+IN_SIGHT, ROUND_A_CORNER, OCCLUDED = 0, 1, 2
 """How the robot sees its next way point."""
 
 
@@ -73,7 +73,7 @@ class _Settings(NamedTuple):
 def predictive_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
     """One period of the controller, as `path_following.control_step` and with its arguments."""
     direction, desired, errors = desired_twist(now, parameters, robot)
-    arrived = now.guidance.left(now.pose[:2]) < ARRIVED
+    arrived = now.guidance.distance_to_goal(now.pose[:2]) < ARRIVED
     v, omega, accepted = predictive_twist(
         now._replace(guidance=Guidance.none()) if arrived else now, desired, parameters, robot
     )
@@ -101,7 +101,7 @@ def predictive_twist(
     if seen is not None:
         twists = candidates(twist, reactive, parameters, robot)
         in_sight = now._replace(guidance=dataclasses.replace(guidance, path=seen))
-        cost = foreseen_costs(twists, in_sight, parameters, robot)
+        cost = rollout_costs(twists, in_sight, parameters, robot)
         for k in np.argsort(cost, kind="stable"):
             v, omega = float(twists[k, 0]), float(twists[k, 1])
             if not parameters.certificate or stops_inside(
@@ -133,12 +133,12 @@ def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) 
     both, and the path through the centre is pulled taut; if none does, the result is None.
     """
     sight, x, y = _corner(*position, *path[0], *regions.arrays)
-    if sight == HIDDEN:
+    if sight == OCCLUDED:
         return None
     return path if sight == IN_SIGHT else np.vstack(((x, y), path))
 
 
-def foreseen_costs(
+def rollout_costs(
     twists: np.ndarray, now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
 ) -> np.ndarray:
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
@@ -159,11 +159,11 @@ def foreseen_costs(
     )
     settings = _Settings._make(map(float, settings))  # a whole number would have all compiled again
     known = KnownSpace.of(guidance.regions, star)
-    return _foreseen_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
+    return _rollout_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
 
 
 @njit(cache=True)
-def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
+def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
     step, radius, zone = settings.step, settings.radius, settings.zone
     v_max, omega_max, last = limits.max_speed, limits.max_yaw_rate, len(line) - 1
@@ -183,7 +183,7 @@ def _foreseen_costs(twists, pose, twist, line, left, known, limits, settings):
                 want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, limits)
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
-            next_x, next_y, yaw, v, omega, travelled = foreseen_step(
+            next_x, next_y, yaw, v, omega, travelled = rollout_step(
                 x, y, yaw, v, omega, want_v, want_omega, step, limits
             )
             free = covers(star_center, star_bearing_0, star_values, next_x, next_y)
@@ -221,7 +221,7 @@ def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
         if over < shortest and seen and covers(center[k], bearing_0[k], values[k], ahead_x, ahead_y):
             shortest, best = over, k
     if best < 0:
-        return HIDDEN, ahead_x, ahead_y
+        return OCCLUDED, ahead_x, ahead_y
     px, py = _farthest_seen(x, y, center[best, 0], center[best, 1], ahead_x, ahead_y, center, bearing_0, values, reach)
     px, py = _farthest_seen(ahead_x, ahead_y, px, py, x, y, center, bearing_0, values, reach)
     return ROUND_A_CORNER, px, py

@@ -168,7 +168,9 @@ def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray
     _cast_groups(bins.rows, bins.starts, poses, fan.directions, fan.angle_min, fan.increment, reach, ranges)
 
 
-def cast_sweep(bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
+def cast_rolling(
+    bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float
+) -> None:
     """Shorten `ranges` to those of a rolling scan: beams measure one after the other while the sensor moves.
 
     Args:
@@ -177,7 +179,7 @@ def cast_sweep(bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ra
         end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
         fan, ranges, reach: as in `cast_grid`.
     """
-    _cast_sweep(bins.rows, bins.starts, begin, end, fan.directions, fan.angle_min, fan.increment, reach, ranges)
+    _cast_rolling(bins.rows, bins.starts, begin, end, fan.directions, fan.angle_min, fan.increment, reach, ranges)
 
 
 def rows_near(bins: ShapeBins, x: float, y: float, reach: float) -> np.ndarray:
@@ -249,7 +251,7 @@ def _cast_groups(rows, starts, poses, directions, angle_min, increment, reach, r
 
 
 @njit(cache=True)
-def _cast_sweep(rows, starts, begin, end, directions, angle_min, increment, reach, ranges):
+def _cast_rolling(rows, starts, begin, end, directions, angle_min, increment, reach, ranges):
     beams = len(ranges)
     for g in range(len(starts) - 1):
         turn = (end[g, 2] - begin[g, 2] + math.pi) % (2.0 * math.pi) - math.pi

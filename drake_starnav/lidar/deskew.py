@@ -10,7 +10,7 @@ from drake_starnav.geometry.se2 import now_in
 from drake_starnav.lidar.laser_scan import UNKNOWN, LaserScan
 
 
-def taken_at_once(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray) -> LaserScan:
+def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray) -> LaserScan:
     """The scan as if all beams had been measured with the last one, from the sensor's pose at that time.
 
     The end point of each beam is transformed into the sensor frame at the end of the sweep and assigned to the beam of

@@ -11,7 +11,7 @@ from drake_starnav.utils.snapshot import snapshot
 
 LARGEST_UNSEEN = 0.25
 """Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
-STAYS, UNKNOWN, MOVES = 0, 1, 2
+STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
 """What is known about the motion of the obstacle that a beam hit."""
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
@@ -33,16 +33,16 @@ class LaserScan:
         time_increment: time from beam to beam, s; 0 when all are measured at once.
         scan_time: time between scans, s; 0 when there is no rate.
         lost_beams: whether ranges may be NaN.
-        motion: shape (n,), motion of the obstacle that each beam hit: STAYS, UNKNOWN or MOVES. A beam of the last kind
-            saw free space up to the obstacle, but no static obstacle. None: everything is static.
+        motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
+            kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
 
     How the properties classify a beam, by where it ended:
 
     ```
                                       hits  moving  lost  silent  lasting
-    static obstacle (STAYS)            x                             x
+    static obstacle (STATIC)            x                             x
     possibly moving one (UNKNOWN)      x
-    moving obstacle (MOVES)                   x              x
+    moving obstacle (DYNAMIC)                   x              x
     no return (+inf)                                                 x
     no measurement (NaN)                              x      x
     ```
@@ -128,12 +128,12 @@ class LaserScan:
     @cached_property
     def moving(self) -> np.ndarray:
         """Beams on a moving obstacle, shape (n,), bool."""
-        return np.zeros(len(self.ranges), bool) if self.motion is None else self.motion == MOVES
+        return np.zeros(len(self.ranges), bool) if self.motion is None else self.motion == DYNAMIC
 
     @cached_property
     def lasting(self) -> np.ndarray:
         """Beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool."""
-        return ~self.lost if self.motion is None else ~self.lost & (self.motion == STAYS)
+        return ~self.lost if self.motion is None else ~self.lost & (self.motion == STATIC)
 
     @cached_property
     def lasting_hits(self) -> np.ndarray:

@@ -168,9 +168,9 @@ def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray) -> list[int]:
     beam = np.rint(beams[near]).astype(np.int64)
     if scan.full_circle:
         beam %= len(scan.ranges)
-    looked = beam < len(scan.ranges)
-    hidden = looked & (scan.distances[np.where(looked, beam, 0)] <= away[near]) & (away[near] >= 0.5 * SPACING)
-    return near[~hidden].tolist()
+    in_view = beam < len(scan.ranges)
+    occluded = in_view & (scan.distances[np.where(in_view, beam, 0)] <= away[near]) & (away[near] >= 0.5 * SPACING)
+    return near[~occluded].tolist()
 
 
 def _fitted(

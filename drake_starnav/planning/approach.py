@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.cost_field import HitMemory
+from drake_starnav.planning.cost_field import DistanceGrid
 
 INSIDE = 0.05
 """The place lies inside the goal's tolerance by this much, m."""
@@ -26,7 +26,7 @@ class Approach(NamedTuple):
     places: np.ndarray
 
 
-def approach(hits: HitMemory, goal: np.ndarray, tolerance: float, clearance: float) -> Approach:
+def approach(hits: DistanceGrid, goal: np.ndarray, tolerance: float, clearance: float) -> Approach:
     """The goal if it is clear of known hits; otherwise all suitable places and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.

@@ -21,9 +21,9 @@ BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, m."""
-CLOSED_RADIUS = 0.2
+BLACKLIST_RADIUS = 0.2
 """Cells this near to a closed place are blocked, where hits are near enough, m."""
-CLOSED_CORE = 0.75
+BLACKLIST_CORE = 0.75
 """Cells this near to a closed place are blocked however far hits are, in cells: at least the one it lies in."""
 UNREACHED = 2**30
 """The cost of a cell that is blocked or was not reached."""
@@ -35,7 +35,7 @@ NEIGHBOURHOOD = 150
 
 
 @dataclass(frozen=True)
-class HitMemory:
+class DistanceGrid:
     """Distance to the nearest hit on a grid over W. Immutable.
 
     Attributes:
@@ -49,11 +49,11 @@ class HitMemory:
     tiles: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @staticmethod
-    def empty(resolution: float, robot_radius: float, beyond: float = 0.2) -> "HitMemory":
+    def empty(resolution: float, robot_radius: float, beyond: float = 0.2) -> "DistanceGrid":
         """A memory without hits, in which distances are kept up to the robot's radius plus `beyond`, all in m."""
-        return HitMemory(resolution, robot_radius + beyond)
+        return DistanceGrid(resolution, robot_radius + beyond)
 
-    def stamped(self, points: np.ndarray) -> "HitMemory":
+    def stamped(self, points: np.ndarray) -> "DistanceGrid":
         """This memory with more hits; points of shape (n, 2) in W, m."""
         if not len(points):
             return self
@@ -68,7 +68,7 @@ class HitMemory:
             tile = patch[i * TILE : (i + 1) * TILE, j * TILE : (j + 1) * TILE].copy()
             tile.flags.writeable = False
             tiles[int(low[0] + i), int(low[1] + j)] = tile
-        return HitMemory(self.resolution, self.cap, tiles)
+        return DistanceGrid(self.resolution, self.cap, tiles)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
@@ -152,7 +152,7 @@ class CostField:
     cell: float
     source: tuple[int, int]
     f_limit: int
-    memory: HitMemory
+    memory: DistanceGrid
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """From each point to the goal, shape (n, 2) in W -> (n,), m.
@@ -181,13 +181,13 @@ class Terrain(NamedTuple):
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
         near_wall_cost: within SOFT_ZONE beyond that a metre costs up to `1 + near_wall_cost` metres.
-        closed: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
+        blacklist: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
             third number; all in m.
     """
 
     robot_radius: float
     near_wall_cost: float
-    closed: np.ndarray = NO_PLACES
+    blacklist: np.ndarray = NO_PLACES
 
 
 class Origins(NamedTuple):
@@ -209,7 +209,7 @@ class Origins(NamedTuple):
 
 
 def cost_to_go(
-    memory: HitMemory,
+    memory: DistanceGrid,
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
@@ -233,12 +233,12 @@ def cost_to_go(
     origin = (first + 0.5 * (STRIDE - 1)) * memory.resolution
     blocked, soft = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE
     weight = _cell_weights(distance, blocked, soft, terrain.near_wall_cost)
-    closed = terrain.closed
-    if len(closed):
+    blacklist = terrain.blacklist
+    if len(blacklist):
         radius = (
-            CLOSED_RADIUS + math.hypot(0.5, 0.5) * memory.resolution
+            BLACKLIST_RADIUS + math.hypot(0.5, 0.5) * memory.resolution
         )  # a path is up to so far off its cells' centres
-        _close(weight, distance, (closed[:, :2] - origin) / cell + 1.0, closed[:, 2], radius / cell)
+        _apply_blacklist(weight, distance, (blacklist[:, :2] - origin) / cell + 1.0, blacklist[:, 2], radius / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
     grid = _cost_to_come_grid(weight.shape, origin, cell, origins)
     source, margin = (-1, -1), NEIGHBOURHOOD
@@ -288,7 +288,7 @@ def _cell_weights(distance, blocked, soft, near_wall_cost):
 
 
 @njit(cache=True)
-def _close(weight, distance, places, clearance, radius):
+def _apply_blacklist(weight, distance, places, clearance, radius):
     """Block cells about places, in cells of `weight`, which has a border that `distance` has not."""
     for k in range(len(places)):
         x, y = places[k]
@@ -296,7 +296,7 @@ def _close(weight, distance, places, clearance, radius):
             for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
                 squared = (i - x) ** 2 + (j - y) ** 2
                 narrow = squared <= radius * radius and distance[i - 1, j - 1] < clearance[k]
-                if narrow or squared <= CLOSED_CORE * CLOSED_CORE:
+                if narrow or squared <= BLACKLIST_CORE * BLACKLIST_CORE:
                     weight[i, j] = 0
 
 

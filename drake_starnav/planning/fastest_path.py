@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import arc_lengths
-from drake_starnav.planning.cost_field import UNREACHED, HitMemory, bucket_dijkstra
+from drake_starnav.planning.cost_field import UNREACHED, DistanceGrid, bucket_dijkstra
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.snapshot import snapshot
 
@@ -31,7 +31,7 @@ BEYOND_ROBOT = 0.4
 """The search continues until cells on detours of this length are reached, too, m."""
 ENTRY = 0.12
 """The path may begin in a cell this far from the robot; the distance to that cell counts three times, m."""
-HEADWAY = 0.1
+PROGRESS = 0.1
 """The robot makes progress if its time-to-go falls by this, in metres at full speed."""
 PATIENCE = 1.5
 """After this time without progress the robot has stalled, s."""
@@ -46,29 +46,29 @@ GOAL_REACH = 0.5
 
 
 @snapshot
-class Headway:
+class ProgressMonitor:
     """Progress monitor of the fastest path. Immutable.
 
     Attributes:
         best: time-to-go at the last progress, in metres at full speed.
         since: when the last progress was made, s.
-        shut: shape (k, 2), places treated as blocked, W, m.
+        stall_points: shape (k, 2), places treated as blocked, W, m.
         followed: whether the robot follows the fastest path.
     """
 
     best: float = math.inf
     since: float = 0.0
-    shut: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     followed: bool = False
 
-    def watched(self, to_go: float, time: float) -> tuple["Headway", bool]:
+    def watched(self, to_go: float, time: float) -> tuple["ProgressMonitor", bool]:
         """The monitor updated with a new time-to-go, and whether the robot has stalled.
 
         Args:
             to_go: the time-to-go, in metres at full speed.
             time: s.
         """
-        if to_go < self.best - HEADWAY or to_go > self.best + SETBACK:
+        if to_go < self.best - PROGRESS or to_go > self.best + SETBACK:
             return dataclasses.replace(self, best=to_go, since=time), False
         if time - self.since > PATIENCE:
             return dataclasses.replace(self, best=math.inf, since=time), True
@@ -76,12 +76,12 @@ class Headway:
 
 
 def fastest_path(
-    memory: HitMemory,
+    memory: DistanceGrid,
     position: np.ndarray,
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    shut: np.ndarray,
+    stall_points: np.ndarray,
     robot: RobotParameters,
 ) -> tuple[np.ndarray, float]:
     """The path of least time to the goal, and its time as a length at full speed.
@@ -91,7 +91,7 @@ def fastest_path(
         position: of the robot, shape (2,), W, m.
         goal: shape (2,), W, m.
         low, high: corners of the box to be searched, W, m; it is enlarged while no path is found.
-        shut: shape (k, 2), places treated as blocked, W, m.
+        stall_points: shape (k, 2), places treated as blocked, W, m.
         robot: its size, and its speed limit at each clearance.
 
     Returns:
@@ -104,14 +104,14 @@ def fastest_path(
     border = BORDER
     for _ in range(DOUBLINGS + 1):
         distance, first = memory.window(low - border, high + border, stride=1)
-        path, to_go = _path_in_window(distance, first, memory.resolution, position, goal, shut, robot)
+        path, to_go = _path_in_window(distance, first, memory.resolution, position, goal, stall_points, robot)
         if len(path):
             return path, to_go
         border *= 2.0
     return np.zeros((0, 2)), math.inf
 
 
-def narrowest_place(memory: HitMemory, path: np.ndarray, robot_radius: float) -> np.ndarray | None:
+def narrowest_place(memory: DistanceGrid, path: np.ndarray, robot_radius: float) -> np.ndarray | None:
     """The place with the least clearance at the beginning of the path, shape (2,), W, m; None if none is narrow."""
     ahead = path[arc_lengths(path) <= NARROWEST_WITHIN]
     clearance = memory.distance(ahead) - robot_radius
@@ -125,10 +125,10 @@ def _path_in_window(
     cell: float,
     position: np.ndarray,
     goal: np.ndarray,
-    shut: np.ndarray,
+    stall_points: np.ndarray,
     robot: RobotParameters,
 ) -> tuple[np.ndarray, float]:
-    for i, j in np.rint(shut / cell).astype(np.int64) - first:
+    for i, j in np.rint(stall_points / cell).astype(np.int64) - first:
         if i >= 0 and j >= 0:
             distance[max(i - 2, 0) : i + 3, max(j - 2, 0) : j + 3] = 0.0
     weight = _time_weights(

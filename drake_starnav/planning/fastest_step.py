@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from drake_starnav.planning.fastest_path import Headway, fastest_path, narrowest_place
+from drake_starnav.planning.fastest_path import ProgressMonitor, fastest_path, narrowest_place
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import check_beams, node_is_due, node_spacing_driven, plan_step
 from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points
@@ -33,26 +33,28 @@ def fastest_step(state: PlannerState, now: PlannerInput, robot: RobotParameters)
         return state
     check_beams(state.roadmap, seen)
     state = _grown(state, seen, position, parameters, robot)
-    shut = state.headway.shut
-    path, to_go = _path(state.roadmap, position, goal, shut, robot)
-    if not len(path) and len(shut):
-        shut = NO_PLACES
-        path, to_go = _path(state.roadmap, position, goal, shut, robot)
+    stall_points = state.progress_monitor.stall_points
+    path, to_go = _path(state.roadmap, position, goal, stall_points, robot)
+    if not len(path) and len(stall_points):
+        stall_points = NO_PLACES
+        path, to_go = _path(state.roadmap, position, goal, stall_points, robot)
     if not len(path):
-        if state.headway.followed:  # the rest of that path leads nowhere
-            state = dataclasses.replace(state, path=NO_PATH, headway=Headway())
+        if state.progress_monitor.followed:  # the rest of that path leads nowhere
+            state = dataclasses.replace(state, path=NO_PATH, progress_monitor=ProgressMonitor())
         return plan_step(state, now)
-    headway, stalled = dataclasses.replace(state.headway, shut=shut, followed=True).watched(to_go, time)
+    progress_monitor, stalled = dataclasses.replace(
+        state.progress_monitor, stall_points=stall_points, followed=True
+    ).watched(to_go, time)
     place = narrowest_place(state.roadmap.hits, path, robot.radius) if stalled else None
     if place is not None:
-        headway = dataclasses.replace(headway, shut=np.vstack((shut, place)))
+        progress_monitor = dataclasses.replace(progress_monitor, stall_points=np.vstack((stall_points, place)))
     arrives = np.hypot(*(path[-1] - goal)) <= parameters.grid_resolution
     return dataclasses.replace(
         state,
         path=np.vstack((path[:-1], goal)) if arrives else path,
         status=PlannerStatus.APPROACHING if arrives else PlannerStatus.EXPLORING,
         target=None,
-        headway=headway,
+        progress_monitor=progress_monitor,
         anticipated=None,
         plans=state.plans + 1,
     )
@@ -79,7 +81,7 @@ def _grown(
 
 
 def _path(
-    roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, shut: np.ndarray, robot: RobotParameters
+    roadmap: StarRoadmap, position: np.ndarray, goal: np.ndarray, stall_points: np.ndarray, robot: RobotParameters
 ) -> tuple[np.ndarray, float]:
     places = np.vstack((roadmap.stack.center, position, goal))
-    return fastest_path(roadmap.hits, position, goal, places.min(axis=0), places.max(axis=0), shut, robot)
+    return fastest_path(roadmap.hits, position, goal, places.min(axis=0), places.max(axis=0), stall_points, robot)

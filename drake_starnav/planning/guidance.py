@@ -51,7 +51,7 @@ class Guidance:
             raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
         return Guidance(way, True, RegionStack.of(tuple(regions)))
 
-    def left(self, position: np.ndarray) -> float:
+    def distance_to_goal(self, position: np.ndarray) -> float:
         """Distance from a position (2,) to the goal, m; infinite if the path does not end at the goal."""
         if not self.arrives or not len(self.path):
             return math.inf

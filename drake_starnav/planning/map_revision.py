@@ -118,16 +118,18 @@ def reconcile(
     return _remade(roadmap, kept, parameters, robot_radius)
 
 
-def block(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+def with_stall_point(
+    roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float
+) -> StarRoadmap:
     """The roadmap with regions in which the robot does not touch a place (2,) in W, as if a thin post stood there.
 
     Regions are made from smoothed scans with the planner's margin. If the controller certifies no motion although they
     overlap, they are wrong, and so is every path through that place. Nodes at which the robot would touch the place are
     discarded.
     """
-    roadmap = dataclasses.replace(roadmap, blocked=np.vstack((roadmap.blocked, place)))
+    roadmap = dataclasses.replace(roadmap, stall_points=np.vstack((roadmap.stall_points, place)))
     nodes = [
-        (clear_of(region, roadmap.blocked, parameters, robot_radius), *seen)
+        (clear_of(region, roadmap.stall_points, parameters, robot_radius), *seen)
         for region, seen in zip(roadmap.regions, roadmap.scans, strict=True)
         if np.hypot(*(region.center - place)) > robot_radius + region.margin
     ]
@@ -166,9 +168,9 @@ def _remade(
     kept = dataclasses.replace(
         empty,
         hits=empty.hits if forgets else roadmap.hits,
-        retired=roadmap.retired,
-        closed=roadmap.closed,
-        looked=roadmap.looked,
-        blocked=roadmap.blocked,
+        blacklisted_targets=roadmap.blacklisted_targets,
+        blacklisted_probes=roadmap.blacklisted_probes,
+        inspection_points=roadmap.inspection_points,
+        stall_points=roadmap.stall_points,
     )
     return with_nodes(kept, nodes, parameters, robot_radius, stamp=forgets)

@@ -8,16 +8,16 @@ from drake_starnav.planning.frontiers import Frontiers
 
 NEXT = 1.0
 """Length of the next part of the optimistic path, to which the robot may turn, m."""
-BARRED_SLACK = 0.06
+OBSTRUCTION_SLACK = 0.06
 """A hit blocks a path if it is nearer than the robot's radius minus this, m: noise and the size of cells."""
 
 
-def optimistic_path(to_go: CostField | None, target: Frontiers) -> np.ndarray:
+def optimistic_path_beyond(to_go: CostField | None, target: Frontiers) -> np.ndarray:
     """From the probe of a target (a single row) to the goal, shape (k, 2), W, m; only the probe if there is no way."""
     return target.probe if to_go is None else np.vstack((target.probe, to_go.path(target.probe[0])))
 
 
-def next_part(path: np.ndarray, to_go: CostField | None, position: np.ndarray) -> np.ndarray:
+def next_segment_of(path: np.ndarray, to_go: CostField | None, position: np.ndarray) -> np.ndarray:
     """The next part of an optimistic path (k, 2), for a robot at `position` (2,).
 
     Only the probe if that is no nearer to the goal than the robot, since the path would lead back past the robot.
@@ -28,12 +28,12 @@ def next_part(path: np.ndarray, to_go: CostField | None, position: np.ndarray) -
     return path[: 1 + int(np.searchsorted(along, NEXT))]
 
 
-def is_barred(path: np.ndarray, points: np.ndarray, robot_radius: float) -> bool:
+def is_obstructed(path: np.ndarray, points: np.ndarray, robot_radius: float) -> bool:
     """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
 
     The path's first point, the probe, does not count: it may lie near the obstacle at which the target was found.
     """
-    return bool(_is_near(path[1:], points, robot_radius - BARRED_SLACK))
+    return bool(_is_near(path[1:], points, robot_radius - OBSTRUCTION_SLACK))
 
 
 @njit(cache=True)

@@ -43,7 +43,7 @@ class PlannerParameters(StarParameters):
         0.12, "distance at which a frontier counts as reached (the paper: 0.25)", unit="m", above=0.0, high=2.0
     )
     prune_covered: bool = parameter(True, "drop frontiers that a newer region covers (the paper keeps them)")
-    closer_look: float = parameter(
+    inspection_detour: float = parameter(
         1.0,
         "if giving up a target would lengthen the optimistic path by more than this, the robot first drives to the "
         "target's stand: grid; 20: never",
@@ -58,8 +58,10 @@ class PlannerParameters(StarParameters):
         low=0.0,
         high=2.0,
     )
-    retire_dead_ends: bool = parameter(True, "remember places that were tried and led nowhere")
-    retired_radius: float = parameter(0.2, "size of a retired place", unit="m", above=0.0, high=2.0)
+    blacklist: bool = parameter(True, "remember places that were tried and led nowhere")
+    blacklist_radius: float = parameter(
+        0.2, "distance from a failed target within which frontiers are discarded", unit="m", above=0.0, high=2.0
+    )
     progress_distance: float = parameter(0.15, "motion that counts as progress", unit="m", above=0.0, high=5.0)
     progress_timeout: float = parameter(
         4.0,
@@ -74,7 +76,7 @@ class PlannerParameters(StarParameters):
         "how frontiers are ranked: grid (optimistic path through unknown space) or straight (line to the goal)",
         choices=("grid", "straight"),
     )
-    gates: bool = parameter(
+    virtual_frontiers: bool = parameter(
         True, "where the optimistic path leaves the regions far from any frontier, add a virtual frontier: grid"
     )
     grid_resolution: float = parameter(

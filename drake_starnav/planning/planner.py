@@ -7,12 +7,12 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.planning.map_revision import block, clear_of, reconcile
-from drake_starnav.planning.optimistic_path import is_barred
+from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
+from drake_starnav.planning.optimistic_path import is_obstructed
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.recovery import after_trying, has_arrived, place_to_block
+from drake_starnav.planning.recovery import after_trying, has_arrived, stall_point_ahead
 from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
-from drake_starnav.planning.search import Route, barred_in_vain, find_route, hits_leave_a_way
+from drake_starnav.planning.search import Route, find_route, free_of_blacklist, only_blacklist_obstructs
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.regions.observation import Observation
@@ -34,11 +34,11 @@ RETRIED_PLACES = 4
 """The total number of retries is limited to that of this many places."""
 RETRY_DISTANCE = 0.5
 """Retries closer together than this count as made at one place, m."""
-BARRED_AFTER = 0.1
+REPLAN_DISTANCE = 0.1
 """A blocked optimistic path triggers a new plan only this far from where the last plan was made, m."""
 
 
-class Cause(Flag):
+class GrowthTrigger(Flag):
     """Why the roadmap grows; several triggers may hold at once.
 
     Attributes:
@@ -77,17 +77,17 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     check_beams(state.roadmap, seen)
-    region = clear_of(seen.region, state.roadmap.blocked, parameters, now.robot_radius)
+    region = clear_of(seen.region, state.roadmap.stall_points, parameters, now.robot_radius)
     state, stalled = _watched(state, now)
-    cause = _why_grow(state, region, stalled, now)
-    state, region = _grown(state, region, cause, now)
+    trigger = _growth_trigger(state, region, stalled, now)
+    state, region = _grown(state, region, trigger, now)
     if len(state.path):
-        state = _unless_barred(state, now)
+        state = _unless_obstructed(state, now)
     if len(state.path):
         state = _along_path(state, now.position, parameters)
     if not len(state.path):
-        first_look = state.plans == 0 and not stalled
-        state = _planned(state, region, first_look, now)
+        first_plan = state.plans == 0 and not stalled
+        state = _planned(state, region, first_plan, now)
     return _with_anticipation(state, seen.region, now)
 
 
@@ -124,43 +124,45 @@ def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool
     return state, False
 
 
-def _why_grow(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> Cause:
+def _growth_trigger(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> GrowthTrigger:
     """The triggers that hold now."""
-    cause = Cause.STALLED if stalled else Cause.NONE
+    trigger = GrowthTrigger.STALLED if stalled else GrowthTrigger.NONE
     if state.target is not None:
         if has_arrived(state.roadmap, state.target, now):
-            cause |= Cause.ARRIVED
+            trigger |= GrowthTrigger.ARRIVED
         if _hit_nearby(now.seen, state.target[0], now.parameters.stuck_distance):
-            cause |= Cause.STUCK
-    if not cause and node_is_due(state, region, now.position, now.parameters):
-        cause |= Cause.DUE
+            trigger |= GrowthTrigger.STUCK
+    if not trigger and node_is_due(state, region, now.position, now.parameters):
+        trigger |= GrowthTrigger.DUE
     if node_spacing_driven(state, now.position, now.parameters):
-        cause |= Cause.SPACED
-    return cause
+        trigger |= GrowthTrigger.SPACED
+    return trigger
 
 
-def _grown(state: PlannerState, region: StarRegion, cause: Cause, now: PlannerInput) -> tuple[PlannerState, StarRegion]:
+def _grown(
+    state: PlannerState, region: StarRegion, trigger: GrowthTrigger, now: PlannerInput
+) -> tuple[PlannerState, StarRegion]:
     """The state with a new node and no path, if anything triggers one; and what is left of the scan's region.
 
     Regions that the scan contradicts are dropped first. A target that was tried is given up, and may be retired. If the
     robot has stalled, the place ahead may be blocked.
     """
-    if not cause:
+    if not trigger:
         return state, region
     seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
     roadmap = reconcile(state.roadmap, seen.scan, seen.pose, parameters, robot_radius)
-    if cause == Cause.SPACED and roadmap is state.roadmap:
+    if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
         return dataclasses.replace(state, node_position=now.position.copy()), region
     roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-    if Cause.STALLED in cause and parameters.retire_dead_ends:
-        place = place_to_block(roadmap, state.guidance.path, now)
+    if GrowthTrigger.STALLED in trigger and parameters.blacklist:
+        place = stall_point_ahead(roadmap, state.guidance.path, now)
         if place is not None:
-            roadmap = block(roadmap, place, parameters, robot_radius)
+            roadmap = with_stall_point(roadmap, place, parameters, robot_radius)
             region = clear_of(region, place[None, :], parameters, robot_radius)
     target = state.target
-    if target is not None and cause & Cause.TRIED:
-        if parameters.retire_dead_ends:
-            roadmap = after_trying(roadmap, target, Cause.ARRIVED in cause, now)
+    if target is not None and trigger & GrowthTrigger.TRIED:
+        if parameters.blacklist:
+            roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
         target = None
     node_position = seen.pose[:2].copy()
     return dataclasses.replace(state, roadmap=roadmap, target=target, node_position=node_position, path=NO_PATH), region
@@ -206,14 +208,14 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
     return False
 
 
-def _unless_barred(state: PlannerState, now: PlannerInput) -> PlannerState:
+def _unless_obstructed(state: PlannerState, now: PlannerInput) -> PlannerState:
     """The state; if the latest scan blocks the optimistic path from the target, with its hits and without a path."""
-    if not now.parameters.replanning or len(state.way_on) < 2:  # there is nothing beyond the probe
+    if not now.parameters.replanning or len(state.optimistic_path) < 2:  # there is nothing beyond the probe
         return state
-    if _distance(now.position, state.plan_position) <= BARRED_AFTER:
+    if _distance(now.position, state.plan_position) <= REPLAN_DISTANCE:
         return state
     points = impassable_points(now.seen.scan, now.seen.pose, now.parameters, now.robot_radius)
-    if not is_barred(state.way_on, points, now.robot_radius):
+    if not is_obstructed(state.optimistic_path, points, now.robot_radius):
         return state
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
     return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
@@ -246,13 +248,13 @@ def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bo
     return first_cover(*regions, *position) >= 0 and not segment_covered(*regions, *position, *path[0], LINE_STEP)
 
 
-def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: PlannerInput) -> PlannerState:
+def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
     """The state with a new path; if there is none and no retry is left, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
     route, state = _searched(state, region, now)
-    if route is None and first_look:
+    if route is None and first_plan:
         return dataclasses.replace(
             PlannerState.initial(now.parameters, now.robot_radius),
             progress_position=state.progress_position,
@@ -263,8 +265,8 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
         status = PlannerStatus.UNREACHABLE if hopeless else state.status
         return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
     target, roadmap = None, state.roadmap
-    if route.closed is not None and len(route.closed) > len(roadmap.closed):
-        roadmap = dataclasses.replace(roadmap, closed=route.closed)
+    if route.blacklisted_probes is not None and len(route.blacklisted_probes) > len(roadmap.blacklisted_probes):
+        roadmap = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)
     if len(route.target):
         target = np.vstack((route.target.stand, route.target.probe))
         if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
@@ -277,8 +279,8 @@ def _planned(state: PlannerState, region: StarRegion, first_look: bool, now: Pla
         target=target,
         plans=state.plans + 1,
         plan_position=now.position.copy(),
-        way_on=route.way_on,
-        next_on=route.next_on,
+        optimistic_path=route.optimistic_path,
+        next_segment=route.next_segment,
     )
 
 
@@ -310,7 +312,7 @@ def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> b
     most = now.parameters.retries
     if int(near.sum()) >= most or len(near) >= RETRIED_PLACES * most:
         return False
-    return hits_leave_a_way(state.roadmap, now) if route is None else barred_in_vain(state.roadmap, now)
+    return free_of_blacklist(state.roadmap, now) if route is None else only_blacklist_obstructs(state.roadmap, now)
 
 
 def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:
@@ -326,9 +328,9 @@ def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> 
     """
     if not now.parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None
-    regions = RegionStack.of([clear_of(region, state.roadmap.blocked, now.parameters, now.robot_radius)])
-    last = last_in_sight(state.next_on, now.position, regions)
-    return Guidance(state.next_on[last : last + 1], False, regions) if last >= 0 else None
+    regions = RegionStack.of([clear_of(region, state.roadmap.stall_points, now.parameters, now.robot_radius)])
+    last = last_in_sight(state.next_segment, now.position, regions)
+    return Guidance(state.next_segment[last : last + 1], False, regions) if last >= 0 else None
 
 
 def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:

@@ -6,14 +6,14 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.polyline import distance_to_segment
-from drake_starnav.planning.cost_field import CLOSED_RADIUS
+from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, retire
+from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import UNREACHABLE_PENALTY, optimistic_cost
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.regions.star_region import StarRegion
 
-BLOCKED_AHEAD = 0.05
+STALL_POINT_AHEAD = 0.05
 """A blocked place lies this far ahead of the robot, beyond radius and margin, m."""
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
@@ -23,13 +23,13 @@ CAME_STRAIGHT = 1.5
 """Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
 AT_STAND = 0.04
 """After a first inspection in vain, the robot has arrived only this near to the stand, m."""
-LOOKED_AROUND = 2.0
+INSPECTED_WITHIN = 2.0
 """An inspection counts within this many arrival distances of where it was made."""
 
 
 def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
     """Whether the robot has arrived at a target (stand and probe); after an inspection in vain, at its very stand."""
-    near = AT_STAND if _has_looked(roadmap, now) else np.inf
+    near = AT_STAND if _has_inspected(roadmap, now) else np.inf
     return bool(np.hypot(*(now.position - target[0])) < min(near, now.parameters.arrival_distance))
 
 
@@ -44,14 +44,14 @@ def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: P
         others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9
         return dataclasses.replace(roadmap, frontiers=roadmap.frontiers.where(others))
     parameters = now.parameters
-    first_look = arrived and not _has_looked(roadmap, now)
-    given_up = retire(roadmap, target[0], parameters.retired_radius, target[1])
-    if first_look and _lengthens_the_way(roadmap, given_up, now):
-        return dataclasses.replace(roadmap, looked=np.vstack((roadmap.looked, now.position)))
+    first_inspection = arrived and not _has_inspected(roadmap, now)
+    given_up = blacklist_target(roadmap, target[0], parameters.blacklist_radius, target[1])
+    if first_inspection and _lengthens_optimistic_path(roadmap, given_up, now):
+        return dataclasses.replace(roadmap, inspection_points=np.vstack((roadmap.inspection_points, now.position)))
     return given_up
 
 
-def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) -> np.ndarray | None:
+def stall_point_ahead(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) -> np.ndarray | None:
     """The place just ahead of a stalled robot, shape (2,), W, m; None where nothing need bar its path (k, 2) in W.
 
     It may stand only to turn; it may have come along there; or it may be slow to leave another blocked place.
@@ -59,9 +59,11 @@ def place_to_block(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) ->
     if not len(path) or not _faces(now.seen.pose, path[0]):
         return None
     way = path[0] - now.position
-    distance = now.robot_radius + now.parameters.margin + BLOCKED_AHEAD
+    distance = now.robot_radius + now.parameters.margin + STALL_POINT_AHEAD
     ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
-    if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _shut_in(now.position, ahead, roadmap.blocked):
+    if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _is_enclosed(
+        now.position, ahead, roadmap.stall_points
+    ):
         return None
     return ahead
 
@@ -72,21 +74,24 @@ def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
     return bool(region.contains(np.vstack((probe, probe + cell * np.column_stack((np.cos(ring), np.sin(ring)))))).any())
 
 
-def _has_looked(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+def _has_inspected(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether the robot is near where it has inspected a target in vain."""
-    away = np.hypot(*(roadmap.looked - now.position).T)
-    return bool((away < LOOKED_AROUND * now.parameters.arrival_distance).any())
+    away = np.hypot(*(roadmap.inspection_points - now.position).T)
+    return bool((away < INSPECTED_WITHIN * now.parameters.arrival_distance).any())
 
 
-def _lengthens_the_way(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether the optimistic path to the goal is longer by more than `closer_look` in `after` than in `before`."""
+def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
+    """Whether the optimistic path to the goal is longer by more than `inspection_detour` in `after` than in
+    `before`."""
     if now.parameters.cost_to_go != "grid":
         return False
     here = now.position[None, :]
-    away = np.hypot(*(before.closed - here).T)  # where the robot stands nothing is closed
-    before = dataclasses.replace(before, closed=before.closed[away > CLOSED_RADIUS + AT_STAND])
+    away = np.hypot(*(before.blacklisted_probes - here).T)  # where the robot stands nothing is closed
+    before = dataclasses.replace(
+        before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_STAND]
+    )
     shorter, longer = (float(optimistic_cost(known, now).at(here)[0]) for known in (before, after))
-    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > now.parameters.closer_look
+    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > now.parameters.inspection_detour
 
 
 def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
@@ -105,11 +110,11 @@ def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerPara
     )
 
 
-def _shut_in(position: np.ndarray, place: np.ndarray, blocked: np.ndarray) -> bool:
+def _is_enclosed(position: np.ndarray, place: np.ndarray, stall_points: np.ndarray) -> bool:
     """Whether blocking a place ahead would enclose the robot between it and a blocked place behind.
 
     The robot came by one of the two ways and can leave by it.
     """
-    way, others = place - position, blocked - position
+    way, others = place - position, stall_points - position
     behind = others @ way < 0.0
     return bool((np.hypot(*others[behind].T) < 2.0 * np.hypot(*way)).any())

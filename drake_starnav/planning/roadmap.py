@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.cost_field import HitMemory
+from drake_starnav.planning.cost_field import DistanceGrid
 from drake_starnav.planning.frontiers import PROBE_REACHED, Frontiers, cluster_frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
@@ -41,11 +41,13 @@ class StarRoadmap:
             region has a single edge, to the older node from which it was most likely reached.
         lengths: shape (e,), m.
         frontiers: where unknown space may be entered.
-        retired: shape (k, 3), discs (x, y, radius) around targets that led nowhere; frontiers inside one are discarded.
-        closed: shape (k, 2), probes of these targets; the cost-to-go treats narrow space around them as closed.
-        looked: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
-        blocked: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they are
-            obstacles for the cost-to-go.
+        blacklisted_targets: shape (k, 3), discs (x, y, radius) around targets that led nowhere; frontiers inside one
+            are discarded.
+        blacklisted_probes: shape (k, 2), probes of these targets; the cost-to-go treats narrow space around them as
+            closed.
+        inspection_points: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
+        stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
+            are obstacles for the cost-to-go.
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
     """
 
@@ -55,11 +57,11 @@ class StarRoadmap:
     edges: np.ndarray
     lengths: np.ndarray
     frontiers: Frontiers
-    retired: np.ndarray
-    closed: np.ndarray
-    looked: np.ndarray
-    blocked: np.ndarray
-    hits: HitMemory
+    blacklisted_targets: np.ndarray
+    blacklisted_probes: np.ndarray
+    inspection_points: np.ndarray
+    stall_points: np.ndarray
+    hits: DistanceGrid
 
     def __len__(self) -> int:
         return len(self.regions)
@@ -74,11 +76,11 @@ class StarRoadmap:
             edges=np.zeros((0, 2), np.int64),
             lengths=np.zeros(0),
             frontiers=Frontiers.none(),
-            retired=np.zeros((0, 3)),
-            closed=np.zeros((0, 2)),
-            looked=np.zeros((0, 2)),
-            blocked=np.zeros((0, 2)),
-            hits=HitMemory.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
+            blacklisted_targets=np.zeros((0, 3)),
+            blacklisted_probes=np.zeros((0, 2)),
+            inspection_points=np.zeros((0, 2)),
+            stall_points=np.zeros((0, 2)),
+            hits=DistanceGrid.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
         )
 
 
@@ -175,14 +177,14 @@ def impassable_points(
     return _impassable(points, distance[lasting] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
 
 
-def retire(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
+def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
     """The roadmap without frontiers within `radius` (m) of a place (2,) in W, and with a probe (2,) closed."""
     keep = np.hypot(*(roadmap.frontiers.stand - place).T) > radius
     return dataclasses.replace(
         roadmap,
         frontiers=roadmap.frontiers.where(keep),
-        retired=np.vstack((roadmap.retired, [[place[0], place[1], radius]])),
-        closed=np.vstack((roadmap.closed, probe)),
+        blacklisted_targets=np.vstack((roadmap.blacklisted_targets, [[place[0], place[1], radius]])),
+        blacklisted_probes=np.vstack((roadmap.blacklisted_probes, probe)),
     )
 
 
@@ -199,14 +201,14 @@ def uncovered_share(region: StarRegion, others: RegionStack) -> float:
 
 
 def _alive(
-    frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: HitMemory, robot_radius: float
+    frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: DistanceGrid, robot_radius: float
 ) -> np.ndarray:
     """Frontiers that are not at the robot's position, in a retired place, or at a hit or blocked place; shape (n,)."""
     keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
     keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
-    for x, y in roadmap.blocked:
+    for x, y in roadmap.stall_points:
         keep &= np.hypot(frontiers.probe[:, 0] - x, frontiers.probe[:, 1] - y) > robot_radius
-    for x, y, radius in roadmap.retired:
+    for x, y, radius in roadmap.blacklisted_targets:
         keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
     return keep
 

@@ -11,7 +11,7 @@ from numba import njit
 from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import STRIDE, CostField, Origins, Terrain, cost_to_go
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.optimistic_path import next_part, optimistic_path
+from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
@@ -22,19 +22,19 @@ OFF_MAP_PENALTY = 0.1
 """Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
 UNREACHABLE_PENALTY = 20.0
 """A frontier from which the goal cannot be reached counts as this much farther than the straight line, m."""
-GATE_ADVANTAGE = 0.25
+VIRTUAL_FRONTIER_ADVANTAGE = 0.25
 """A gate opens only if the optimistic path is shorter than the way over the best frontier by this much, m."""
-GATE_LENGTH = 0.2
+VIRTUAL_FRONTIER_LENGTH = 0.2
 """The optimistic path leaves the regions where it stays outside for this length, m."""
-GATE_INSET = 0.95
+VIRTUAL_FRONTIER_INSET = 0.95
 """A gate at the edge of the latest region stands at this fraction of the distance from its centre."""
-GATE_BEARINGS = 180
+VIRTUAL_FRONTIER_BEARINGS = 180
 """Number of bearings at which such gates are considered."""
-GATE_DETOUR = 0.15
+VIRTUAL_FRONTIER_DETOUR = 0.15
 """Such a gate may lengthen the way by no more than this, m."""
-MOST_CLOSED = 4
+MOST_BLACKLISTED = 4
 """Largest number of places closed in one search."""
-CLOSED_SLACK = 0.02
+BLACKLIST_SLACK = 0.02
 """Around a target tried in vain, openings wider than the margin by this much stay open, m."""
 
 
@@ -46,19 +46,19 @@ class Route:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
         hopeless: whether the goal cannot be reached from the target even if all unknown space were free.
-        way_on: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone where none
-            leads, nothing where the target is the goal.
-        next_on: shape (n, 2), the part of it to which the robot may turn.
-        closed: shape (k, 2), the roadmap's closed places and those added because the optimistic path still led through
-            a retired target; None if none were added.
+        optimistic_path: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone
+            where none leads, nothing where the target is the goal.
+        next_segment: shape (n, 2), the part of it to which the robot may turn.
+        blacklisted_probes: shape (k, 2), the roadmap's closed places and those added because the optimistic path still
+            led through a retired target; None if none were added.
     """
 
     path: np.ndarray
     target: Frontiers
     hopeless: bool = False
-    way_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    next_on: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    closed: np.ndarray | None = None
+    optimistic_path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    next_segment: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    blacklisted_probes: np.ndarray | None = None
 
 
 def find_route(
@@ -93,19 +93,27 @@ def find_route(
             )
             path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    target, gates, tries = Frontiers.none(), parameters.gates, 0
+    target, virtual_frontiers, tries = Frontiers.none(), parameters.virtual_frontiers, 0
     while True:
-        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, gates)
-        if not gates or to_go is None or not to_go.at(position[None, :])[0] < cost - GATE_ADVANTAGE:
+        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, virtual_frontiers)
+        if (
+            not virtual_frontiers
+            or to_go is None
+            or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE
+        ):
             break
-        gate, path = optimistic_gate(roadmap, to_go.path(position))
-        if not len(gate) or tries == MOST_CLOSED:
-            gates = False  # the search may have ended at the robot, where the frontiers' costs are lower bounds
-        elif _is_retired(roadmap, gate.stand)[0]:  # the way that was tried in vain there is still open
-            roadmap = dataclasses.replace(roadmap, closed=np.vstack((roadmap.closed, gate.probe)))
+        frontier, path = virtual_frontier(roadmap, to_go.path(position))
+        if not len(frontier) or tries == MOST_BLACKLISTED:
+            virtual_frontiers = (
+                False  # the search may have ended at the robot, where the frontiers' costs are lower bounds
+            )
+        elif _is_blacklisted(roadmap, frontier.stand)[0]:  # the way that was tried in vain there is still open
+            roadmap = dataclasses.replace(
+                roadmap, blacklisted_probes=np.vstack((roadmap.blacklisted_probes, frontier.probe))
+            )
             tries += 1
         else:
-            target, path = gate_in_sight(roadmap, here, to_go, gate, path)
+            target, path = virtual_frontier_in_sight(roadmap, here, to_go, frontier, path)
             break
     if not len(target):
         if best < 0:
@@ -113,15 +121,22 @@ def find_route(
         target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
         path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
-    way_on = optimistic_path(to_go, target)
-    next_on = next_part(way_on, to_go, position)
-    return Route(_pulled(roadmap, position, path, parameters), target, hopeless, way_on, next_on, roadmap.closed)
+    optimistic_path = optimistic_path_beyond(to_go, target)
+    next_segment = next_segment_of(optimistic_path, to_go, position)
+    return Route(
+        _pulled(roadmap, position, path, parameters),
+        target,
+        hopeless,
+        optimistic_path,
+        next_segment,
+        roadmap.blacklisted_probes,
+    )
 
 
-def _is_retired(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
+def _is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
     """Which places of shape (n, 2) in W lie in a retired disc, shape (n,)."""
-    away = np.hypot(*(places[:, None] - roadmap.retired[:, :2]).T)
-    return (away <= roadmap.retired[:, 2:]).any(axis=0)
+    away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
+    return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
 
 
 def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
@@ -129,15 +144,15 @@ def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
     return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
 
 
-def barred_in_vain(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+def only_blacklist_obstructs(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether only closed and blocked places, and not hits, block the way from the robot to the goal."""
-    return bool(len(roadmap.closed) or len(roadmap.blocked)) and hits_leave_a_way(roadmap, now)
+    return bool(len(roadmap.blacklisted_probes) or len(roadmap.stall_points)) and free_of_blacklist(roadmap, now)
 
 
-def hits_leave_a_way(roadmap: StarRoadmap, now: PlannerInput) -> bool:
+def free_of_blacklist(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether there is an optimistic path from the robot to the goal if nothing is closed or blocked."""
     nothing = np.zeros((0, 2))
-    reopened = dataclasses.replace(roadmap, closed=nothing, blocked=nothing)
+    reopened = dataclasses.replace(roadmap, blacklisted_probes=nothing, stall_points=nothing)
     field = optimistic_cost(reopened, now)
     return bool(np.isfinite(field.at(now.position[None, :])[0]))
 
@@ -224,16 +239,19 @@ def optimistic_cost(
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
-    clearance = np.full(len(roadmap.closed), robot_radius + parameters.margin + CLOSED_SLACK)
-    closed = np.column_stack(
-        (np.vstack((roadmap.closed, roadmap.blocked)), np.append(clearance, np.full(len(roadmap.blocked), np.inf)))
+    clearance = np.full(len(roadmap.blacklisted_probes), robot_radius + parameters.margin + BLACKLIST_SLACK)
+    blacklist = np.column_stack(
+        (
+            np.vstack((roadmap.blacklisted_probes, roadmap.stall_points)),
+            np.append(clearance, np.full(len(roadmap.stall_points), np.inf)),
+        )
     )
     origins = None
     if cost_to_come is not None:
         points = np.vstack((roadmap.frontiers.probe, position))
         costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
         origins = Origins(points, costs, position, parameters.hysteresis)
-    terrain = Terrain(robot_radius, parameters.near_wall_cost, closed)
+    terrain = Terrain(robot_radius, parameters.near_wall_cost, blacklist)
     return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 
@@ -243,7 +261,7 @@ def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.nd
     return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
 
 
-def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
+def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
     """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
 
     Edge frontiers appear where the boundary of a region jumps. A gap that is seen at a slant, or is thinner than the
@@ -261,16 +279,16 @@ def optimistic_gate(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, 
             last, outside = i, 0.0
         else:
             outside += float(np.hypot(*(path[i] - path[i - 1])))
-            if outside >= GATE_LENGTH or i == len(path) - 1:
+            if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
                 owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
-                gate = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
-                return gate, path[: last + 1]
+                frontier = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
+                return frontier, path[: last + 1]
     return Frontiers.none(), path[:0]
 
 
-def gate_in_sight(
-    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, gate: Frontiers, path: np.ndarray
+def virtual_frontier_in_sight(
+    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, frontier: Frontiers, path: np.ndarray
 ) -> tuple[Frontiers, np.ndarray]:
     """The gate, or one at the edge of the latest region if that leads farther without a detour; and the path there.
 
@@ -281,20 +299,20 @@ def gate_in_sight(
         roadmap: its retired places.
         here: region of the latest scan.
         to_go: the cost-to-go.
-        gate, path: as from `optimistic_gate`.
+        frontier, path: as from `virtual_frontier`.
     """
-    places = here.center + GATE_INSET * (here.outline(GATE_BEARINGS) - here.center)
-    cost, least = to_go.at(places), float(to_go.at(gate.stand)[0])
+    places = here.center + VIRTUAL_FRONTIER_INSET * (here.outline(VIRTUAL_FRONTIER_BEARINGS) - here.center)
+    cost, least = to_go.at(places), float(to_go.at(frontier.stand)[0])
     known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
     detour = np.hypot(*(places - path[0]).T) + cost - known
-    cost = np.where((detour <= GATE_DETOUR) & ~_is_retired(roadmap, places), cost, np.inf)
+    cost = np.where((detour <= VIRTUAL_FRONTIER_DETOUR) & ~_is_blacklisted(roadmap, places), cost, np.inf)
     best = int(np.argmin(cost))
-    if not cost[best] < least - GATE_LENGTH:
-        return gate, path
+    if not cost[best] < least - VIRTUAL_FRONTIER_LENGTH:
+        return frontier, path
     stand = places[best]
     beyond = to_go.path(stand)
     along = np.cumsum(np.hypot(*np.diff(beyond, axis=0).T))
-    probe = beyond[min(int(np.searchsorted(along, GATE_LENGTH)) + 1, len(beyond) - 1)]
+    probe = beyond[min(int(np.searchsorted(along, VIRTUAL_FRONTIER_LENGTH)) + 1, len(beyond) - 1)]
     owner = max(first_cover(*roadmap.stack.arrays, *stand), 0)
     return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.fastest_path import Headway
+from drake_starnav.planning.fastest_path import ProgressMonitor
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -44,12 +44,12 @@ class PlannerState:
         retries: shape (k, 3), positions (x, y) in W and scan times at which the roadmap was rebuilt to retry failed
             targets, m and s.
         plans: number of paths planned.
-        headway: progress monitor of the fastest path.
+        progress_monitor: progress monitor of the fastest path.
         began_with_map: whether the roadmap already had nodes when the goal was set.
         plan_position: position of the robot when the latest path was planned, shape (2,).
-        way_on: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
-        next_on: shape (n, 2), its next segment, to which the robot may turn.
-        anticipated: guidance that replaces the path once the latest scan shows part of `next_on`; or None.
+        optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
+        next_segment: shape (n, 2), its next segment, to which the robot may turn.
+        anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
     """
 
     roadmap: StarRoadmap
@@ -61,11 +61,11 @@ class PlannerState:
     progress_time: float
     retries: np.ndarray
     plans: int
-    headway: Headway = field(default_factory=Headway)
+    progress_monitor: ProgressMonitor = field(default_factory=ProgressMonitor)
     began_with_map: bool = False
     plan_position: np.ndarray = field(default_factory=lambda: NOWHERE)
-    way_on: np.ndarray = field(default_factory=lambda: NO_PATH)
-    next_on: np.ndarray = field(default_factory=lambda: NO_PATH)
+    optimistic_path: np.ndarray = field(default_factory=lambda: NO_PATH)
+    next_segment: np.ndarray = field(default_factory=lambda: NO_PATH)
     anticipated: Guidance | None = None
 
     @staticmethod
@@ -92,7 +92,7 @@ class PlannerState:
             target=None,
             progress_position=NOWHERE,
             retries=NO_RETRIES,
-            headway=Headway(),
+            progress_monitor=ProgressMonitor(),
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )

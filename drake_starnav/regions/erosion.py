@@ -62,13 +62,13 @@ def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
     return beams * math.ceil(parameters.bearings / beams)
 
 
-def free_limit(scan: LaserScan, samples: int, looked: float, radius: float, side: float = 0.0) -> np.ndarray:
+def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, side: float = 0.0) -> np.ndarray:
     """Upper bound of the distance that a disc's centre can move within observed space, shape (M,), m.
 
     Args:
         scan: defines the field of view, outside which the limit is 0.
         samples: M.
-        looked: range up to which the scan observes, m.
+        view_range: range up to which the scan observes, m.
         radius: of the disc with its margin, m.
         side: bearings nearer than this to an edge of the field of view count as outside, rad.
     """
@@ -76,7 +76,7 @@ def free_limit(scan: LaserScan, samples: int, looked: float, radius: float, side
         first, last = 0.0, 2.0 * math.pi
     else:
         first, last = side, scan.angle_increment * (len(scan.ranges) - 1) + 1e-9 - side
-    return _limit(samples, first, last, max(looked - radius, 0.0))
+    return _limit(samples, first, last, max(view_range - radius, 0.0))
 
 
 def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.deskew import taken_at_once
+from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
 from drake_starnav.regions.erosion import free_range, smoothed_distances
@@ -114,7 +114,7 @@ def perceive(
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         if scan.time_increment > 0.0 and before.observation.region is not None:
-            scan = taken_at_once(scan, before.observation.pose, before.observation.scan.time, pose)
+            scan = deskewed(scan, before.observation.pose, before.observation.scan.time, pose)
         history, near = before.history, scan  # `near` is the scan for the certificate
         if noise is not None:
             history = history.remembered(scan.points(pose))

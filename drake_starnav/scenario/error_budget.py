@@ -195,7 +195,7 @@ TERMS: tuple[Entry, ...] = (
 )
 
 
-def sensing_error(declared: Declared) -> float:
+def error_budget(declared: Declared) -> float:
     """The sum of `TERMS`: what the declared faults and rare commands add to the error in the default margins, m.
 
     Drift: the heading errs by drift times w for each second, too. In the worst case the robot turns first, since its

@@ -22,14 +22,14 @@ LARGEST_ERROR = 0.5
 """Margins may grow by this much, m."""
 
 
-def tolerating(
+def with_margins(
     planner: PlannerParameters,
     controller: ControllerParameters,
     error: float,
     localization: LocalizationParameters | None = None,
     lidar: LidarParameters | None = None,
 ) -> tuple[PlannerParameters, ControllerParameters]:
-    """The parameters of planner and controller with an error (m), as from `sensing_error`, added to their margins.
+    """The parameters of planner and controller with an error (m), as from `error_budget`, added to their margins.
 
     Where the localization is not exact, old regions are compared with new scans. Where the lidar has more than the
     nominal noise, its ranges are smoothed by more, also for the certificate; with much noise they are averaged over

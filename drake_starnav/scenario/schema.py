@@ -1,6 +1,6 @@
 """Scenarios: typed parameters <-> YAML.
 
-A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, movers, simulation,
+A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, obstacles, simulation,
 recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs. The
 world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
 """
@@ -25,7 +25,7 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.recording import RecordingParameters
-from drake_starnav.tracking import MoverParameters
+from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.files import read_text, reason_of
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, PlainLoader, load_yaml
@@ -56,7 +56,7 @@ class Scenario:
     drive: DriveParameters = field(default_factory=DriveParameters)
     planner: PlannerParameters = field(default_factory=PlannerParameters)
     controller: ControllerParameters = field(default_factory=ControllerParameters)
-    movers: MoverParameters = field(default_factory=MoverParameters)
+    obstacles: DynamicObstacleParameters = field(default_factory=DynamicObstacleParameters)
     dsm: DsmParameters = field(default_factory=DsmParameters)
     foa: FoaParameters = field(default_factory=FoaParameters)
     dwa: DwaParameters = field(default_factory=DwaParameters)

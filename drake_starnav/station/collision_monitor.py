@@ -39,7 +39,7 @@ class CollisionMonitor(LeafSystem):
         *,
         robot: Collection[GeometryId],
         ground: Collection[GeometryId],
-        movers: Collection[GeometryId] = (),
+        moving_obstacles: Collection[GeometryId] = (),
         period: float,
         offset: float = 0.0,
     ) -> None:
@@ -47,12 +47,12 @@ class CollisionMonitor(LeafSystem):
         Args:
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
-            movers: of the moving obstacles.
+            moving_obstacles: of the moving obstacles.
             period, offset: of the checks, s. Contact lasts while the wheels push, so that rare checks suffice; to
                 determine whether the robot stood at the first contact, check at each step of the plant.
         """
         super().__init__()
-        self._robot, self._ground, self._movers = set(robot), set(ground), set(movers)
+        self._robot, self._ground, self._moving_obstacles = set(robot), set(ground), set(moving_obstacles)
         self._contact_results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
@@ -76,7 +76,7 @@ class CollisionMonitor(LeafSystem):
         found = self.contacts(context)
         if not found:
             return EventStatus.Succeeded()
-        struck = all(b in self._movers for _, b in found) and abs(self._state.Eval(context)[3]) <= STANDING
+        struck = all(b in self._moving_obstacles for _, b in found) and abs(self._state.Eval(context)[3]) <= STANDING
         a, b = found[0]
         message = f"{STRUCK if struck else COLLISION} of {a} with {b} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)

@@ -15,46 +15,50 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Leaf
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.systems.release import weakly
-from drake_starnav.worlds.moving_obstacles import MOVER_COLOR, Movers, mover_states
+from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR, MovingObstacles, moving_obstacle_states
 
-MOVERS = "movers"
+MOVING_OBSTACLES = "moving_obstacles"
 """Name of the model instance of all moving obstacles of a plant."""
-MOVER_MASS = 200.0
+MOVING_OBSTACLE_MASS = 200.0
 """Much more than a robot's, kg."""
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0])}
 
 
-def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, robot: ModelInstanceIndex) -> None:
+def add_moving_obstacles(
+    plant: MultibodyPlant, scene_graph: SceneGraph, moving_obstacles: MovingObstacles, robot: ModelInstanceIndex
+) -> None:
     """Add moving obstacles to a plant not yet finalized, after all that stands: they collide with the robot alone.
 
     Args:
         plant: with the robot.
         scene_graph: of the plant.
-        movers: their radii, and their paths, at whose first way points they are placed.
+        moving_obstacles: their radii, and their paths, at whose first way points they are placed.
         robot: the robot's model.
     """
-    if not len(movers):
+    if not len(moving_obstacles):
         return
-    model = plant.AddModelInstance(MOVERS)
-    starts, _ = mover_states(movers, np.zeros(1))
+    model = plant.AddModelInstance(MOVING_OBSTACLES)
+    starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
     inspector = scene_graph.model_inspector()
     before = set(inspector.GetAllGeometryIds(Role.kProximity))
     X_BG = RigidTransform([0.0, 0.0, 0.5 * OBSTACLE_HEIGHT])
-    for k, (radius, start) in enumerate(zip(movers.radii, starts[0], strict=True)):
-        inertia = SpatialInertia.SolidCylinderWithMass(MOVER_MASS, radius, OBSTACLE_HEIGHT, [0.0, 0.0, 1.0])
+    for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
+        inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, OBSTACLE_HEIGHT, [0.0, 0.0, 1.0])
         parent = plant.world_body()
         for (axis, direction), place in zip(_AXES.items(), start, strict=True):
             # the body that slides along x has no mass
-            body = plant.AddRigidBody(f"mover_{k}_{axis}", model, inertia if axis == "y" else SpatialInertia.Zero())
+            body = plant.AddRigidBody(
+                f"moving_obstacle_{k}_{axis}", model, inertia if axis == "y" else SpatialInertia.Zero()
+            )
             joint = plant.AddJoint(
-                PrismaticJoint(f"mover_{k}_{axis}", parent.body_frame(), body.body_frame(), direction)
+                PrismaticJoint(f"moving_obstacle_{k}_{axis}", parent.body_frame(), body.body_frame(), direction)
             )
             joint.set_default_translation(place)
-            plant.AddJointActuator(f"mover_{k}_{axis}", joint)
+            plant.AddJointActuator(f"moving_obstacle_{k}_{axis}", joint)
             parent = body
-        shape, name = Cylinder(radius, OBSTACLE_HEIGHT), f"mover_{k}"
+        shape, name = Cylinder(radius, OBSTACLE_HEIGHT), f"moving_obstacle_{k}"
         plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
-        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*MOVER_COLOR, 1.0])
+        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*MOVING_OBSTACLE_COLOR, 1.0])
     robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]
     others = before - {g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)}
     moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - before))
@@ -62,46 +66,51 @@ def add_movers(plant: MultibodyPlant, scene_graph: SceneGraph, movers: Movers, r
     scene_graph.collision_filter_manager().Apply(declaration)
 
 
-def add_mover_drive(builder: DiagramBuilder, plant: MultibodyPlant, movers: Movers) -> list[GeometryId]:
-    """Let what `add_movers` added follow its paths, once the plant is finalized; returns the collision geometries."""
-    if not len(movers):
+def add_moving_obstacle_drive(
+    builder: DiagramBuilder, plant: MultibodyPlant, moving_obstacles: MovingObstacles
+) -> list[GeometryId]:
+    """Let what `add_moving_obstacles` added follow its paths, once the plant is finalized; returns the collision
+    geometries."""
+    if not len(moving_obstacles):
         return []
-    model = plant.GetModelInstanceByName(MOVERS)
-    drive = builder.AddNamedSystem("mover_drive", MoverDrive(movers, time_step=plant.time_step()))
+    model = plant.GetModelInstanceByName(MOVING_OBSTACLES)
+    drive = builder.AddNamedSystem(
+        "moving_obstacle_drive", MovingObstacleDrive(moving_obstacles, time_step=plant.time_step())
+    )
     builder.Connect(plant.get_state_output_port(model), drive.GetInputPort("state"))
     builder.Connect(drive.GetOutputPort("forces"), plant.get_actuation_input_port(model))
     bodies = (plant.get_body(index) for index in plant.GetBodyIndices(model))
     return [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
 
 
-class MoverDrive(LeafSystem):
+class MovingObstacleDrive(LeafSystem):
     """The forces that take moving obstacles along their paths.
 
     ```
-              ┌────────────┐
-    state ───>│ MoverDrive ├──> forces
-              └────────────┘
+              ┌─────────────────────┐
+    state ───>│ MovingObstacleDrive ├──> forces
+              └─────────────────────┘
     ```
 
     Ports:
         state: vector of the moving obstacles' model: x and y of each, m, then their rates, m/s.
-        forces: vector, along x and y on each, N, for the actuation of the movers' model.
+        forces: vector, along x and y on each, N, for the actuation of the moving obstacles' model.
     """
 
-    def __init__(self, movers: Movers, *, time_step: float) -> None:
+    def __init__(self, moving_obstacles: MovingObstacles, *, time_step: float) -> None:
         """
         Args:
-            movers: as for `add_movers`.
+            moving_obstacles: as for `add_moving_obstacles`.
             time_step: of the plant, s.
         """
         super().__init__()
-        self._movers, self._time_step = movers, time_step
-        self._size = 2 * len(movers)
+        self._moving_obstacles, self._time_step = moving_obstacles, time_step
+        self._size = 2 * len(moving_obstacles)
         self._state = self.DeclareVectorInputPort("state", 2 * self._size)
         self.DeclareVectorOutputPort("forces", self._size, weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         q, v = self._state.Eval(context).reshape(2, self._size)
         h = self._time_step
-        target, _ = mover_states(self._movers, np.array([context.get_time() + h]))
-        output.SetFromVector(MOVER_MASS * ((target.ravel() - q) / h - v) / h)
+        target, _ = moving_obstacle_states(self._moving_obstacles, np.array([context.get_time() + h]))
+        output.SetFromVector(MOVING_OBSTACLE_MASS * ((target.ravel() - q) / h - v) / h)

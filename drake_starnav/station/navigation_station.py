@@ -14,7 +14,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import add_model, drop_half_spaces, floor_geometries
-from drake_starnav.station.moving_bodies import add_mover_drive, add_movers
+from drake_starnav.station.moving_bodies import add_moving_obstacle_drive, add_moving_obstacles
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_model import add_robot, drive_geometry, robot_reach
 from drake_starnav.station.wheel_slip import WheelSlip
@@ -26,13 +26,13 @@ LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
 POSE_PORTS = ("pose", "state", "scan_pose")
 
 
-class RobotEquipment(Diagram):
+class RobotInterface(Diagram):
     """What makes a model of a plant a robot: its lidar, its localization and its wheel servo, as one diagram.
 
     ```
                            ┌────────────────┐
     geometry_query ───────>│                ├──> lidar.scan, lidar.ranges, lidar.point_cloud, lidar.X_WS
-    multibody_state ──────>│ RobotEquipment ├──> localization.pose, localization.state, localization.scan_pose
+    multibody_state ──────>│ RobotInterface ├──> localization.pose, localization.state, localization.scan_pose
     drive.twist_command ──>│                ├──> desired_state
                            └────────────────┘
     ```
@@ -178,9 +178,9 @@ class NavigationStation(Diagram):
         self.scene_graph: SceneGraph = scene_graph
         self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
         model = plant, scene_graph, self.robot_model
-        equipment = RobotEquipment(*model, lidar, localization=localization, drive=drive, seed=seed)
-        self.equipment: RobotEquipment = builder.AddNamedSystem("robot", equipment)
-        self.mover_geometries = add_mover_drive(builder, plant, world.movers)
+        equipment = RobotInterface(*model, lidar, localization=localization, drive=drive, seed=seed)
+        self.equipment: RobotInterface = builder.AddNamedSystem("robot", equipment)
+        self.moving_obstacle_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
         robot_state = plant.get_state_output_port(self.robot_model)
         builder.Connect(scene_graph.get_query_output_port(), equipment.GetInputPort("geometry_query"))
         builder.Connect(robot_state, equipment.GetInputPort("multibody_state"))
@@ -220,7 +220,7 @@ def add_plant(
         add_world(plant, world)
     else:
         add_model(plant, scene_graph, world.model)
-    add_movers(plant, scene_graph, world.movers, model)
+    add_moving_obstacles(plant, scene_graph, world.moving_obstacles, model)
     plant.Finalize()
     if world.model is not None:
         drop_half_spaces(plant, scene_graph)

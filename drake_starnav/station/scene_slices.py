@@ -33,7 +33,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 
 from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_planes, slice_solids
-from drake_starnav.geometry.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_sweep, rows_near
+from drake_starnav.geometry.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_rolling, rows_near
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 
 _IDENTITY = np.eye(3, 4)
@@ -133,8 +133,8 @@ class SceneSlices:
         begin = planar_poses(X_WF, X_WS_begin.GetAsMatrix34(), planes)
         travel = math.hypot(end[0, 0] - begin[0, 0], end[0, 1] - begin[0, 1])
         near = ShapeBins.grouped([rows_near(self._anchored, end[0, 0], end[0, 1], range_max + travel)])
-        cast_sweep(near, begin[:1], end[:1], fan, ranges, range_max)
-        cast_sweep(self._moving, begin[1:], end[1:], fan, ranges, range_max)
+        cast_rolling(near, begin[:1], end[:1], fan, ranges, range_max)
+        cast_rolling(self._moving, begin[1:], end[1:], fan, ranges, range_max)
         return ranges
 
     def _read(self, inspector: SceneGraphInspector) -> None:

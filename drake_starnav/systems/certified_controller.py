@@ -6,14 +6,14 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.control import Command, ControllerParameters, Law, control_step
 from drake_starnav.control.braking_certificate import Certificate, braking_path
-from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.control.dynamic_step import dynamic_step
 from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
-from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
 
@@ -37,7 +37,7 @@ class CertifiedController(LeafSystem):
         guidance: abstract, `Guidance` from any planner.
         safety_star: abstract, `SafetyStar`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        tracks: abstract, `Tracks` of the dynamic obstacles; only with `movers`.
+        tracks: abstract, `Tracks` of the dynamic obstacles; only with `obstacles`.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
         guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
         certificate: abstract, `Certificate`.
@@ -53,7 +53,7 @@ class CertifiedController(LeafSystem):
         *,
         offset: float,
         law: Law = control_step,
-        movers: MoverParameters | None = None,
+        obstacles: DynamicObstacleParameters | None = None,
         lead: float = 0.0,
         stopwatch: Stopwatch | None = None,
     ) -> None:
@@ -63,18 +63,18 @@ class CertifiedController(LeafSystem):
             controller: parameters.
             offset: of the first update, s.
             law: one period as a pure function: `control_step`, dynamical system modulation, or `predictive_step`.
-            movers: what is declared about dynamic obstacles; None: the world is static.
+            obstacles: what is declared about dynamic obstacles; None: the world is static.
             lead: how far in the future the state of the port lies, s; see `StatePredictor`.
             stopwatch: records `command` times, if given.
         """
         super().__init__()
         self._robot, self._controller, self._law = robot, controller, law
-        self._movers, self._lead = movers, lead
+        self._obstacles, self._lead = obstacles, lead
         self._stopwatch = stopwatch or Stopwatch()
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        if movers is not None:
+        if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
         self.DeclareStateOutputPort("twist_command", self.DeclareDiscreteState(2))
         self.DeclareStateOutputPort("guiding_vector", self.DeclareDiscreteState(2))
@@ -101,11 +101,11 @@ class CertifiedController(LeafSystem):
         return EventStatus.Succeeded()
 
     def _command(self, context: Context, now: ControlInput) -> Command:
-        if self._movers is None:
+        if self._obstacles is None:
             return self._law(now, self._controller, self._robot)
         tracks = self._tracks.Eval(context)
-        obstacles = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._movers)
-        return wary_step(self._law, now, self._controller, self._robot, obstacles)
+        obstacles = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._obstacles)
+        return dynamic_step(self._law, now, self._controller, self._robot, obstacles)
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         held = context.get_discrete_state()

@@ -5,20 +5,20 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.systems.release import weakly
-from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.tracking.tracker import Tracked, track
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
 
 
-class MoverTracker(LeafSystem):
+class ObstacleTracker(LeafSystem):
     """Distinguishes moving from static hits in each laser scan, and tracks dynamic obstacles.
 
     ```
-             ┌──────────────┐
-    scan ───>│ MoverTracker ├──> scan
-    pose ───>│              ├──> tracks
-             └──────────────┘
+             ┌─────────────────┐
+    scan ───>│ ObstacleTracker ├──> scan
+    pose ───>│                 ├──> tracks
+             └─────────────────┘
     ```
 
     Ports:
@@ -32,17 +32,17 @@ class MoverTracker(LeafSystem):
     """
 
     def __init__(
-        self, movers: MoverParameters, *, rate: float, offset: float, stopwatch: Stopwatch | None = None
+        self, obstacles: DynamicObstacleParameters, *, rate: float, offset: float, stopwatch: Stopwatch | None = None
     ) -> None:
         """
         Args:
-            movers: what is declared about dynamic obstacles.
+            obstacles: what is declared about dynamic obstacles.
             rate: of the lidar, Hz.
             offset: from the lidar's update to this one, s; at least one step of the plant.
             stopwatch: where to note `track` times, if anywhere.
         """
         super().__init__()
-        self._movers, self._stopwatch = movers, stopwatch or Stopwatch()
+        self._obstacles, self._stopwatch = obstacles, stopwatch or Stopwatch()
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._state = self.DeclareAbstractState(Value(Tracked()))
@@ -61,7 +61,7 @@ class MoverTracker(LeafSystem):
             before = Tracked()
         pose = self._pose.Eval(context).copy()
         with self._stopwatch.measure("track"):
-            after = track(before, scan, pose, self._movers)
+            after = track(before, scan, pose, self._obstacles)
         state.get_mutable_abstract_state(self._state).set_value(after)
         return EventStatus.Succeeded()
 

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.control.delay_compensation import pending_count, predicted_pose
+from drake_starnav.control.delay_compensation import commands_in_delay, predicted_pose
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import checked_period
 
@@ -34,7 +34,7 @@ class StatePredictor(LeafSystem):
         """
         super().__init__()
         self._delay, self._period = delay, checked_period(self, rate=rate, offset=offset)
-        self._count = pending_count(delay, self._period)
+        self._count = commands_in_delay(delay, self._period)
         self._now = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", 2)
         self.DeclareDiscreteState(2 * self._count)

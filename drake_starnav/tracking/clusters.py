@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import STAYS, LaserScan, chord
+from drake_starnav.lidar.laser_scan import STATIC, LaserScan, chord
 from drake_starnav.tracking.occupancy_history import connected
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
@@ -20,17 +20,17 @@ FIT_PRIOR = 0.05
 """Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
 
 
-def clusters(scan: LaserScan, motion: np.ndarray, parameters: MoverParameters) -> list[np.ndarray]:
+def clusters(scan: LaserScan, motion: np.ndarray, parameters: DynamicObstacleParameters) -> list[np.ndarray]:
     """Runs of connected hits that may be of one moving obstacle: beam numbers, in order.
 
     Where two discs touch or overlap, the range has a peak between them: there the run is split.
 
     Args:
         scan: in S.
-        motion: shape (n,), as from `MotionGrid.told`.
+        motion: shape (n,), as from `OccupancyHistory.classified`.
         parameters: max_radius.
     """
-    first, count = _runs(motion != STAYS, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
+    first, count = _runs(motion != STATIC, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
     n = len(motion)
     whole = [(start + np.arange(length)) % n for start, length in zip(first, count, strict=True)]
     runs = [part for run in whole for part in _parts(run, scan.distances[run])]

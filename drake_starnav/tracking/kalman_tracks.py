@@ -6,11 +6,11 @@ from dataclasses import field
 
 import numpy as np
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.clusters import SMALLEST_RADIUS, clusters, first_disc, fitted_center, fitted_radius
-from drake_starnav.tracking.occlusions import hidden_places
-from drake_starnav.tracking.parameters import MoverParameters
-from drake_starnav.tracking.prediction import courses
+from drake_starnav.tracking.occlusions import occlusion_points
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import predicted_trajectories
 from drake_starnav.utils.snapshot import snapshot
 
 RADIUS_GAIN = 0.2
@@ -30,11 +30,11 @@ GATE_NEW = 0.3
 GATE_WIDEST = 0.7
 """A cluster may continue a track whose prediction is nearer than GATE, m, and this speed times the time since the track
 was seen; a track that does not count yet may be farther by GATE_NEW, m, and none by more than GATE_WIDEST."""
-COUNTED_AFTER = 4
-COUNTED_SPEED = 0.12
-COUNTED_MOTION = 0.3
+CONFIRMED_AFTER = 4
+CONFIRMED_SPEED = 0.12
+CONFIRMED_MOTION = 0.3
 """A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
-COURSE_LEAD = 0.3
+PREDICTION_LEAD = 0.3
 """Predicted trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
 SETTLED_AFTER = 10
 """The speed of a track is known after so many scans."""
@@ -62,8 +62,9 @@ class Tracks:
         hits: shape (k, 2), the hits of the last scan that are not certainly static.
         standing: shape (l, 2), static hits on objects that might start to move; none unless `guarded`.
         owner: shape (k,), the track that each hit belongs to; -1 for none.
-        course: shape (n, k, 2), the predicted trajectory of each, now and every `COURSE_STEP` from now on.
-        hidden: shape (m, 2), places at the edges of occluded areas, from which something may come; none unless
+        predicted_trajectories: shape (n, k, 2), the predicted trajectory of each, now and every `PREDICTION_STEP` from
+            now on.
+        occlusions: shape (m, 2), places at the edges of occluded areas, from which something may come; none unless
             `guarded`.
     """
 
@@ -79,16 +80,16 @@ class Tracks:
     hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     standing: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    course: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
-    hidden: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    predicted_trajectories: np.ndarray = field(default_factory=lambda: np.zeros((0, 1, 2)))
+    occlusions: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __len__(self) -> int:
         return len(self.radius)
 
     @property
-    def counted(self) -> np.ndarray:
+    def confirmed(self) -> np.ndarray:
         """Which tracks are trusted to be moving obstacles, shape (n,), bool."""
-        return (self.scans >= COUNTED_AFTER) & (self.pace > COUNTED_SPEED) & (self.motion > COUNTED_MOTION)
+        return (self.scans >= CONFIRMED_AFTER) & (self.pace > CONFIRMED_SPEED) & (self.motion > CONFIRMED_MOTION)
 
     @property
     def settled(self) -> np.ndarray:
@@ -106,7 +107,7 @@ def updated(
     motion: np.ndarray,
     may_start: np.ndarray,
     pose: np.ndarray,
-    parameters: MoverParameters,
+    parameters: DynamicObstacleParameters,
     walls: np.ndarray,
 ) -> Tracks:
     """The tracks after one more scan.
@@ -118,7 +119,7 @@ def updated(
     Args:
         tracks: before.
         scan: the latest, in S.
-        motion, may_start: shape (n,), as from `MotionGrid`.
+        motion, may_start: shape (n,), as from `OccupancyHistory`.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution, agility, horizon.
         walls: shape (m, 2), points on static obstacles, W, m.
@@ -132,12 +133,12 @@ def updated(
     spread = FIRST_SPEED_SHARE * parameters.max_speed
     rows, owner_of_beam = [], np.full(len(motion), -1)
     for k in range(len(before)):
-        absent = before.scans[k] <= COUNTED_AFTER or _seen_past(scan, pose, before.position[k])
+        absent = before.scans[k] <= CONFIRMED_AFTER or _seen_past(scan, pose, before.position[k])
         if k not in partner and scan.time - before.seen[k] < (FORGOTTEN_NEW if absent else FORGOTTEN_AFTER):
             rows.append(_row(before, k))
     for c, run in enumerate(runs):
         x, y, seen_radius, whole = first[c]
-        share = float(np.mean(motion[run] == MOVES))
+        share = float(np.mean(motion[run] == DYNAMIC))
         owner_of_beam[run] = len(rows)
         k = next((k for k, cluster in partner.items() if cluster == c), -1)
         if k < 0:
@@ -157,7 +158,7 @@ def updated(
         pace = max(math.hypot(state[2], state[3]), before.pace[k] - PACE_DECAY * (scan.time - tracks.time))
         rows.append((*state, kept, *variance, before.scans[k] + 1, scan.time, smoothed, pace))
     table = np.array(rows, dtype=float).reshape(-1, 12)
-    doubtful = motion != STAYS
+    doubtful = motion != STATIC
     position, velocity, radius = table[:, 0:2].copy(), table[:, 2:4].copy(), table[:, 4].copy()
     return Tracks(
         time=scan.time,
@@ -172,8 +173,10 @@ def updated(
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
         standing=points[may_start & ~doubtful],
-        course=courses(position, velocity, radius, walls, parameters.horizon + COURSE_LEAD),
-        hidden=hidden_places(scan, pose) if parameters.guarded else np.zeros((0, 2)),
+        predicted_trajectories=predicted_trajectories(
+            position, velocity, radius, walls, parameters.horizon + PREDICTION_LEAD
+        ),
+        occlusions=occlusion_points(scan, pose) if parameters.guarded else np.zeros((0, 2)),
     )
 
 
@@ -215,7 +218,7 @@ def _partners(discs: list[tuple[float, float, float, bool]], tracks: Tracks) -> 
         for k in range(len(tracks)):
             apart = math.hypot(x - tracks.position[k, 0], y - tracks.position[k, 1])
             gate = GATE + GATE_SPEED * (tracks.time - tracks.seen[k])
-            if apart < min(gate + (GATE_NEW if tracks.scans[k] < COUNTED_AFTER else 0.0), GATE_WIDEST):
+            if apart < min(gate + (GATE_NEW if tracks.scans[k] < CONFIRMED_AFTER else 0.0), GATE_WIDEST):
                 pairs.append((apart, c, k))
     partner: dict[int, int] = {}
     taken: set[int] = set()

@@ -7,37 +7,37 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 
-HIDDEN_SPACING = 0.15
+OCCLUSION_SPACING = 0.15
 """Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit. The
 places on the ray between the two have this spacing."""
 
 
-def hidden_places(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     """Places along the rays past the edges of occluding surfaces, shape (n, 2), W, m.
 
-    An obstacle that comes out crosses such a ray, no farther than HIDDEN_SPACING / 2 from a place or from the edge.
+    An obstacle that comes out crosses such a ray, no farther than OCCLUSION_SPACING / 2 from a place or from the edge.
 
     Args:
         scan: in S.
         pose: (x, y, yaw) of S in W.
     """
     bearing_0 = float(pose[2]) + scan.angle_min
-    return _hidden(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
+    return _occlusion_points(scan.distances, scan.angle_increment, scan.full_circle, *pose[:2], bearing_0)
 
 
 @njit(cache=True)
-def _hidden(distance, increment, wrap, x, y, bearing_0):
+def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
     n = len(distance)
     places = []
     for k in range(n if wrap else n - 1):
         a, b = distance[k], distance[(k + 1) % n]
-        if abs(a - b) < HIDDEN_SPACING:
+        if abs(a - b) < OCCLUSION_SPACING:
             continue
         theta = bearing_0 + (k + 0.5) * increment
-        r, end = min(a, b) + HIDDEN_SPACING, max(a, b)
+        r, end = min(a, b) + OCCLUSION_SPACING, max(a, b)
         while r < end:
             places.append((x + r * math.cos(theta), y + r * math.sin(theta)))
-            r += HIDDEN_SPACING
+            r += OCCLUSION_SPACING
     out = np.empty((len(places), 2))
     for k in range(len(places)):
         out[k, 0], out[k, 1] = places[k]

@@ -15,8 +15,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN, LaserScan, chord
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan, chord
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.snapshot import snapshot
 
 REACH = 6.0
@@ -35,7 +35,7 @@ CONNECTED_PER_RANGE = 0.05
 
 
 @snapshot
-class MotionGrid:
+class OccupancyHistory:
     """When the cells around the robot were hit and seen free. Immutable.
 
     Attributes:
@@ -54,14 +54,14 @@ class MotionGrid:
     large: np.ndarray
 
     @staticmethod
-    def about(position: np.ndarray, cell: float) -> "MotionGrid":
+    def about(position: np.ndarray, cell: float) -> "OccupancyHistory":
         """An empty grid about a place (2,) in W, m."""
         n = 2 * math.ceil(REACH / cell)
         first = np.floor(np.asarray(position) / cell).astype(np.int64) - n // 2
         empty = np.full((n, n), NEVER)
-        return MotionGrid(cell, first, empty, empty, empty, empty)
+        return OccupancyHistory(cell, first, empty, empty, empty, empty)
 
-    def following(self, position: np.ndarray) -> "MotionGrid":
+    def following(self, position: np.ndarray) -> "OccupancyHistory":
         """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
         n = len(self.first_hit)
         wanted = np.floor(np.asarray(position) / self.cell).astype(np.int64) - n // 2
@@ -70,10 +70,10 @@ class MotionGrid:
             return self
         before = (self.first_hit, self.last_hit, self.seen_free, self.large)
         arrays = [_shifted(array, *shift) for array in before]
-        return MotionGrid(self.cell, wanted, *arrays)
+        return OccupancyHistory(self.cell, wanted, *arrays)
 
-    def told(self, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> np.ndarray:
-        """What each beam of a scan hit, judged by the earlier scans: STAYS, UNKNOWN or MOVES, shape (n,).
+    def classified(self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters) -> np.ndarray:
+        """What each beam of a scan hit, judged by the earlier scans: STATIC, UNKNOWN or DYNAMIC, shape (n,).
 
         Beams without a hit, and hits outside the grid, count as static.
 
@@ -83,22 +83,22 @@ class MotionGrid:
             parameters: max_radius.
         """
         x, y, yaw = pose
-        stands, freed = _looked_up(
+        stands, freed = _look_up(
             self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
             scan.angle_increment, scan.distances, scan.hits, scan.time,
         )  # fmt: skip
         widest = 2.0 * parameters.max_radius
-        stays = _on_what_stays(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
-        moves = freed & ~stands
-        moves &= np.roll(moves, 1) | np.roll(moves, -1)
-        unknown = scan.hits & ~stands & (freed | ~stays)
-        return np.where(moves, MOVES, np.where(unknown, UNKNOWN, STAYS))
+        static = _on_static_surface(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
+        dynamic = freed & ~stands
+        dynamic &= np.roll(dynamic, 1) | np.roll(dynamic, -1)
+        unknown = scan.hits & ~stands & (freed | ~static)
+        return np.where(dynamic, DYNAMIC, np.where(unknown, UNKNOWN, STATIC))
 
     def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
         """Which hits are on objects that could move, whether or not they do, shape (n,), bool.
 
         Args:
-            scan, pose: as for `told`.
+            scan, pose: as for `classified`.
             large: which hits are on a surface that is too large to move, shape (n,).
         """
         x, y, yaw = pose
@@ -112,7 +112,7 @@ class MotionGrid:
         standing = _stands(self.first_hit, self.last_hit, time)
         return (np.argwhere(standing) + self.first + 0.5) * self.cell
 
-    def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "MotionGrid":
+    def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
         grid = self.following(pose[:2])
         arrays = grid.first_hit.copy(), grid.last_hit.copy(), grid.seen_free.copy(), grid.large.copy()
@@ -121,7 +121,7 @@ class MotionGrid:
             *arrays, grid.first, grid.cell, x, y, yaw + scan.angle_min, scan.angle_increment,
             np.where(scan.lost, 0.0, scan.distances), scan.hits, large, scan.full_circle, scan.time,
         )  # fmt: skip
-        return MotionGrid(grid.cell, grid.first, *arrays)
+        return OccupancyHistory(grid.cell, grid.first, *arrays)
 
 
 def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
@@ -144,7 +144,7 @@ def connected(distance, hit, k, j, increment):
 
 
 @njit(cache=True)
-def _on_what_stays(distance, hit, increment, wrap, width, stands):
+def _on_static_surface(distance, hit, increment, wrap, width, stands):
     """Which hits are part of a run of connected ones that is wider than `width`, or of which one certainly `stands`."""
     n = len(distance)
     out = np.zeros(n, np.bool_)
@@ -164,11 +164,11 @@ def _on_what_stays(distance, hit, increment, wrap, width, stands):
             continue
         if hit[first]:
             count = (before - first) % n
-            stays = chord(distance[first], distance[before], count * increment) > width
+            static = chord(distance[first], distance[before], count * increment) > width
             for m in range(count + 1):
-                stays = stays or stands[(first + m) % n]
+                static = static or stands[(first + m) % n]
             for m in range(count + 1):
-                out[(first + m) % n] = stays
+                out[(first + m) % n] = static
         first = k
     return out
 
@@ -182,7 +182,7 @@ def _stands(first_hit, last_hit, time):
 
 
 @njit(cache=True)
-def _looked_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time):
+def _look_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time):
     """Which beams hit static cells (in or beside their cell) or lie outside the grid; and which hit cells seen free."""
     n, cells = len(distance), len(first_hit)
     stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)

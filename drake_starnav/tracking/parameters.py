@@ -6,7 +6,7 @@ from drake_starnav.parameters import check_parameters, parameter
 
 
 @dataclass(frozen=True)
-class MoverParameters:
+class DynamicObstacleParameters:
     """What is declared about obstacles that move, and how the robot lives with them."""
 
     max_speed: float = parameter(
@@ -49,7 +49,7 @@ class MoverParameters:
     comfort: float = parameter(
         0.4, "foreseen distance from a moving obstacle below which the robot gives way", unit="m", above=0.0, high=5.0
     )
-    sidestep: bool = parameter(
+    modulation: bool = parameter(
         True, "also try the direction that dynamical system modulation finds in the frames of moving obstacles"
     )
 
@@ -59,4 +59,4 @@ class MoverParameters:
         return self.caution == 1.0
 
     def __post_init__(self) -> None:
-        check_parameters(self, "movers")
+        check_parameters(self, "obstacles")

@@ -10,18 +10,19 @@ import math
 import numpy as np
 from numba import njit
 
-COURSE_STEP = 0.1
+PREDICTION_STEP = 0.1
 """Time between two predicted positions, s."""
 
 
-def courses(
+def predicted_trajectories(
     position: np.ndarray,
     velocity: np.ndarray,
     radius: np.ndarray,
     walls: np.ndarray,
     duration: float,
 ) -> np.ndarray:
-    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every COURSE_STEP for at least `duration` (s).
+    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP for at least `duration`
+    (s).
 
     Args:
         position, velocity: shape (n, 2), of the centres now, W, m and m/s.
@@ -29,17 +30,17 @@ def courses(
         walls: shape (m, 2), points on static obstacles, W, m.
         duration: s.
     """
-    steps = math.ceil(duration / COURSE_STEP - 1e-9) + 1
-    return _courses(position, velocity, radius, walls, steps)
+    steps = math.ceil(duration / PREDICTION_STEP - 1e-9) + 1
+    return _predicted_trajectories(position, velocity, radius, walls, steps)
 
 
 @njit(cache=True)
-def _courses(position, velocity, radius, walls, steps):
+def _predicted_trajectories(position, velocity, radius, walls, steps):
     n = len(radius)
     out = np.empty((n, steps + 1, 2))
     for k in range(n):
         x, y, vx, vy = position[k, 0], position[k, 1], velocity[k, 0], velocity[k, 1]
-        far = radius[k] + math.hypot(vx, vy) * COURSE_STEP * steps
+        far = radius[k] + math.hypot(vx, vy) * PREDICTION_STEP * steps
         near = np.empty((len(walls), 2))
         m = 0
         for q in range(len(walls)):
@@ -48,8 +49,8 @@ def _courses(position, velocity, radius, walls, steps):
                 m += 1
         out[k, 0, 0], out[k, 0, 1] = x, y
         for i in range(1, steps + 1):
-            x += vx * COURSE_STEP
-            y += vy * COURSE_STEP
+            x += vx * PREDICTION_STEP
+            y += vy * PREDICTION_STEP
             closest, nx, ny = radius[k], 0.0, 0.0
             for q in range(m):
                 dx, dy = x - near[q, 0], y - near[q, 1]

@@ -5,11 +5,11 @@ from dataclasses import field
 
 import numpy as np
 
-from drake_starnav.lidar.deskew import taken_at_once
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.kalman_tracks import Tracks, updated
-from drake_starnav.tracking.occupancy_history import MotionGrid
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.occupancy_history import OccupancyHistory
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import on_large_surfaces
 from drake_starnav.utils.snapshot import snapshot
 
@@ -28,13 +28,13 @@ class Tracked:
         pose: (x, y, yaw) of the sensor frame S in W when it was taken, m and rad.
     """
 
-    grid: MotionGrid | None = None
+    grid: OccupancyHistory | None = None
     tracks: Tracks = field(default_factory=Tracks)
     scan: LaserScan = _BLIND
     pose: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
-def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverParameters) -> Tracked:
+def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters) -> Tracked:
     """The state after one more scan.
 
     Args:
@@ -44,20 +44,20 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: MoverP
         parameters: of the tracker.
     """
     if scan.time_increment > 0.0 and before.grid is not None:
-        scan = taken_at_once(scan, before.pose, before.scan.time, pose)
-    grid = before.grid or MotionGrid.about(pose[:2], parameters.cell)
-    motion = grid.told(scan, pose, parameters)
+        scan = deskewed(scan, before.pose, before.scan.time, pose)
+    grid = before.grid or OccupancyHistory.about(pose[:2], parameters.cell)
+    motion = grid.classified(scan, pose, parameters)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius)
     may_start = grid.may_start(scan, pose, large) & parameters.guarded
-    walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STAYS), pose)))
+    walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STATIC), pose)))
     tracks = updated(before.tracks, scan, motion, may_start, pose, parameters, walls)
-    told = motion.copy()
-    told[np.flatnonzero(motion != STAYS)[(tracks.owner >= 0) & _counted(tracks)]] = MOVES
+    reported = motion.copy()
+    reported[np.flatnonzero(motion != STATIC)[(tracks.owner >= 0) & _confirmed(tracks)]] = DYNAMIC
     return Tracked(
-        grid.updated(scan, pose, large & (motion != MOVES)), tracks, dataclasses.replace(scan, motion=told), pose
+        grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, dataclasses.replace(scan, motion=reported), pose
     )
 
 
-def _counted(tracks: Tracks) -> np.ndarray:
+def _confirmed(tracks: Tracks) -> np.ndarray:
     """Which of the hits belong to tracks that count."""
-    return tracks.counted[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
+    return tracks.confirmed[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)

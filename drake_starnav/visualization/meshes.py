@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.planning.frontiers import Frontiers, uncovered
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.worlds.moving_obstacles import MOVER_COLOR
+from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
 from drake_starnav.worlds.world import World
 
 MITRE_LIMIT = 2.0
@@ -54,16 +54,16 @@ LAYERS = {
 }
 """By name in Meshcat's panel, lowest first."""
 
-MOVERS = Layer("obstacle that moves", MOVER_COLOR, "disc", 0.5)
-"""They are part of the scene; see `with_movers`."""
+MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0.5)
+"""They are part of the scene; see `with_moving_obstacles`."""
 
 SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
 
 
-def with_movers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
+def with_moving_obstacles(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
     """The layers of a legend, with the moving obstacles if the world has any."""
-    return {**layers, "movers": MOVERS} if len(world.movers) else layers
+    return {**layers, "moving_obstacles": MOVING_OBSTACLES} if len(world.moving_obstacles) else layers
 
 
 @dataclass(frozen=True)
@@ -205,10 +205,10 @@ def vanished_frontiers(before: Frontiers, after: StarRoadmap) -> tuple[np.ndarra
     kept = set(map(tuple, np.hstack((after.frontiers.stand, after.frontiers.probe))))
     gone = np.array([tuple(row) not in kept for row in np.hstack((before.stand, before.probe))], dtype=bool)
     stand, probe = before.stand[gone], before.probe[gone]
-    retired = np.zeros(len(stand), dtype=bool)
-    for x, y, radius in after.retired:
-        retired |= np.hypot(stand[:, 0] - x, stand[:, 1] - y) <= radius
-    stuck = retired & uncovered(probe, after.stack.arrays)
+    blacklisted_targets = np.zeros(len(stand), dtype=bool)
+    for x, y, radius in after.blacklisted_targets:
+        blacklisted_targets |= np.hypot(stand[:, 0] - x, stand[:, 1] - y) <= radius
+    stuck = blacklisted_targets & uncovered(probe, after.stack.arrays)
     return stand[~stuck], stand[stuck]
 
 

@@ -16,11 +16,11 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR, WALL_COLOR, WALL_THICKNESS
 from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, around_robot, check_view, floor_to_page
 from drake_starnav.visualization.film import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Actor, Film
-from drake_starnav.visualization.meshes import MOVERS, SPEED_COLORS, Layer
+from drake_starnav.visualization.meshes import MOVING_OBSTACLES, SPEED_COLORS, Layer
 from drake_starnav.visualization.page import Caption
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Shape
-from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
 
 DPI = 72.0
@@ -68,7 +68,7 @@ class PlotCamera:
 
         scale = math.sqrt(abs(np.linalg.det(matrix)))
         _draw_world(axes, self._film.world, to_page, scale)
-        _draw_movers(axes, self._film.world.movers, time, to_page, scale)
+        _draw_moving_obstacles(axes, self._film.world.moving_obstacles, time, to_page, scale)
         for shape in self._film.timeline.visible(time + FRAME_SLACK):
             _draw_shape(axes, shape, time, to_page)
         for actor in reversed(self._film.actors):  # the first on top
@@ -102,10 +102,12 @@ def _draw_world(axes: Axes, world: World, to_page: ToPage, scale: float) -> None
         axes.add_artist(wall)
 
 
-def _draw_movers(axes: Axes, movers: Movers, time: float, to_page: ToPage, scale: float) -> None:
-    positions, _ = mover_states(movers, np.array([time]))
-    for place, radius in zip(to_page(positions[0]), movers.radii, strict=True):
-        axes.add_artist(Circle(place, scale * radius, facecolor=MOVERS.color, zorder=OBSTACLE_ORDER))
+def _draw_moving_obstacles(
+    axes: Axes, moving_obstacles: MovingObstacles, time: float, to_page: ToPage, scale: float
+) -> None:
+    positions, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
+    for place, radius in zip(to_page(positions[0]), moving_obstacles.radii, strict=True):
+        axes.add_artist(Circle(place, scale * radius, facecolor=MOVING_OBSTACLES.color, zorder=OBSTACLE_ORDER))
 
 
 def _draw_shape(axes: Axes, shape: Shape, time: float, to_page: ToPage) -> None:

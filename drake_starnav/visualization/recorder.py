@@ -14,7 +14,7 @@ from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
 from drake_starnav.visualization.film import Actor, Film
-from drake_starnav.visualization.meshes import LAYERS, with_movers
+from drake_starnav.visualization.meshes import LAYERS, with_moving_obstacles
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
@@ -81,7 +81,7 @@ class Recorder:
         """
         world, station = self._navigation.world, self._navigation.station
         trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
-        caption = Caption(self._scenario.name, lines, with_movers({**LAYERS, "trail": trail}, world))
+        caption = Caption(self._scenario.name, lines, with_moving_obstacles({**LAYERS, "trail": trail}, world))
         cameras = Cameras(camera_presets(world), self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         robot = Actor(motion, self._scenario.robot.radius)

@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.files import replacing, write_text
-from drake_starnav.visualization.meshes import LAYERS, MOVERS, five_pointed_star, ribbon
+from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, five_pointed_star, ribbon
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
 OBSTACLES, WALLS = "0.62", "0.35"
@@ -40,7 +40,7 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
     for collection in (discs, polygons):
         collection.set(zorder=1, rasterized=len(world.discs) + len(world.polygons) > DETAILED)
         axis.add_collection(collection)
-    moving, color = world.movers, MOVERS.color
+    moving, color = world.moving_obstacles, MOVING_OBSTACLES.color
     for radius, path in zip(moving.radii, moving.paths, strict=True):
         if paths:
             axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
@@ -100,8 +100,8 @@ def write_png(world: World, robot: RobotParameters, path: np.ndarray | None, tit
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
     draw_robot(axis, world.start, robot.radius, START, "start: the robot")
     draw_goal(axis, world.goal)
-    if len(world.movers):
-        color, label = MOVERS.color, f"{MOVERS.label}, its path"
+    if len(world.moving_obstacles):
+        color, label = MOVING_OBSTACLES.color, f"{MOVING_OBSTACLES.label}, its path"
         axis.plot([], [], "o-", color=color, markersize=10.0, linewidth=0.6, label=label)
     save_figure(figure, file, dpi=150)
 
@@ -136,8 +136,8 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     if path is not None:
         shapes["path"] = ribbon(path, PATH_WIDTH, LAYERS["path"].height)
     looks = {name: (mesh, LAYERS[name].color) for name, mesh in shapes.items()}
-    for k, way in enumerate(world.movers.paths):
-        looks[f"movers/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), MOVERS.color
+    for k, way in enumerate(world.moving_obstacles.paths):
+        looks[f"moving_obstacles/{k}"] = ribbon(way[:, 1:], 0.5 * PATH_WIDTH, 0.01), MOVING_OBSTACLES.color
     for name, (mesh, color) in looks.items():
         meshcat.SetTriangleMesh(name, mesh.vertices.T, mesh.faces.T, Rgba(*color))
     set_look(meshcat)

@@ -22,7 +22,7 @@ from drake_starnav.worlds.generators.paper_forest import PaperForest
 from drake_starnav.worlds.generators.room import Room
 from drake_starnav.worlds.generators.rooms import Rooms
 from drake_starnav.worlds.generators.stop_and_go import StopAndGo
-from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
@@ -47,7 +47,8 @@ WORLD_KINDS: dict[str, type] = {
 }
 
 __all__ = [
-    "WORLD_KINDS", "Movers", "World", "clearance", "convex_parts", "make_world", "mover_states", "shortest_path",
+    "WORLD_KINDS", "MovingObstacles", "World", "clearance", "convex_parts", "make_world", "moving_obstacle_states",
+    "shortest_path",
     *WORLD_KINDS,
 ]  # fmt: skip
 

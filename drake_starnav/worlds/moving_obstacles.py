@@ -9,7 +9,7 @@ from numba import njit
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.snapshot import snapshot
 
-MOVER_COLOR = (0.90, 0.75, 0.20)
+MOVING_OBSTACLE_COLOR = (0.90, 0.75, 0.20)
 """Red, green, blue of a disc in every picture; the other colours contrast with it (`meshes.LAYERS`)."""
 
 
@@ -20,7 +20,7 @@ def _frozen(value: object, columns: int) -> np.ndarray:
 
 
 @snapshot
-class Movers:
+class MovingObstacles:
     """Discs that follow their own closed paths periodically and never yield; frame W.
 
     Attributes:
@@ -37,17 +37,19 @@ class Movers:
         object.__setattr__(self, "radii", _frozen(self.radii, 1))
         object.__setattr__(self, "paths", tuple(_frozen(path, 3) for path in self.paths))
         if len(self.radii) != len(self.paths):
-            raise StarnavError(f"movers: {len(self.radii)} radii for {len(self.paths)} paths; allowed: one for each")
+            raise StarnavError(
+                f"moving obstacles: {len(self.radii)} radii for {len(self.paths)} paths; allowed: one for each"
+            )
         for k, (radius, path) in enumerate(zip(self.radii, self.paths, strict=True)):
             if not (np.isfinite(radius) and radius > 0.0):
-                raise StarnavError(f"movers: radii[{k}] is {radius:g}; allowed: 0 < x m")
+                raise StarnavError(f"moving obstacles: radii[{k}] is {radius:g}; allowed: 0 < x m")
             if len(path) < 2 or not np.isfinite(path).all():
                 raise StarnavError(
-                    f"movers: paths[{k}] is {shown(path.tolist())}; allowed: two or more finite [time, x, y]"
+                    f"moving obstacles: paths[{k}] is {shown(path.tolist())}; allowed: two or more finite [time, x, y]"
                 )
             if path[0, 0] != 0.0 or (np.diff(path[:, 0]) <= 0.0).any():
                 raise StarnavError(
-                    f"movers: the times of paths[{k}] are {shown(path[:, 0].tolist())}; allowed: 0, then more"
+                    f"moving obstacles: the times of paths[{k}] are {shown(path[:, 0].tolist())}; allowed: 0, then more"
                 )
 
     def __len__(self) -> int:
@@ -70,41 +72,41 @@ class Movers:
         return max((float((np.hypot(leg[:, 1], leg[:, 2]) / leg[:, 0]).max()) for leg in legs), default=0.0)
 
 
-def mover_states(movers: Movers, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def moving_obstacle_states(moving_obstacles: MovingObstacles, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities of the moving obstacles at given times.
 
     Args:
-        movers: n of them.
+        moving_obstacles: n of them.
         times: shape (m,), s, not negative.
 
     Returns:
         Positions and velocities, each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg
         that begins there; the step from the last way point to the first takes no time and has none.
     """
-    return _states(np.ascontiguousarray(times, dtype=float), movers.way_points, movers.first)
+    return _states(np.ascontiguousarray(times, dtype=float), moving_obstacles.way_points, moving_obstacles.first)
 
 
-def mover_clearance(movers: Movers, points: np.ndarray, times: np.ndarray) -> np.ndarray:
+def moving_obstacle_clearance(moving_obstacles: MovingObstacles, points: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Signed distance from each point to the nearest moving obstacle at the same time.
 
     Args:
-        movers: their radii and paths.
+        moving_obstacles: their radii and paths.
         points: shape (m, 2), W, m.
         times: shape (m,), s.
 
     Returns:
         Shape (m,), m; +inf without moving obstacles.
     """
-    positions, _ = mover_states(movers, times)
+    positions, _ = moving_obstacle_states(moving_obstacles, times)
     offsets = positions - np.asarray(points, dtype=float)[:, None]
-    return (np.hypot(offsets[..., 0], offsets[..., 1]) - movers.radii).min(axis=1, initial=np.inf)
+    return (np.hypot(offsets[..., 0], offsets[..., 1]) - moving_obstacles.radii).min(axis=1, initial=np.inf)
 
 
 def there_and_back(way_points: np.ndarray) -> np.ndarray:
     """The path that returns through the same way points at the same speeds, and ends where it begins.
 
     Args:
-        way_points: as of `Movers`, shape (k, 3): time, x, y, s and m.
+        way_points: as of `MovingObstacles`, shape (k, 3): time, x, y, s and m.
 
     Returns:
         Shape (2 k - 1, 3).

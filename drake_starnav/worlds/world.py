@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.snapshot import snapshot
-from drake_starnav.worlds.moving_obstacles import Movers
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
 
 ROBOT_HEIGHT = 0.13
 """Height of the robots' hulls and of their lidar's plane: obstacles above it do not matter, m."""
@@ -77,7 +77,7 @@ class World:
         timeout: s, the time a trial in this world may take by default.
         model: whose bodies are the obstacles; cylinders and polygons are then their footprints, of no height.
         optimal_time: s, by which a benchmark scores trials in this world, or None if it is no benchmark's.
-        movers: moving obstacles; clearances and shortest paths of the world are among the static ones.
+        moving_obstacles: moving obstacles; clearances and shortest paths of the world are among the static ones.
     """
 
     name: str
@@ -90,7 +90,7 @@ class World:
     timeout: float = 180.0
     model: ModelFile | None = None
     optimal_time: float | None = None
-    movers: Movers = field(default_factory=Movers)
+    moving_obstacles: MovingObstacles = field(default_factory=MovingObstacles)
 
     def __post_init__(self) -> None:
         place = f"world {self.name}: "
@@ -164,8 +164,8 @@ class World:
         if self.polygons:
             low.append(np.vstack(self.polygons) - OPEN_BORDER)
             high.append(np.vstack(self.polygons) + OPEN_BORDER)
-        if len(self.movers):
-            low.append(self.movers.way_points[:, 1:] - OPEN_BORDER)
-            high.append(self.movers.way_points[:, 1:] + OPEN_BORDER)
+        if len(self.moving_obstacles):
+            low.append(self.moving_obstacles.way_points[:, 1:] - OPEN_BORDER)
+            high.append(self.moving_obstacles.way_points[:, 1:] + OPEN_BORDER)
         (x0, y0), (x1, y1) = np.vstack(low).min(axis=0), np.vstack(high).max(axis=0)
         return float(x0), float(y0), float(x1), float(y1)

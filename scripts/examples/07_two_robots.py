@@ -1,6 +1,6 @@
 """Two robots in one plant, each with its own navigator, change places and see each other.
 
-The plant is the user's own: `add_robot` puts a robot into it, `RobotEquipment` gives it lidar and wheels, and
+The plant is the user's own: `add_robot` puts a robot into it, `RobotInterface` gives it lidar and wheels, and
 `add_navigation` the rest. To each robot the other is an obstacle that was not there before. The braking certificate
 holds for static obstacles; both keep a wider margin from moving ones.
 
@@ -19,7 +19,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav import RobotEquipment, World, add_navigation, add_robot, parse_scenario, plant_config
+from drake_starnav import RobotInterface, World, add_navigation, add_robot, parse_scenario, plant_config
 from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
@@ -42,7 +42,7 @@ COLLAR = Cylinder(SCENARIO.robot.radius, 0.1)
 """The lidars scan in the plane of the hulls' tops. A collar reaches through it, so that they see each other."""
 
 
-def navigator(robot: RobotEquipment, world: World) -> Diagram:
+def navigator(robot: RobotInterface, world: World) -> Diagram:
     """A robot's equipment with all that drives it to the goal of a world, as one system."""
     builder = DiagramBuilder()
     builder.AddNamedSystem("robot", robot)
@@ -73,7 +73,7 @@ def main(png: Path | None) -> None:
     plant.Finalize()
     logs = {}
     for seed, (name, model) in enumerate(models.items()):
-        robot = RobotEquipment(plant, scene_graph, model, SCENARIO.lidar, seed=seed)
+        robot = RobotInterface(plant, scene_graph, model, SCENARIO.lidar, seed=seed)
         system = builder.AddNamedSystem(name, navigator(robot, worlds[name]))
         builder.Connect(scene_graph.get_query_output_port(), system.GetInputPort("geometry_query"))
         builder.Connect(plant.get_state_output_port(model), system.GetInputPort("multibody_state"))

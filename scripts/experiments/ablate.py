@@ -67,8 +67,8 @@ ABLATIONS = (
         "paper III-B.1, fig. 5; method 2",
     ),
     Ablation("dbscan_frontiers", "the paper's frontiers", ("planner.frontiers=dbscan",), "paper III-B.2; method 4"),
-    Ablation("no_gates", "targets are frontiers only", ("planner.gates=false",), "method 6"),
-    Ablation("no_retirement", "dead ends are not remembered", ("planner.retire_dead_ends=false",), "method 4"),
+    Ablation("no_virtual_frontiers", "targets are frontiers only", ("planner.virtual_frontiers=false",), "method 6"),
+    Ablation("no_blacklist", "dead ends are not remembered", ("planner.blacklist=false",), "method 4"),
     Ablation(
         "straight_cost_to_go",
         "frontiers ranked by the straight line to the goal",
@@ -78,7 +78,7 @@ ABLATIONS = (
     Ablation("no_string_pulling", "the path runs over the nodes", ("planner.string_pulling=false",), "method 6"),
     Ablation("no_anticipation", "each frontier is driven to first", ("planner.anticipation=false",), "method 6"),
     Ablation("no_replanning", "a blocked path does not trigger planning", ("planner.replanning=false",), "method 6"),
-    Ablation("no_closer_look", "dead ends are judged from afar", ("planner.closer_look=20",), "method 6"),
+    Ablation("no_inspection", "dead ends are judged from afar", ("planner.inspection_detour=20",), "method 6"),
     Ablation("any_bend", "no limit to the turn by modulation", ("controller.max_bend=3.2",), "method 7"),
     Ablation("clipped_weights", "regions weighted by min(Gamma, 8)", ("controller.weights=clipped",), "method 7"),
     Ablation(
@@ -88,7 +88,12 @@ ABLATIONS = (
         "paper III-C.3; method 7",
     ),
     Ablation("wide_near_wall_zone", "near-wall zone of 0.10 m", ("controller.near_wall_zone=0.10",), "method 7"),
-    Ablation("no_swerve", "straight on where the certificate refuses it", ("controller.max_swerve=0",), "method 9"),
+    Ablation(
+        "no_free_heading",
+        "straight on where the certificate refuses it",
+        ("controller.free_heading_range=0",),
+        "method 9",
+    ),
     Ablation("one_scan", "safety star from the last scan only", ("controller.scan_memory=1",), "method 9"),
     Ablation("noisy_lidar", "range noise of 3 cm", ("lidar.noise=0.03",), "method, what each part is worth"),
     Ablation("star_paper", "the paper's configuration", (), "paper III, IV; method, star_paper", "star_paper"),

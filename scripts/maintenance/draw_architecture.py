@@ -26,7 +26,7 @@ from tests.project.test_import_direction import METHOD, TABLE
 PACKAGE = Path(drake_starnav.__file__).parent
 PAGE, PICTURE = DOCS / "architecture.md", DOCS / "images" / "architecture.svg"
 SECTION = "rooms", "python scripts/maintenance/draw_architecture.py"
-DECLARED = ("movers.max_speed=1", "localization.jump=0.05", "drive.delay=0.1")
+DECLARED = ("obstacles.max_speed=1", "localization.jump=0.05", "drive.delay=0.1")
 """With these every system of the loop is there."""
 ORDER = ("station", "goal", "tracker", "perception", "matcher", "planner", "jump_guard", "predictor", "controller")
 """The systems of the loop as they are updated; what the last one sends goes back to the first."""

@@ -35,7 +35,7 @@ GRID = 40
 
 
 @dataclass(frozen=True)
-class Moment:
+class PlannerInput:
     """The state at one time of a drive.
 
     Attributes:
@@ -61,7 +61,7 @@ class Moment:
         return self.seen.region
 
 
-def drive(scenario: Scenario, seed: int, seconds: float) -> Moment:
+def drive(scenario: Scenario, seed: int, seconds: float) -> PlannerInput:
     """Drive for some seconds and look."""
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=seed)
@@ -76,10 +76,10 @@ def drive(scenario: Scenario, seed: int, seconds: float) -> Moment:
         trail.append(value(navigation.station, "localization.pose")[:2])
     pose = value(navigation.station, "localization.pose")
     seen, state = value(navigation.perception, "star"), value(navigation.planner, "roadmap")
-    return Moment(scenario, navigation.world, seen, state, np.array(pose), np.array(trail))
+    return PlannerInput(scenario, navigation.world, seen, state, np.array(pose), np.array(trail))
 
 
-def draw_erosion(axis: Any, moment: Moment) -> None:
+def draw_erosion(axis: Any, moment: PlannerInput) -> None:
     """The scan, the discs it may not come near, and the free range of the robot's centre."""
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
@@ -94,7 +94,7 @@ def draw_erosion(axis: Any, moment: Moment) -> None:
     _robot(axis, moment)
 
 
-def draw_cubics(axis: Any, moment: Moment) -> None:
+def draw_cubics(axis: Any, moment: PlannerInput) -> None:
     """The boundary over the bearing: the free range, and the cubics that lie inside it."""
     region = moment.region
     bearings = np.degrees(np.arange(len(region.free_range)) * 2.0 * np.pi / len(region.free_range))
@@ -109,7 +109,7 @@ def draw_cubics(axis: Any, moment: Moment) -> None:
     axis.set_ylim(bottom=0.0)
 
 
-def draw_frontiers(axis: Any, moment: Moment) -> None:
+def draw_frontiers(axis: Any, moment: PlannerInput) -> None:
     """The star-shaped region of the scan, and where unknown space may be entered."""
     region = moment.region
     axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.2, edgecolor=BLUE, label="star-shaped region")
@@ -121,7 +121,7 @@ def draw_frontiers(axis: Any, moment: Moment) -> None:
     _robot(axis, moment)
 
 
-def draw_roadmap(axis: Any, moment: Moment) -> None:
+def draw_roadmap(axis: Any, moment: PlannerInput) -> None:
     """All regions, the graph of their centres, living frontiers, and the path to the short-term goal."""
     from matplotlib.collections import LineCollection
 
@@ -140,7 +140,7 @@ def draw_roadmap(axis: Any, moment: Moment) -> None:
     _robot(axis, moment)
 
 
-def draw_field(axis: Any, moment: Moment) -> None:
+def draw_field(axis: Any, moment: PlannerInput) -> None:
     """The guiding vector at many places: bent along the boundary of the regions, towards the short-term goal."""
     parameters, robot = moment.scenario.controller, moment.scenario.robot
     stack, path = moment.state.roadmap.stack, moment.state.path
@@ -158,7 +158,7 @@ def draw_field(axis: Any, moment: Moment) -> None:
     _robot(axis, moment)
 
 
-FIGURES: dict[str, tuple[Callable[[Any, Moment], None], bool]] = {
+FIGURES: dict[str, tuple[Callable[[Any, PlannerInput], None], bool]] = {
     "erosion": (draw_erosion, True),
     "cubics": (draw_cubics, False),
     "frontiers": (draw_frontiers, True),
@@ -168,7 +168,7 @@ FIGURES: dict[str, tuple[Callable[[Any, Moment], None], bool]] = {
 """For each figure, its drawing function and whether it is a map of the world."""
 
 
-def write_figures(moment: Moment, folder: Path) -> list[Path]:
+def write_figures(moment: PlannerInput, folder: Path) -> list[Path]:
     """Draw all figures as PNG files; returns their paths."""
     import matplotlib
 
@@ -195,7 +195,7 @@ def write_figures(moment: Moment, folder: Path) -> list[Path]:
     return files
 
 
-def _hits(moment: Moment) -> np.ndarray:
+def _hits(moment: PlannerInput) -> np.ndarray:
     scan, pose = moment.seen.scan, moment.seen.pose
     distance = smoothed_distances(scan, moment.scenario.planner)
     points = _around(pose[:2], float(pose[2]) + scan.angle_min, distance)
@@ -207,7 +207,7 @@ def _around(center: np.ndarray, bearing_0: float, distance: np.ndarray) -> np.nd
     return center + distance[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
 
 
-def _robot(axis: Any, moment: Moment) -> None:
+def _robot(axis: Any, moment: PlannerInput) -> None:
     from matplotlib.patches import Circle
 
     x, y, yaw = moment.pose

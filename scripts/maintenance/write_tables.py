@@ -34,7 +34,7 @@ from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
-from drake_starnav.station.moving_bodies import MoverDrive
+from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.wheel_slip import WheelSlip
@@ -42,7 +42,7 @@ from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
@@ -50,7 +50,7 @@ from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.visualization.slider_goal import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds import WORLD_KINDS, World
-from drake_starnav.worlds.moving_obstacles import Movers
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
 
 ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
 """Packages whose modules define systems."""
@@ -74,21 +74,23 @@ def all_systems() -> list[System]:
     station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar)
     return [
         station,
-        station.GetSubsystemByName("robot"),  # its `RobotEquipment`
+        station.GetSubsystemByName("robot"),  # its `RobotInterface`
         LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
         PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
-        MoverTracker(defaults.movers, rate=lidar.rate, offset=0.005),
+        ObstacleTracker(defaults.obstacles, rate=lidar.rate, offset=0.005),
         StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
         StarRoadmapPlanner(robot, planner, offset=0.01),
-        CertifiedController(robot, controller, offset=0.01, movers=defaults.movers),
+        CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
         WheelSlip(slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=(), period=0.02),
-        MoverDrive(Movers(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005),
+        MovingObstacleDrive(
+            MovingObstacles(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005
+        ),
         ArrivalMonitor(tolerance=0.3, period=0.02),
         SliderGoal((1.0, 0.0), lambda: None),
         StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here

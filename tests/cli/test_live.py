@@ -51,16 +51,16 @@ def test_stop_ends_it_and_the_buttons_go(run) -> None:
 
 
 def test_the_goal_moves_while_it_runs_and_after_arrival() -> None:
-    told: list[str] = []
-    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, say=told.append)
+    reported: list[str] = []
+    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, say=reported.append)
     click(run, "start")
-    while not any("reached" in text for text in told):
+    while not any("reached" in text for text in reported):
         assert run.step() and run.time < 15.0
     run.meshcat.SetSliderValue("goal x", 0.5)
     run.meshcat.SetSliderValue("goal y", -1.0)
     advance(run, 0.3)
     assert run.goal == pytest.approx([0.5, -1.0], abs=0.05)
-    while sum("reached" in text for text in told) < 2:
+    while sum("reached" in text for text in reported) < 2:
         assert run.step() and run.time < 40.0
     assert np.hypot(*(run.pose[:2] - [0.5, -1.0])) < 0.35
 

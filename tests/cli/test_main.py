@@ -130,7 +130,7 @@ def test_a_world_is_drawn(scenario: str, ending: str, tmp_path: Path, capsys) ->
         (["map", "--out", "/proc/forbidden/x.png"], ["cannot write"]),
     ],
 )
-def test_what_cannot_be_drawn_is_told(arguments, words, capsys) -> None:
+def test_what_cannot_be_drawn_is_reported(arguments, words, capsys) -> None:
     assert show_world(arguments) == 2
     printed = capsys.readouterr().err
     assert all(word in printed for word in words)
@@ -156,7 +156,7 @@ def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_write_protected_file_is_told_before_the_run(scenario_file: Path, tmp_path: Path, capsys) -> None:
+def test_write_protected_file_is_reported_before_the_run(scenario_file: Path, tmp_path: Path, capsys) -> None:
     target = tmp_path / "kept.json"
     target.write_text("kept")
     target.chmod(0o444)
@@ -180,7 +180,7 @@ def test_a_command_is_called_what_it_was_called_by() -> None:
         assert done.returncode == 2 and done.stderr.startswith(f"{name}: ")
 
 
-def test_an_unknown_command_is_told_with_the_nearest(capsys) -> None:
+def test_an_unknown_command_is_reported_with_the_nearest(capsys) -> None:
     assert main(["simulte"]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""

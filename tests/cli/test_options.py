@@ -33,7 +33,7 @@ def test_a_command_ends_with_what_its_work_returns(capsys: pytest.CaptureFixture
     assert capsys.readouterr() == ("", "")
 
 
-def test_bad_input_and_interruption_are_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_and_interruption_are_reported_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
     assert exit_code("name", lambda: raising(KeyboardInterrupt()), "interrupted; half is kept") == INTERRUPTED
     assert capsys.readouterr().err == "name: x is 1; allowed: 2\nname: interrupted; half is kept\n"

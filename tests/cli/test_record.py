@@ -73,7 +73,7 @@ def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:
         assert "allowed: --line 2 to --line 3" in capsys.readouterr().err
 
 
-def test_a_run_that_differs_from_its_trial_is_told(scenario, capsys) -> None:
+def test_a_run_that_differs_from_its_trial_is_reported(scenario, capsys) -> None:
     simulate([scenario, "--json", "trial.json", "--quiet"])
     fields = json.loads(Path("trial.json").read_text())
     Path("trial.json").write_text(json.dumps({**fields, "state_hash": "of another version"}))
@@ -90,7 +90,7 @@ def test_a_run_that_differs_from_its_trial_is_told(scenario, capsys) -> None:
         ("[" * 100_000, "is not the header of a file of trials"),
     ],
 )
-def test_a_file_of_something_else_is_told(tmp_path, text, words, capsys) -> None:
+def test_a_file_of_something_else_is_reported(tmp_path, text, words, capsys) -> None:
     path = tmp_path / "trial.json"
     path.write_text(text + "\n")
     assert record([str(path), "--html", str(tmp_path / "a.html")]) == 2
@@ -147,7 +147,7 @@ def test_without_a_browser_matplotlib_draws_or_an_error_says_why(scenario, monke
     assert "--view oblique needs Chromium" in capsys.readouterr().err
 
 
-def test_a_browser_that_does_not_start_is_told(scenario, monkeypatch, tmp_path, capsys) -> None:
+def test_a_browser_that_does_not_start_is_reported(scenario, monkeypatch, tmp_path, capsys) -> None:
     pytest.importorskip("playwright.sync_api")
     from drake_starnav.visualization import browser
 

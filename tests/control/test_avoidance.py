@@ -6,9 +6,9 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.avoidance import STANDING_SPACING, Encounter, around, encounter, manoeuvres, thinned
+from drake_starnav.control.avoidance import STANDING_SPACING, Avoidance, around, avoid_collision, manoeuvres, thinned
 from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import Threats, stays_clear, threats
+from drake_starnav.control.moving_certificate import Threats, reachable_discs, stays_clear
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.parameters import StarParameters
@@ -16,18 +16,18 @@ from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_sta
 from drake_starnav.regions.star_region import RegionStack, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import MoverParameters
-from drake_starnav.tracking.prediction import courses
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.prediction import predicted_trajectories
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
 ROBOT, CONTROLLER, STARS = RobotParameters(), ControllerParameters(), StarParameters()
-MOVERS = MoverParameters(max_speed=0.8, caution=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
 PATH = np.array([(3.0, 0.0)])
 RADIUS = 0.3
 
 
-def mover(position: tuple[float, float], velocity: tuple[float, float]) -> Tracks:
+def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tracks:
     """A settled track whose whole rim is seen."""
     place, moving = np.array([position]), np.array([velocity])
     angle = np.linspace(0.0, 2.0 * math.pi, 40, endpoint=False)
@@ -42,7 +42,9 @@ def mover(position: tuple[float, float], velocity: tuple[float, float]) -> Track
         pace=np.hypot(*moving.T),
         hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
         owner=np.zeros(40, np.int64),
-        course=courses(place, moving, np.array([RADIUS]), np.zeros((0, 2)), MOVERS.horizon + 0.3),
+        predicted_trajectories=predicted_trajectories(
+            place, moving, np.array([RADIUS]), np.zeros((0, 2)), OBSTACLES.horizon + 0.3
+        ),
     )
 
 
@@ -54,58 +56,63 @@ def known() -> tuple[RegionStack, SafetyStar]:
     return RegionStack.of((scan_region(scan, pose, ROBOT.radius, STARS),)), star
 
 
-def met(
+def avoided(
     tracks: Tracks,
     twist: tuple[float, float] = (0.5, 0.0),
     path: np.ndarray = PATH,
     star: SafetyStar | None = None,
-) -> Encounter:
+) -> Avoidance:
     regions, seen = known()
     now = ControlInput(np.zeros(3), np.array(twist), np.zeros(2), Guidance(path, True, regions), star or seen)
-    return encounter(now, TrackedObstacles(tracks, 0.0, MOVERS), threats(tracks, MOVERS), CONTROLLER, ROBOT)
+    return avoid_collision(
+        now, TrackedObstacles(tracks, 0.0, OBSTACLES), reachable_discs(tracks, OBSTACLES), CONTROLLER, ROBOT
+    )
 
 
-def test_what_comes_near_nobody_is_no_encounter() -> None:
-    for tracks in (Tracks(), mover((1.5, 1.5), (0.0, 0.5)), mover((-2.0, -2.0), (-0.3, 0.0))):
-        found = met(tracks)
+def test_what_comes_near_nobody_is_no_avoidance() -> None:
+    for tracks in (Tracks(), obstacle((1.5, 1.5), (0.0, 0.5)), obstacle((-2.0, -2.0), (-0.3, 0.0))):
+        found = avoided(tracks)
         assert found.nearest == math.inf and found.twist is None
 
 
 def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
-    tracks = mover((2.2, 0.0), (-0.6, 0.0))
-    found = met(tracks)
+    tracks = obstacle((2.2, 0.0), (-0.6, 0.0))
+    found = avoided(tracks)
     assert found.nearest < 0.1
     assert found.twist is not None and found.least > 0.1
-    obstacles, period = Threats(threats(tracks, MOVERS), ROBOT.radius + MOVERS.margin, 0.0), 1.0 / CONTROLLER.rate
+    obstacles, period = (
+        Threats(reachable_discs(tracks, OBSTACLES), ROBOT.radius + OBSTACLES.margin, 0.0),
+        1.0 / CONTROLLER.rate,
+    )
     assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, ROBOT.limits, obstacles)
 
 
 def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:
-    found = met(mover((0.0, 1.8), (0.0, -0.5)), twist=(0.0, 0.0), path=np.zeros((0, 2)))
+    found = avoided(obstacle((0.0, 1.8), (0.0, -0.5)), twist=(0.0, 0.0), path=np.zeros((0, 2)))
     assert found.twist is not None and found.least > 0.1
 
 
-def test_without_a_certified_way_on_there_is_none() -> None:
-    assert met(mover((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=SafetyStar.none()).twist is None
+def test_without_a_certified_manoeuvre_there_is_none() -> None:
+    assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=SafetyStar.none()).twist is None
 
 
-def test_the_same_situation_has_the_same_way_on() -> None:
-    tracks = mover((2.0, 0.1), (-0.6, 0.1))
-    first, second = met(tracks), met(tracks)
+def test_the_same_situation_has_the_same_manoeuvre() -> None:
+    tracks = obstacle((2.0, 0.1), (-0.6, 0.1))
+    first, second = avoided(tracks), avoided(tracks)
     np.testing.assert_array_equal(first.twist, second.twist)
 
 
 def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     """Round one who comes from ahead on the left, it leads to the right."""
-    tracks, limits, still = mover((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
-    obstacles = TrackedObstacles(tracks, 0.0, MOVERS)
+    tracks, limits, still = obstacle((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
+    obstacles = TrackedObstacles(tracks, 0.0, OBSTACLES)
     aside = around(np.zeros(3), PATH, obstacles, ROBOT)
     assert aside is not None
     assert aside[1] < 0.0
     row = manoeuvres(still, limits, aside)[-1]
     assert row[1] == math.atan2(aside[1], aside[0])
     assert 0.0 < row[2] <= ROBOT.max_speed
-    without = obstacles._replace(parameters=dataclasses.replace(MOVERS, sidestep=False))
+    without = obstacles._replace(parameters=dataclasses.replace(OBSTACLES, modulation=False))
     assert around(np.zeros(3), PATH, without, ROBOT) is None
     assert around(np.zeros(3), np.zeros((0, 2)), obstacles, ROBOT) is None
     assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1
@@ -118,8 +125,8 @@ def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
 
 
 def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found() -> None:
-    assert met(standing(1.5, 1.6)).twist is None, "far from the path"
-    found = met(standing(1.2, 0.55))  # 10 cm from where the robot would pass
+    assert avoided(standing(1.5, 1.6)).twist is None, "far from the path"
+    found = avoided(standing(1.2, 0.55))  # 10 cm from where the robot would pass
     assert found.twist is not None
     assert math.isinf(found.nearest), "nothing moves"
     assert found.twist[1] < 0.0, "away from it"

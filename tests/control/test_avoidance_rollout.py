@@ -51,8 +51,8 @@ def known() -> KnownSpace:
 
 def discs(*places: tuple[float, float]) -> Discs:
     """Discs of 0.3 m that stay where they are."""
-    course = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
-    return Discs(course, np.full(len(places), 0.3), np.zeros((0, 2)), 0.0)
+    trajectories = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
+    return Discs(trajectories, np.full(len(places), 0.3), np.zeros((0, 2)), 0.0)
 
 
 def begun(v: float = 0.0) -> np.ndarray:

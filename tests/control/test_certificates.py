@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.certificates import accepted, standards
+from drake_starnav.control.certificates import accepted, constraints_of
 from drake_starnav.control.moving_certificate import Threats, stays_clear
 from drake_starnav.control.point_certificate import (
     ESCAPE_CLEARANCE,
@@ -21,20 +21,20 @@ from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.motions import certified
 from tests.helpers.scans import cast, seeds
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
-MOVERS = MoverParameters(max_speed=0.8)
+OBSTACLES = DynamicObstacleParameters(max_speed=0.8)
 NOTHING, AHEAD = np.zeros((0, 6)), np.array([(0.7, 0.0, 0.0, 0.0, 0.8, 0.0)])
 
 
 def accepts(star: SafetyStar, want: tuple[float, float], rows: np.ndarray = NOTHING, v: float = 0.0, **changes) -> bool:
-    standard = standards(star, ControllerParameters(**changes), ROBOT, MOVERS)
-    return accepted(0.0, 0.0, 0.0, v, 0.0, *want, LIMITS, standard, rows, 0.0)
+    constraints = constraints_of(star, ControllerParameters(**changes), ROBOT, OBSTACLES)
+    return accepted(0.0, 0.0, 0.0, v, 0.0, *want, LIMITS, constraints, rows, 0.0)
 
 
 def seen(wall: float) -> SafetyStar:
@@ -77,9 +77,9 @@ def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, by: str
         enough = min(enough, clearance_at(*pose[:2], hits, known.needed))
     stands = keeps_clear(*pose, *twist, *desired, 0.1, delay, LIMITS, known, max(enough, ESCAPE_CLEARANCE))
     stands = stands or (by == "star" and certified(pose, twist, desired, 0.1, LIMITS, star, delay))
-    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + MOVERS.margin, age), delay)
-    standard = standards(star, controller, ROBOT, MOVERS)
-    assert accepted(*pose, *twist, *desired, LIMITS, standard, rows, age) == (stands and moves)
+    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + OBSTACLES.margin, age), delay)
+    constraints = constraints_of(star, controller, ROBOT, OBSTACLES)
+    assert accepted(*pose, *twist, *desired, LIMITS, constraints, rows, age) == (stands and moves)
 
 
 def beside(clearance: float) -> SafetyStar:
@@ -89,10 +89,10 @@ def beside(clearance: float) -> SafetyStar:
 
 
 def test_the_standard_has_every_margin() -> None:
-    standard = standards(beside(0.1), ControllerParameters(), ROBOT, MOVERS)
-    assert standard.distance == pytest.approx(ROBOT.radius + MOVERS.margin)
-    assert standard.hits.room == pytest.approx(2.0 - ROBOT.radius)
-    assert standard.hits.needed == pytest.approx([math.hypot(ROBOT.radius, 0.05)])
+    constraints = constraints_of(beside(0.1), ControllerParameters(), ROBOT, OBSTACLES)
+    assert constraints.distance == pytest.approx(ROBOT.radius + OBSTACLES.margin)
+    assert constraints.hits.room == pytest.approx(2.0 - ROBOT.radius)
+    assert constraints.hits.needed == pytest.approx([math.hypot(ROBOT.radius, 0.05)])
 
 
 @pytest.mark.parametrize("by", ["star", "points"])

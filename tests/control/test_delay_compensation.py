@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.delay_compensation import pending_count, predicted_pose
+from drake_starnav.control.delay_compensation import commands_in_delay, predicted_pose
 
 PERIOD = 0.02
 ORIGIN = np.zeros(3)
@@ -13,7 +13,7 @@ ORIGIN = np.zeros(3)
 
 @pytest.mark.parametrize("delay, count", [(0.0, 0), (0.001, 1), (0.02, 1), (0.021, 2), (0.05, 3), (0.06, 3)])
 def test_how_many_commands_are_on_their_way(delay, count):
-    assert pending_count(delay, PERIOD) == count
+    assert commands_in_delay(delay, PERIOD) == count
 
 
 def test_without_delay_the_robot_is_where_it_is():

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import Command, control_step
-from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.control.dynamic_step import dynamic_step
 from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import Threats, stays_clear, threats
+from drake_starnav.control.moving_certificate import Threats, reachable_discs, stays_clear
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.loop import CONTROLLER, ROBOT, drive, pacing
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import Scene, hall, straight
 
-STRICT = MoverParameters(max_speed=0.8, caution=1.0)
+STRICT = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
 START, GOAL = np.array((-2.5, 0.0, 0.0)), np.array((2.5, 0.0))
 
 
@@ -38,7 +38,7 @@ def test_a_robot_in_a_crowd_never_runs_into_anything(seed: int) -> None:
 @pytest.mark.parametrize("offset", [-0.2, 0.0, 0.1])
 def test_it_makes_way_for_one_that_comes_head_on(caution: float, offset: float) -> None:
     oncoming = Scene(hall(), (0.3,), straight((3.0, offset), (-0.6, 0.0)))
-    run = drive(oncoming, START, GOAL, MoverParameters(max_speed=0.8, caution=caution), duration=12.0)
+    run = drive(oncoming, START, GOAL, DynamicObstacleParameters(max_speed=0.8, caution=caution), duration=12.0)
     assert run.outcome == "reached"
     assert np.abs(run.poses[:, 1]).max() > 0.3  # not by luck
 
@@ -46,7 +46,7 @@ def test_it_makes_way_for_one_that_comes_head_on(caution: float, offset: float) 
 def test_it_goes_out_of_the_way_of_one_that_comes_from_behind() -> None:
     standing = np.array((0.0, 0.0, 0.0))
     behind = Scene(hall(), (0.3,), straight((-3.0, 0.05), (0.5, 0.0)))
-    run = drive(behind, standing, np.array((0.35, 0.0)), MoverParameters(max_speed=0.8), duration=12.0)
+    run = drive(behind, standing, np.array((0.35, 0.0)), DynamicObstacleParameters(max_speed=0.8), duration=12.0)
     assert run.outcome == "reached"
 
 
@@ -64,26 +64,29 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
 
 
 def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
-    told = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
+    desired = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
     now = ControlInput(np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
-    assert wary_step(lambda *_: told, now, CONTROLLER, ROBOT, TrackedObstacles(Tracks(), 0.0, STRICT)) is told
+    assert dynamic_step(lambda *_: desired, now, CONTROLLER, ROBOT, TrackedObstacles(Tracks(), 0.0, STRICT)) is desired
 
 
 @pytest.mark.parametrize("delay", [0.0, 1.0 / CONTROLLER.rate])
 def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -> None:
     """A hit ahead, that may come at full speed, from ever farther away."""
-    movers, controller = MoverParameters(max_speed=0.8, margin=0.1), dataclasses.replace(CONTROLLER, delay=delay)
+    obstacles, controller = (
+        DynamicObstacleParameters(max_speed=0.8, margin=0.1),
+        dataclasses.replace(CONTROLLER, delay=delay),
+    )
     pose, twist = np.zeros(3), np.array((0.4, 0.0))
-    told = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
+    desired = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
     now = ControlInput(pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none())
     period = 1.0 / controller.rate
     held = []
     for x in np.arange(0.4, 1.4, 0.01):
         tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
-        near_by = Threats(threats(tracks, movers), ROBOT.radius + movers.margin, 0.05)
-        holds = stays_clear(pose, twist, told.twist, period, ROBOT.limits, near_by, delay)
-        command = wary_step(lambda *_: told, now, controller, ROBOT, TrackedObstacles(tracks, 0.05, movers))
-        assert (command is told) == holds
+        near_by = Threats(reachable_discs(tracks, obstacles), ROBOT.radius + obstacles.margin, 0.05)
+        holds = stays_clear(pose, twist, desired.twist, period, ROBOT.limits, near_by, delay)
+        command = dynamic_step(lambda *_: desired, now, controller, ROBOT, TrackedObstacles(tracks, 0.05, obstacles))
+        assert (command is desired) == holds
         held.append(holds)
     assert 20 < sum(held) < 80
 
@@ -94,6 +97,6 @@ def test_it_brakes_where_nothing_can_be_certified() -> None:
     tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
     now = ControlInput(np.zeros(3), twist, np.zeros(2), Guidance.none(), SafetyStar.none())
-    command = wary_step(control_step, now, CONTROLLER, ROBOT, TrackedObstacles(tracks, 0.0, STRICT))
+    command = dynamic_step(control_step, now, CONTROLLER, ROBOT, TrackedObstacles(tracks, 0.0, STRICT))
     assert not command.certified
     assert math.isclose(command.twist[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

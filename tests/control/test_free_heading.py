@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP, swerved
+from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP, free_heading
 from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import control_step
@@ -52,7 +52,7 @@ def test_the_nearest_open_bearing_is_taken(seed, angle, limit):
     star = SafetyStar(rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0), values, np.zeros((0, 2)))
     position = star.center + rng.uniform(-0.005, 0.005, 2)
     direction = np.array((math.cos(angle), math.sin(angle)))
-    out = swerved(position, direction, star, limit)
+    out = free_heading(position, direction, star, limit)
     turn = math.atan2(direction[0] * out[1] - direction[1] * out[0], float(direction @ out))
     tried = STEP * np.arange(1, int(limit / STEP) + 1)
     open_turns = [
@@ -70,7 +70,7 @@ def test_the_nearest_open_bearing_is_taken(seed, angle, limit):
 
 def test_where_nothing_is_seen_nothing_is_open():
     direction = np.array((0.6, 0.8))
-    np.testing.assert_array_equal(swerved(np.ones(2), direction, SafetyStar.none(), 3.0), direction)
+    np.testing.assert_array_equal(free_heading(np.ones(2), direction, SafetyStar.none(), 3.0), direction)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -96,7 +96,7 @@ def test_one_short_hit_on_one_of_two_walls_does_not_stop_the_robot_between_them(
             places.append(pose[:2])
         return np.array(places)
 
-    stands = driven(dataclasses.replace(PARAMETERS, max_swerve=0.0))
+    stands = driven(dataclasses.replace(PARAMETERS, free_heading_range=0.0))
     assert np.hypot(*stands.T).max() < 0.01, "the guiding vector alone leads nowhere"
     goes = driven(PARAMETERS)
     assert goes[-1, 0] > 0.5

@@ -22,7 +22,7 @@ def test_nothing_near_lets_it_see_as_far_as_asked():
     assert clearance == np.inf and not last
 
 
-def test_the_end_of_the_path_is_told():
+def test_the_end_of_the_path_is_reported():
     point, _, last = look_ahead(np.zeros(2), np.array(((0.5, 0.2),)), NO_HITS, NEEDED, DISTANCE, LEAST)
     np.testing.assert_allclose(point, (0.5, 0.2))
     assert last

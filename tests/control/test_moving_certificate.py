@@ -8,18 +8,18 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import simulated_step
 from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, stays_clear, threats
+from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, reachable_discs, stays_clear
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
-from drake_starnav.tracking.occlusions import HIDDEN_SPACING
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
-MOVERS = MoverParameters(max_speed=0.8, margin=0.01, caution=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=0.8, margin=0.01, caution=1.0)
 PERIOD, SCANS, STEP = 0.02, 3, 0.005
 """Of the commands, s; commands from one scan to the next; of the simulation, s."""
 
@@ -46,19 +46,19 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: in
     headings, desired = rng.uniform(-math.pi, math.pi, len(centers)), np.zeros(2)
     for k in range(300):
         if k % SCANS == 0:
-            rows, scan_time = threats(seen(centers, 0.2), MOVERS), k * PERIOD
+            rows, scan_time = reachable_discs(seen(centers, 0.2), OBSTACLES), k * PERIOD
         if k % 15 == 0:  # a reckless driver
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         age = k * PERIOD - scan_time
-        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, Threats(rows, RADIUS + MOVERS.margin, age))
+        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, Threats(rows, RADIUS + OBSTACLES.margin, age))
         target = desired if certified else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
         for i in range(round(PERIOD / STEP)):
             share = (i + 0.5) * STEP / PERIOD
             pose = moved(pose, before + share * (twist - before), STEP)
             aim = np.arctan2(*(pose[:2] - centers).T[::-1]) if hunters else headings
-            centers = centers + STEP * MOVERS.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
+            centers = centers + STEP * OBSTACLES.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
             gap = np.hypot(*(centers - pose[:2]).T).min() - 0.2 - RADIUS if len(centers) else math.inf
             if gap < 0.0:
                 assert abs(before[0] + share * (twist[0] - before[0])) <= STANDING_SPEED
@@ -73,7 +73,7 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
     twist = np.array((rng.uniform(0.0, 0.8), 0.0))
 
     def certified(speed: float, age: float) -> bool:
-        rows = threats(tracks, MoverParameters(max_speed=speed))
+        rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
         return stays_clear(np.zeros(3), twist, np.array(desired), PERIOD, LIMITS, Threats(rows, RADIUS, age))
 
     if not certified(0.4, 0.0):
@@ -100,7 +100,7 @@ def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray
 
 @settings(max_examples=60, deadline=None)
 @given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]), st.sampled_from([0.0, 0.05, 0.2]))
-def test_threats_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: float, delay: float) -> None:
+def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: float, delay: float) -> None:
     rng = np.random.default_rng(seed)
     rows = np.hstack((rng.uniform(-3.0, 3.0, (6, 2)), rng.uniform(-1.0, 1.0, (6, 2)), rng.uniform(0.0, 0.5, (6, 2))))
     twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
@@ -111,7 +111,7 @@ def test_threats_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: f
 
 
 def test_standing_and_turning_is_always_certified() -> None:
-    rows = threats(seen(np.array([(0.4, 0.0)]), 0.2), MOVERS)
+    rows = reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
     turning = np.array((0.0, 1.0))
     assert stays_clear(np.zeros(3), np.zeros(2), turning, PERIOD, LIMITS, Threats(rows, RADIUS, 0.0))
     assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), 0.1, LIMITS, Threats(rows, RADIUS, 0.0))
@@ -131,16 +131,16 @@ def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
         owner=np.array([0, -1]),
     )
     for caution in (1.0, 0.5, 0.0):
-        unknown, tracked = threats(tracks, MoverParameters(max_speed=0.8, caution=caution))
+        unknown, tracked = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution))
         np.testing.assert_allclose(unknown, (2.0, 2.0, 0.0, 0.0, 0.8, 0.0))
         np.testing.assert_allclose(tracked, (0.8, 0.0, 0.0, 0.5 * (1.0 - caution), 0.8 * caution, 0.0))
 
 
 def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
-    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0)]), hidden=np.array([(3.0, 1.0)]))
-    stands, hides = threats(tracks, MOVERS)
+    tracks = Tracks(time=0.0, standing=np.array([(1.0, 0.0)]), occlusions=np.array([(3.0, 1.0)]))
+    stands, hides = reachable_discs(tracks, OBSTACLES)
     np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8, 0.0))
-    np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * HIDDEN_SPACING))
+    np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * OCCLUSION_SPACING))
 
 
 def test_what_is_not_known_for_long_may_do_anything() -> None:
@@ -156,12 +156,12 @@ def test_what_is_not_known_for_long_may_do_anything() -> None:
         hits=np.array([(0.8, 0.0)]),
         owner=np.array([0]),
     )
-    assert tracks.counted.all()
-    rows = threats(tracks, MoverParameters(max_speed=0.8, caution=0.5))
+    assert tracks.confirmed.all()
+    rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=0.5))
     np.testing.assert_allclose(rows, [(0.8, 0.0, 0.0, 0.0, 0.8, 0.0)])
 
 
-def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
+def test_a_moving_obstacle_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
     tracks = Tracks(
         time=1.0,
         position=np.array([(1.0, 0.0)]),
@@ -174,7 +174,7 @@ def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
         hits=np.array([(9.0, 0.0)]),
         owner=np.array([-1]),
     )
-    rows = threats(tracks, MOVERS)
+    rows = reachable_discs(tracks, OBSTACLES)
     assert len(rows) == 2
     (disc,) = near(rows, np.zeros(2), 3.0)
     np.testing.assert_allclose(disc[:2], (1.0, 0.0))
@@ -184,8 +184,8 @@ def test_a_mover_out_of_sight_is_counted_with_and_what_is_far_is_not() -> None:
 
 def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
     """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
-    near_by = threats(seen(np.array([(RADIUS + 0.2 + MOVERS.margin + 0.001, 0.0)]), 0.2), MOVERS)
+    near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + OBSTACLES.margin + 0.001, 0.0)]), 0.2), OBSTACLES)
     creeping = np.array((0.6 * STANDING, 0.0))
-    keeps = (PERIOD, LIMITS, Threats(near_by, RADIUS + MOVERS.margin, 0.0))
+    keeps = (PERIOD, LIMITS, Threats(near_by, RADIUS + OBSTACLES.margin, 0.0))
     assert not stays_clear(np.zeros(3), creeping, creeping, *keeps)
     assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), *keeps)

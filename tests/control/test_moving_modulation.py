@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.moving_modulation import sidestep_velocity
+from drake_starnav.control.moving_modulation import moving_modulation
 
 numbers = st.floats(-2.0, 2.0)
 vectors = st.tuples(numbers, numbers).map(np.array)
@@ -19,14 +19,14 @@ def unit(angle: float) -> np.ndarray:
 
 
 def around_one(position: np.ndarray, velocity: np.ndarray, moves: np.ndarray, radius: float) -> np.ndarray:
-    return sidestep_velocity(position, velocity, np.zeros((1, 2)), moves[None], np.array([radius]))
+    return moving_modulation(position, velocity, np.zeros((1, 2)), moves[None], np.array([radius]))
 
 
 @given(angle=angles, velocity=vectors, moves=vectors, radius=radii, beside=vectors)
 def test_on_a_rim_nothing_leads_into_the_disc_whatever_is_beside_it(angle, velocity, moves, radius, beside) -> None:
     normal = unit(angle)
     centers = np.array(((0.0, 0.0), (2.0 * radius + 2.0) * normal))
-    modulated = sidestep_velocity(
+    modulated = moving_modulation(
         radius * normal, velocity, centers, np.array((moves, beside)), np.array((radius, radius))
     )
     assert (modulated - moves) @ normal > -1e-6
@@ -53,7 +53,7 @@ def test_it_does_not_depend_on_who_looks(angle, velocity, moves, radius, away) -
 def test_far_away_and_without_discs_nothing_changes(angle, velocity, moves, radius) -> None:
     np.testing.assert_allclose(around_one(500.0 * unit(angle), velocity, moves, radius), velocity, atol=1e-4)
     nothing = np.zeros((0, 2))
-    np.testing.assert_array_equal(sidestep_velocity(np.zeros(2), velocity, nothing, nothing, np.zeros(0)), velocity)
+    np.testing.assert_array_equal(moving_modulation(np.zeros(2), velocity, nothing, nothing, np.zeros(0)), velocity)
 
 
 @given(y=st.floats(0.05, 0.6), speed=st.floats(0.2, 1.5))
@@ -62,6 +62,6 @@ def test_who_follows_it_is_never_touched(y: float, speed: float) -> None:
     place, disc, step = np.array((0.0, y)), np.array((3.0, 0.0)), 0.005
     moves = np.array((-speed, 0.0))
     for _ in range(round(5.0 / speed / step)):
-        velocity = sidestep_velocity(place, np.array((0.8, 0.0)), disc[None], moves[None], np.array([0.75]))
+        velocity = moving_modulation(place, np.array((0.8, 0.0)), disc[None], moves[None], np.array([0.75]))
         place, disc = place + step * velocity, disc + step * moves
         assert math.dist(place, disc) > 0.75 - 0.02

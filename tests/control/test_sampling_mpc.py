@@ -15,10 +15,10 @@ from drake_starnav.control.path_following import desired_twist
 from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.control.sampling_mpc import (
     candidates,
-    foreseen_costs,
     path_in_sight,
     predictive_step,
     predictive_twist,
+    rollout_costs,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
@@ -134,7 +134,7 @@ def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star:
 def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     twists = candidates(twist, np.array((0.3, 1.0)), PARAMETERS, ROBOT)[::7]
-    cost = foreseen_costs(twists, control_input(pose, twist, Guidance(path, arrives, regions), star), PARAMETERS, ROBOT)
+    cost = rollout_costs(twists, control_input(pose, twist, Guidance(path, arrives, regions), star), PARAMETERS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
 

@@ -78,7 +78,7 @@ def test_a_killed_worker_costs_no_trial_and_resuming_works_the_same(two_workers,
 
 
 @pytest.mark.parametrize("address", ["localhost:1", "nowhere", "spoon://localhost:8786"])
-def test_no_dask_at_the_address_is_told_and_nothing_is_lost(address, tiny: Path, tmp_path: Path, capsys) -> None:
+def test_no_dask_at_the_address_is_reported_and_nothing_is_lost(address, tiny: Path, tmp_path: Path, capsys) -> None:
     path = tmp_path / "trials.jsonl"
     path.write_text("what was there\n")
     assert benchmark(arguments(tiny, path, address, "--resume")) == 2
@@ -88,7 +88,7 @@ def test_no_dask_at_the_address_is_told_and_nothing_is_lost(address, tiny: Path,
     assert path.read_text() == "what was there\n"
 
 
-def test_something_else_at_the_address_is_told() -> None:
+def test_something_else_at_the_address_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def answer() -> None:
@@ -102,7 +102,7 @@ def test_something_else_at_the_address_is_told() -> None:
             pass
 
 
-def test_a_cluster_without_workers_is_told(monkeypatch) -> None:
+def test_a_cluster_without_workers_is_reported(monkeypatch) -> None:
     monkeypatch.setattr(cluster, "WORKERS_TIMEOUT", 0.3)
     with (
         distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty,

@@ -257,7 +257,7 @@ def test_two_writers_are_refused(path: Path) -> None:
         TrialFile(path, HEADER, resume=True)
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     for place in (tmp_path, Path("/proc/forbidden/trials.jsonl")):
         with pytest.raises(StarnavError, match=f"cannot write {place}"):
             TrialFile(place, HEADER)
@@ -282,7 +282,7 @@ except StarnavError as error:
 """
 
 
-def test_a_full_disk_is_told_in_one_sentence(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_in_one_sentence(tmp_path: Path) -> None:
     command = [sys.executable, "-c", FULL_DISK, str(tmp_path / "trials.jsonl")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -317,9 +317,9 @@ def test_what_a_full_disk_took_of_a_line_is_removed(path: Path) -> None:
 def test_a_damaged_file_is_neither_continued_nor_touched(damage, path: Path) -> None:
     data = damage(path.read_bytes())
     path.write_bytes(data)
-    with pytest.raises(StarnavError, match="allowed") as told:
+    with pytest.raises(StarnavError, match="allowed") as reported:
         TrialFile(path, HEADER, resume=True)
-    assert len(str(told.value)) < 1000 and path.read_bytes() == data
+    assert len(str(reported.value)) < 1000 and path.read_bytes() == data
 
 
 def test_a_compressed_void_is_not_read_to_its_end(tmp_path: Path) -> None:

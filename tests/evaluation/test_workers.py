@@ -75,7 +75,7 @@ def test_a_crash_costs_only_a_retry(kind: type, deadly: dict[int, int], errors: 
     assert {record["trial"] for record in records if record["outcome"] == "error"} == errors
 
 
-def test_workers_that_cannot_start_are_told() -> None:
+def test_workers_that_cannot_start_are_reported() -> None:
     @contextmanager
     def broken() -> Iterator[Executor]:
         executor = Fragile({})
@@ -87,7 +87,7 @@ def test_workers_that_cannot_start_are_told() -> None:
 
 
 @pytest.mark.usefixtures("_no_simulation")
-def test_workers_out_of_reach_are_told_after_what_they_had_done() -> None:
+def test_workers_out_of_reach_are_reported_after_what_they_had_done() -> None:
     class Leaving(Forgiving):
         def submit(self, function, /, *args, **kwargs) -> Future:
             future = super().submit(function, *args, **kwargs)

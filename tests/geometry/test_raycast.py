@@ -9,7 +9,7 @@ from drake_starnav.geometry.raycast import (
     ShapeBins,
     cast_grid,
     cast_groups,
-    cast_sweep,
+    cast_rolling,
     circle_rows,
     ellipse_rows,
     rows_near,
@@ -101,7 +101,7 @@ def test_the_grid_changes_nothing_wherever_it_is(seed, cell):
 
 @settings(derandomize=True, max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10**6))
-def test_a_sweep_is_each_beam_cast_from_its_own_pose(seed):
+def test_a_rolling_scan_is_each_beam_cast_from_its_own_pose(seed):
     rng = np.random.default_rng(seed)
     bins = ShapeBins.grid(
         np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4))))), 1.0
@@ -110,7 +110,7 @@ def test_a_sweep_is_each_beam_cast_from_its_own_pose(seed):
     end = begin + (*rng.uniform(-0.2, 0.2, 2), turn + 2.0 * np.pi * rng.integers(-1, 2))  # yaw wraps
     near = ShapeBins.grouped([rows_near(bins, end[0], end[1], 5.5)])
     swept = np.full(BEAMS, np.inf)
-    cast_sweep(near, begin[None], end[None], FAN, swept, 5.0)
+    cast_rolling(near, begin[None], end[None], FAN, swept, 5.0)
     for i in range(0, BEAMS, 7):
         pose = begin + (i + 1) / BEAMS * np.array((*(end - begin)[:2], turn))
         alone = cast(bins.rows, pose)

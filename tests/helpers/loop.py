@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.control import ControllerParameters, control_step
-from drake_starnav.control.dynamic_step import wary_step
+from drake_starnav.control.dynamic_step import dynamic_step
 from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
@@ -34,7 +34,7 @@ def drive(
     scene: Scene,
     start: np.ndarray,
     goal: np.ndarray,
-    movers: MoverParameters,
+    obstacles: DynamicObstacleParameters,
     *,
     duration: float = 30.0,
     seed: int = 0,
@@ -51,12 +51,12 @@ def drive(
         if math.dist(pose[:2], goal) < 0.3:
             return Run("reached", np.array(poses), plan)
         if k % TICKS == 0:
-            known = track(known, scene.scan(time, pose, rng), pose, movers)
+            known = track(known, scene.scan(time, pose, rng), pose, obstacles)
             perceived = perceive(perceived, known.scan, pose, SETTINGS)
             plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
         now = ControlInput(pose, twist, errors, plan.guidance, perceived.safety)
-        obstacles = TrackedObstacles(known.tracks, time - known.tracks.time, movers)
-        command = wary_step(control_step, now, CONTROLLER, ROBOT, obstacles)
+        obstacles = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
+        command = dynamic_step(control_step, now, CONTROLLER, ROBOT, obstacles)
         pose = moved(pose, 0.5 * (twist + command.twist), tick)
         twist, errors = command.twist, command.errors
         poses.append(pose)

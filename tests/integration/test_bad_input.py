@@ -251,7 +251,7 @@ def test_a_byte_order_mark_is_no_fault(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("option", [["--seed", "x" * 9999], ["--nothing"], ["--method"]])
-def test_options_that_there_are_not_are_told_in_a_line(option: list[str], folder: Path, capsys) -> None:
+def test_options_that_there_are_not_are_reported_in_a_line(option: list[str], folder: Path, capsys) -> None:
     for command in (simulate, record, benchmark, show_world):
         with pytest.raises(SystemExit) as ended:
             command(["good.yaml", *option])
@@ -311,7 +311,7 @@ ENDLESS = {
 
 
 @pytest.mark.parametrize("name", ENDLESS)
-def test_output_to_a_full_disk_is_told(name: str, folder: Path, monkeypatch, capsys) -> None:
+def test_output_to_a_full_disk_is_reported(name: str, folder: Path, monkeypatch, capsys) -> None:
     command, arguments = ENDLESS[name]
     if name == "report":
         assert benchmark(["good.yaml", "--trials", "1", "--jobs", "1", "--json", "t.jsonl", "--quiet"]) == 0
@@ -359,7 +359,9 @@ def largest_file(size: int) -> Iterator[None]:
     ],
     ids=lambda value: " ".join(value[1:]) if isinstance(value, list) else None,
 )
-def test_a_file_for_which_there_is_no_room_is_told_and_not_left(command, arguments, size, folder: Path, capsys) -> None:
+def test_a_file_for_which_there_is_no_room_is_reported_and_not_left(
+    command, arguments, size, folder: Path, capsys
+) -> None:
     one = ["good.yaml", "--trials", "1", "--jobs", "1", "--json", "t.jsonl", "--quiet"]
     assert simulate(["good.yaml", "--quiet"]) == 0  # nothing is to be compiled, and kept in a file, below
     assert command is not report or benchmark(one) == 0

@@ -127,12 +127,12 @@ def test_a_clone_of_a_context_goes_the_same_way() -> None:
     ("scenario", "method"),
     [
         *(("posts", method) for method in METHODS),
-        *(("movers", method) for method in ("star", "mpc", "dwa")),
+        *(("obstacles", method) for method in ("star", "mpc", "dwa")),
     ],
 )
 def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, method: str, time: float) -> None:
     """With all that a trial has: monitors, a log, and obstacles that move."""
-    scenarios = {"posts": POSTS + FAULTS, "movers": "world: !Crowd {}\nmovers: {max_speed: 0.8}\n" + FAULTS}
+    scenarios = {"posts": POSTS + FAULTS, "obstacles": "world: !Crowd {}\nobstacles: {max_speed: 0.8}\n" + FAULTS}
     builder = DiagramBuilder()
     made = parse_scenario(scenarios[scenario], name=scenario, method=method)
     navigation = add_navigation(builder, made, seed=3)

@@ -19,12 +19,18 @@ from drake_starnav.worlds import WORLD_KINDS, make_world
 TEXT = "world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0], bounds: [-1, -2, 4, 2]}\n"
 MODES = {
     "localization": ["localization.drift=0.01"],
-    "movers": ["movers.max_speed=0.5"],
+    "obstacles": ["obstacles.max_speed=0.5"],
     **{kind: [f"controller.kind={kind}"] for kind in ("dsm", "foa", "dwa", "apf")},
 }
 """What a section is in use with."""
 HUGE = 1e300
-SLOW = {("Maze", "size"), ("Crowd", "max_movers"), ("Crowd", "width"), ("Forest", "width"), ("Corridor", "fin")}
+SLOW = {
+    ("Maze", "size"),
+    ("Crowd", "max_moving_obstacles"),
+    ("Crowd", "width"),
+    ("Forest", "width"),
+    ("Corridor", "fin"),
+}
 """Worlds whose largest take seconds to draw."""
 
 

@@ -44,18 +44,20 @@ def tried(x: float, time: float, state: PlannerState, parameters: PlannerParamet
     return plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), time, parameters, RADIUS))
 
 
-@pytest.mark.parametrize(("closer_look", "retired"), [(PARAMETERS.closer_look, [0, 0, 0, 1]), (20.0, [0, 1, 2, 3])])
-def test_a_target_that_bars_much_is_given_up_only_at_its_stand(closer_look, retired):
-    parameters = dataclasses.replace(PARAMETERS, closer_look=closer_look)
+@pytest.mark.parametrize(
+    ("inspection_detour", "blacklisted_targets"), [(PARAMETERS.inspection_detour, [0, 0, 0, 1]), (20.0, [0, 1, 2, 3])]
+)
+def test_a_target_that_bars_much_is_given_up_only_at_its_stand(inspection_detour, blacklisted_targets):
+    parameters = dataclasses.replace(PARAMETERS, inspection_detour=inspection_detour)
     state, found = PlannerState.initial(parameters, RADIUS), []
     for k, x in enumerate((1.0, 1.3, 1.33, 1.38)):
         state = tried(x, PERIOD * k, state, parameters)
-        found.append(len(state.roadmap.retired))
-    assert found == retired
+        found.append(len(state.roadmap.blacklisted_targets))
+    assert found == blacklisted_targets
 
 
-@pytest.mark.parametrize("looked", [False, True])
-def test_what_a_passage_leaves_is_seen_at_any_look(looked):
+@pytest.mark.parametrize("inspection_points", [False, True])
+def test_what_a_passage_leaves_is_seen_at_any_look(inspection_points):
     """Only with less than the margin is the probe seen: a passage shows it at the first look as at the second."""
     x, probe = 1.38, np.array((1.75, 1.01))
     narrow = dataclasses.replace(DOOR, polygons=door(2.0 * (RADIUS + 0.02)))
@@ -63,14 +65,16 @@ def test_what_a_passage_leaves_is_seen_at_any_look(looked):
     scan = dataclasses.replace(cast(narrow, pose), time=PERIOD)
     less = dataclasses.replace(PARAMETERS, retries=0)
     whole = dataclasses.replace(less, least_margin=PARAMETERS.margin)
-    for parameters, retired in ((less, False), (whole, looked)):
+    for parameters, blacklisted_targets in ((less, False), (whole, inspection_points)):
         seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
         start = Observation(scan_region(cast(narrow, POSE), POSE, RADIUS, parameters), cast(narrow, POSE), POSE)
         state = PlannerState.initial(parameters, RADIUS)
         state = plan_step(state, PlannerInput(start, POSE[:2], np.array(DOOR.goal), 0.0, parameters, RADIUS))
-        roadmap = dataclasses.replace(state.roadmap, looked=pose[None, :2] if looked else np.zeros((0, 2)))
+        roadmap = dataclasses.replace(
+            state.roadmap, inspection_points=pose[None, :2] if inspection_points else np.zeros((0, 2))
+        )
         target = np.array((pose[:2], probe))
         state = dataclasses.replace(state, roadmap=roadmap, target=target, status=PlannerStatus.EXPLORING)
         after = plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), PERIOD, parameters, RADIUS))
-        assert (len(after.roadmap.retired) == 1) == retired
+        assert (len(after.roadmap.blacklisted_targets) == 1) == blacklisted_targets
         assert bool(seen.region.contains(probe)) == (parameters is less)

@@ -19,7 +19,7 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.validation import check_promises
+from drake_starnav.validation import validate
 from drake_starnav.worlds.world import World
 
 OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
@@ -81,5 +81,5 @@ def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
 
 def test_a_robot_that_brakes_harder_than_wheels_grip_is_refused():
     with pytest.raises(StarnavError, match=r"robot.max_acceleration is 8 m/s\^2, .* at most 6 m/s\^2"):
-        check_promises(load_scenario("room", overrides=["robot.max_acceleration=8"]))
-    check_promises(load_scenario("room", overrides=["robot.max_acceleration=8", "controller.certificate=false"]))
+        validate(load_scenario("room", overrides=["robot.max_acceleration=8"]))
+    validate(load_scenario("room", overrides=["robot.max_acceleration=8", "controller.certificate=false"]))

@@ -8,12 +8,12 @@ from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
 from drake_starnav.visualization.camera import floor_to_page
-from drake_starnav.visualization.meshes import LAYERS, MOVERS, with_movers
+from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, with_moving_obstacles
 from drake_starnav.visualization.plot import PlotCamera
 from drake_starnav.visualization.recorder import Recorder
-from drake_starnav.worlds import Crowd, World, make_world, mover_states
+from drake_starnav.worlds import Crowd, World, make_world, moving_obstacle_states
 
-TEXT = "world: !Crowd {min_movers: 4, max_movers: 4}\nsimulation: {timeout: 2.5}\n"
+TEXT = "world: !Crowd {min_moving_obstacles: 4, max_moving_obstacles: 4}\nsimulation: {timeout: 2.5}\n"
 SEED = 1
 TIMES = (0.0, 2.0)
 
@@ -30,10 +30,10 @@ def recorded(tmp_path_factory):
 
 
 def shades(picture, world: World, time: float) -> list[np.ndarray]:
-    """Colours of a picture, 0 to 1, at the middle of each mover."""
+    """Colours of a picture, 0 to 1, at the middle of each moving obstacle."""
     image = np.asarray(picture, dtype=float) / 255.0
     matrix, offset = floor_to_page(world.extent)
-    positions, _ = mover_states(world.movers, np.array([time]))
+    positions, _ = moving_obstacle_states(world.moving_obstacles, np.array([time]))
     return [image[row, column] for column, row in np.round(positions[0] @ matrix.T + offset).astype(int)]
 
 
@@ -42,7 +42,7 @@ def shades(picture, world: World, time: float) -> list[np.ndarray]:
 def test_without_a_browser(recorded, k: int, time: float) -> None:
     film, _ = recorded[k]
     for shade in shades(PlotCamera(film).picture(time), film.world, time):
-        assert shade == pytest.approx(MOVERS.color, abs=0.02)
+        assert shade == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
 
 
 @pytest.mark.parametrize("k", [0, 1])
@@ -53,10 +53,13 @@ def test_in_a_browser(recorded, k: int) -> None:
     with BrowserCamera(html) as camera:
         for time in TIMES:
             for shade in shades(camera.picture(time), film.world, time):
-                assert shade == pytest.approx(MOVERS.color, abs=0.13)
-        assert MOVERS.label in camera.page.inner_text("#starnav-panel")
+                assert shade == pytest.approx(MOVING_OBSTACLES.color, abs=0.13)
+        assert MOVING_OBSTACLES.label in camera.page.inner_text("#starnav-panel")
 
 
 def test_the_legend_names_them_only_where_there_are_some() -> None:
-    assert with_movers(LAYERS, make_world(Crowd(min_movers=0, max_movers=0), 0, 0.25)) == LAYERS
-    assert MOVERS in with_movers(LAYERS, make_world(Crowd(), 0, 0.25)).values()
+    assert (
+        with_moving_obstacles(LAYERS, make_world(Crowd(min_moving_obstacles=0, max_moving_obstacles=0), 0, 0.25))
+        == LAYERS
+    )
+    assert MOVING_OBSTACLES in with_moving_obstacles(LAYERS, make_world(Crowd(), 0, 0.25)).values()

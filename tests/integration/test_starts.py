@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, stays_clear, threats
+from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, reachable_discs, stays_clear
 from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
@@ -63,7 +63,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
     Each starts when the robot drives, and is near; some stand for longer than it takes to be sure that they stand.
     """
     rng = np.random.default_rng(seed)
-    movers = MoverParameters(max_speed=rng.uniform(0.5, 1.5), caution=caution)
+    obstacles = DynamicObstacleParameters(max_speed=rng.uniform(0.5, 1.5), caution=caution)
     radii = rng.uniform(0.15, 0.6, 4)
     centers, reach, waits = standing_places(rng, radii), rng.uniform(0.1, 1.2, 4), rng.choice((0.0, 2.5), 4)
     started = np.zeros(4, bool)
@@ -73,14 +73,14 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
         time = k * tick
         if k % TICKS == 0:
             scene = Scene(room(), tuple(radii), lambda _, now=centers: now)
-            known = track(known, scene.scan(time, pose, rng), pose, movers)
-            rows = threats(known.tracks, movers)
+            known = track(known, scene.scan(time, pose, rng), pose, obstacles)
+            rows = reachable_discs(known.tracks, obstacles)
         if k % 20 == 0:
             desired = np.array((rng.choice((0.8, 0.8, -0.8)), rng.choice((0.0, rng.uniform(-2.0, 2.0)))))
         ahead = moved(pose, desired, 0.8)[:2]
         safe = clearance(room(), ahead[None])[0] > ROBOT.radius + 0.1  # what stands is another certificate's
         age = time - known.tracks.time
-        keeps = (tick, LIMITS, Threats(rows, ROBOT.radius + movers.margin, age))
+        keeps = (tick, LIMITS, Threats(rows, ROBOT.radius + obstacles.margin, age))
         certified = safe and stays_clear(pose, twist, desired, *keeps)
         gaps = np.hypot(*(pose[:2] - centers).T) - radii - ROBOT.radius
         started |= (gaps < reach) & (abs(twist[0]) > 0.1) & (time > waits)
@@ -90,7 +90,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
             now = before + share * (twist - before)
             pose = moved(pose, now, tick / STEPS)
             away = pose[:2] - centers
-            way = movers.max_speed * tick / STEPS * away / np.hypot(*away.T)[:, None]
+            way = obstacles.max_speed * tick / STEPS * away / np.hypot(*away.T)[:, None]
             there = centers + np.where(started[:, None], way, 0.0)
             passes = clearance(room(), there) >= radii - 1e-9  # nothing walks through walls
             centers = np.where(passes[:, None], there, centers)
@@ -117,7 +117,7 @@ def test_one_that_starts_in_front_of_the_robot_is_not_run_into(waits: float, spe
     def at(time: float) -> np.ndarray:
         return np.array(((0.0, 0.75 - speed * max(time - waits, 0.0)),))
 
-    movers = MoverParameters(max_speed=speed, caution=1.0)
+    obstacles = DynamicObstacleParameters(max_speed=speed, caution=1.0)
     scene = Scene(hall(), (0.25,), at)
     start = np.array((-0.45 - 0.7 * waits, 0.0, 0.0))
-    assert drive(scene, start, np.array((2.5, 0.0)), movers, duration=waits + 3.0).outcome != "collision"
+    assert drive(scene, start, np.array((2.5, 0.0)), obstacles, duration=waits + 3.0).outcome != "collision"

@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
-from drake_starnav.worlds import Movers, World
+from drake_starnav.worlds import MovingObstacles, World
 
 ROOMS = json.loads((Path(__file__).parents[1] / "data" / "stop_and_go.json").read_text(encoding="utf-8"))
 """Twenty seconds of eight discs that stand for two to four seconds, then walk at the largest speed declared."""
@@ -22,9 +22,9 @@ def test_discs_that_start_are_not_run_into(seed: int) -> None:
         start=(0.8, 3.0, 0.0),
         goal=(9.2, 3.0),
         bounds=(0.0, 0.0, 10.0, 6.0),
-        movers=Movers(room["radii"], tuple(np.array(path) for path in room["paths"])),
+        moving_obstacles=MovingObstacles(room["radii"], tuple(np.array(path) for path in room["paths"])),
     )
-    declared = [f"movers.max_speed={room['max_speed']}", "simulation.timeout=20"]
+    declared = [f"obstacles.max_speed={room['max_speed']}", "simulation.timeout=20"]
     trial = run_trial(load_scenario("stop_and_go", overrides=declared), seed=seed, world=world)
     assert trial.outcome in ("reached", "struck", "timeout")
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.geometry.se2 import composed, now_in
-from drake_starnav.lidar.deskew import taken_at_once
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN, LaserScan
+from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
 from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds.clearance import clearance
@@ -34,7 +34,7 @@ def rolling(step, beams: int = 180, **view) -> tuple[LaserScan, np.ndarray]:
 @given(steps)
 def test_hits_lie_where_things_stand(step):
     scan, pose = rolling(step)
-    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    seen = deskewed(scan, BEFORE, 0.0, pose)
     reach = seen.distances[seen.hits]
     off = np.abs(clearance(YARD, seen.points(pose)))
     assert (off <= 0.51 * seen.angle_increment * reach + 1e-6).all()  # a beam's half width
@@ -50,7 +50,7 @@ def test_without_this_they_do_not():
 
 def test_a_robot_that_stands_sees_the_same():
     scan, pose = rolling((0.0, 0.0, 0.0))
-    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    seen = deskewed(scan, BEFORE, 0.0, pose)
     assert seen.ranges == pytest.approx(scan.ranges, abs=1e-9)
 
 
@@ -65,7 +65,7 @@ def test_a_robot_that_stands_sees_the_same():
 )
 def test_any_view_stays_as_it_is(view):
     scan, pose = rolling((0.05, 0.0, 0.2), **view)
-    seen = taken_at_once(scan, BEFORE, 0.0, pose)
+    seen = deskewed(scan, BEFORE, 0.0, pose)
     assert seen.bearings == pytest.approx(scan.bearings)
     assert 0.8 < seen.hits.mean() <= 1.0
     off = np.abs(clearance(YARD, seen.points(pose)))
@@ -76,7 +76,7 @@ def test_lost_beams_and_missing_returns_stay_so():
     step = (0.05, 0.0, 0.2)
     scan, pose = rolling(step)
     for value in (np.nan, np.inf, -np.inf):
-        seen = taken_at_once(dataclasses.replace(scan, ranges=np.full(180, value)), BEFORE, 0.0, pose)
+        seen = deskewed(dataclasses.replace(scan, ranges=np.full(180, value)), BEFORE, 0.0, pose)
         known = seen.ranges[~np.isnan(seen.ranges)]
         assert (known == value).all() and (len(known) > 150 or math.isnan(value))
 
@@ -86,7 +86,7 @@ def test_of_several_things_in_one_beam_the_nearest_counts(nearest_first):
     """The robot turns to the right by 0.35 of a beam while each is measured, so that beams lie closer together."""
     ranges = np.linspace(1.0, 4.5, 8)[:: 1 if nearest_first else -1]
     scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.0, 5.0, ranges, time_increment=PERIOD / 8)
-    seen = taken_at_once(scan, np.array((0.0, 0.0, 8 * 0.35 * 0.25 * math.pi)), 0.0, np.zeros(3))
+    seen = deskewed(scan, np.array((0.0, 0.0, 8 * 0.35 * 0.25 * math.pi)), 0.0, np.zeros(3))
     groups = ((), (), (0,), (1,), (2, 3), (4,), (5, 6), (7,))
     expected = [min((ranges[i] for i in group), default=math.nan) for group in groups]
     assert seen.ranges == pytest.approx(expected, nan_ok=True)
@@ -99,14 +99,14 @@ def test_hits_outside_the_range_limits_at_the_end_of_the_sweep_are_reported_as_s
     ranges = np.full(8, math.nan)
     ranges[4] = measured  # straight ahead, at half the way
     scan = LaserScan(PERIOD, -math.pi, 0.25 * math.pi, 0.2, 5.0, ranges, time_increment=PERIOD / 8, lost_beams=True)
-    seen = taken_at_once(scan, np.zeros(3), 0.0, np.array((moved * 8 / 3, 0.0, 0.0)))
+    seen = deskewed(scan, np.zeros(3), 0.0, np.array((moved * 8 / 3, 0.0, 0.0)))
     assert seen.ranges[4] == pytest.approx(seen_as)
 
 
 def test_motion_follows_its_beam():
     scan, pose = rolling((0.0, 0.0, 0.2))
-    motion = np.where(np.arange(180) < 90, MOVES, STAYS)
-    seen = taken_at_once(dataclasses.replace(scan, motion=motion), BEFORE, 0.0, pose)
+    motion = np.where(np.arange(180) < 90, DYNAMIC, STATIC)
+    seen = deskewed(dataclasses.replace(scan, motion=motion), BEFORE, 0.0, pose)
     assert (seen.motion[seen.lost] == UNKNOWN).all()
     assert (seen.motion == motion)[~seen.lost].mean() > 0.9  # the robot turned by a few beams
 
@@ -114,8 +114,8 @@ def test_motion_follows_its_beam():
 def test_motion_since_an_older_scan_counts_by_its_share():
     scan, pose = rolling((0.04, 0.0, 0.1))
     older = composed(pose, 3.0 * np.array(now_in(pose, BEFORE)))
-    seen = taken_at_once(scan, older, PERIOD - 3.0 * PERIOD, pose)
-    assert seen.ranges == pytest.approx(taken_at_once(scan, BEFORE, 0.0, pose).ranges, nan_ok=True)
+    seen = deskewed(scan, older, PERIOD - 3.0 * PERIOD, pose)
+    assert seen.ranges == pytest.approx(deskewed(scan, BEFORE, 0.0, pose).ranges, nan_ok=True)
 
 
 def test_with_a_slowly_rolling_lidar_the_robot_touches_nothing():

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import LARGEST_UNSEEN, MOVES, STAYS, UNKNOWN, LaserScan, chord
+from drake_starnav.lidar.laser_scan import DYNAMIC, LARGEST_UNSEEN, STATIC, UNKNOWN, LaserScan, chord
 from tests.helpers.scans import cast, distance, scattered, seeds
 
 GOOD = {
@@ -132,14 +132,14 @@ def test_a_lost_beam_counts_as_free_no_farther_than_its_neighbours(seed, share):
     lost = rng.random(180) < share
     seen = dataclasses.replace(whole, ranges=np.where(lost, np.nan, whole.ranges), lost_beams=True)
     np.testing.assert_array_equal(seen.distances[~lost], whole.distances[~lost])
-    told = np.flatnonzero(~lost)
+    reported = np.flatnonzero(~lost)
     for i in np.flatnonzero(lost):
-        if len(told) == 0:
+        if len(reported) == 0:
             assert seen.distances[i] == 0.0
             continue
-        after, before = told[np.argmin((told - i) % 180)], told[np.argmin((i - told) % 180)]
+        after, before = reported[np.argmin((reported - i) % 180)], reported[np.argmin((i - reported) % 180)]
         assert seen.distances[i] <= min(whole.distances[after], whole.distances[before])
-        if len(told) > 1:
+        if len(reported) > 1:
             gap = ((after - before) % 180) * whole.angle_increment
             assert seen.distances[i] * gap <= LARGEST_UNSEEN + 1e-9
 
@@ -151,15 +151,17 @@ def test_at_the_edge_of_the_field_of_view_one_neighbour_bounds():
 
 def test_beams_are_free_up_to_a_moving_obstacle_which_is_no_hit():
     ranges = np.array([2.0, 1.0, np.nan, 2.0, np.inf, 2.0, 1.5, 2.0])
-    told = scan(
-        ranges=ranges, lost_beams=True, motion=np.array([STAYS, MOVES, STAYS, STAYS, STAYS, STAYS, UNKNOWN, STAYS])
+    reported = scan(
+        ranges=ranges,
+        lost_beams=True,
+        motion=np.array([STATIC, DYNAMIC, STATIC, STATIC, STATIC, STATIC, UNKNOWN, STATIC]),
     )
-    np.testing.assert_array_equal(told.hits, [True, False, False, True, False, True, True, True])
-    np.testing.assert_array_equal(told.silent, [False, True, True, False, False, False, False, False])
-    np.testing.assert_array_equal(told.lasting, [True, False, False, True, True, True, False, True])
-    np.testing.assert_array_equal(told.lasting_hits, [True, False, False, True, False, True, False, True])
-    assert told.distances[1] == 1.0
-    assert len(told.points()) == 5
+    np.testing.assert_array_equal(reported.hits, [True, False, False, True, False, True, True, True])
+    np.testing.assert_array_equal(reported.silent, [False, True, True, False, False, False, False, False])
+    np.testing.assert_array_equal(reported.lasting, [True, False, False, True, True, True, False, True])
+    np.testing.assert_array_equal(reported.lasting_hits, [True, False, False, True, False, True, False, True])
+    assert reported.distances[1] == 1.0
+    assert len(reported.points()) == 5
 
 
 def test_without_motion_everything_is_static():

@@ -100,7 +100,7 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
     lidar = LidarParameters(noise=0.0, outliers=share)
     world, history = scattered(np.random.default_rng(seed), discs=3, walls=1), NOTHING
     truth = cast(world)
-    strays = survivors = entered = doubted = told = 0
+    strays = survivors = entered = doubted = reported = 0
     for k in range(10):
         ranges = measure(truth.ranges, lidar, seed, k)
         scan = dataclasses.replace(truth, ranges=ranges)
@@ -111,10 +111,10 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
         if k >= CONFIRMATIONS:
             assert (certain.hits <= kept.hits).all()
             entered += certain.hits[stray].sum()
-            doubted, told = doubted + kept.lost[~stray].sum(), told + (~stray).sum()
+            doubted, reported = doubted + kept.lost[~stray].sum(), reported + (~stray).sum()
     assert survivors <= 0.05 * strays + 6
     assert entered <= 2
-    assert doubted <= 0.01 * told + 3
+    assert doubted <= 0.01 * reported + 3
 
 
 @given(st.lists(st.sampled_from([np.nan, np.inf, -np.inf, 0.0, 0.5, 0.55, 4.9]), min_size=3, max_size=12))

@@ -45,7 +45,7 @@ def test_follows_the_commanded_twist(v: float, omega: float) -> None:
     assert np.abs(errors[:, 0]).max() < 0.02
 
 
-def test_brakes_as_hard_as_it_is_told() -> None:
+def test_brakes_as_hard_as_commanded() -> None:
     errors = drive([(2.0, 0.0, 1.0), (0.0, 4.0, 1.0), (0.0, -4.0, 1.0)])
     assert np.abs(errors[:, 0]).max() < 0.02
     assert np.abs(errors[:, 1]).max() < 0.1

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.planning.approach import INSIDE, SIGHT, SPARE, approach
-from drake_starnav.planning.cost_field import HitMemory
+from drake_starnav.planning.cost_field import DistanceGrid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
@@ -13,10 +13,10 @@ CLEARANCE = RADIUS + 0.03
 NEEDED = CLEARANCE + SPARE
 
 
-def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> HitMemory:
+def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> DistanceGrid:
     """Hits along straight walls, each given by its ends, m."""
     points = [np.linspace(a, b, int(np.hypot(*np.subtract(b, a)) / 0.02) + 1) for a, b in walls]
-    return HitMemory.empty(RESOLUTION, RADIUS).stamped(np.vstack(points))
+    return DistanceGrid.empty(RESOLUTION, RADIUS).stamped(np.vstack(points))
 
 
 WALL = ((0.0, -2.0), (0.0, 2.0))
@@ -27,7 +27,7 @@ def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
     return np.hypot(*(places - goal).T)
 
 
-@pytest.mark.parametrize("hits", [HitMemory.empty(RESOLUTION, RADIUS), memory(WALL)])
+@pytest.mark.parametrize("hits", [DistanceGrid.empty(RESOLUTION, RADIUS), memory(WALL)])
 def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
     goal = np.array((0.4, 0.0))
     found = approach(hits, goal, 0.3, CLEARANCE)
@@ -87,7 +87,7 @@ def test_a_goal_at_a_wall_is_seen_from_nowhere():
 def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.5, 1.5, (25, 2))
-    hits = HitMemory.empty(RESOLUTION, RADIUS).stamped(points)
+    hits = DistanceGrid.empty(RESOLUTION, RADIUS).stamped(points)
     goal, tolerance = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(0.0, 0.6))
     found = approach(hits, goal, tolerance, CLEARANCE)
     if found.places.tolist() == [goal.tolist()]:

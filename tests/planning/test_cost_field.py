@@ -12,7 +12,7 @@ from drake_starnav.planning.cost_field import (
     SOFT_ZONE,
     STRIDE,
     UNREACHED,
-    HitMemory,
+    DistanceGrid,
     Origins,
     Terrain,
     bucket_dijkstra,
@@ -27,8 +27,8 @@ CORNERS = 0.5 * RESOLUTION * np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (
 LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
 
 
-def memory(points: np.ndarray, parts: int = 1) -> HitMemory:
-    out = HitMemory.empty(RESOLUTION, RADIUS)
+def memory(points: np.ndarray, parts: int = 1) -> DistanceGrid:
+    out = DistanceGrid.empty(RESOLUTION, RADIUS)
     for part in np.array_split(points, parts):
         out = out.stamped(part)
     return out
@@ -58,7 +58,7 @@ def test_distances_match_brute_force_within_the_resolution(seed, away, parts):
 
 
 def test_nothing_was_hit_far_away_or_in_an_empty_memory():
-    empty = HitMemory.empty(RESOLUTION, RADIUS)
+    empty = DistanceGrid.empty(RESOLUTION, RADIUS)
     points = np.array(((0.0, 0.0), (100.0, -3.0)))
     assert (empty.distance(points) == empty.cap).all()
     assert empty.distance(np.zeros((0, 2))).shape == (0,)
@@ -97,7 +97,7 @@ def test_a_cell_of_a_window_has_the_greatest_distance_of_the_cells_in_it(seed):
     np.testing.assert_allclose(distance.ravel(), fine.max(axis=1), atol=1e-6)
 
 
-def reference_cost(grid: HitMemory, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
+def reference_cost(grid: DistanceGrid, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells and their cost to the goal's cell by SciPy, over the same eight-connected graph."""
     distance, first = grid.window(LOW, HIGH)
     blocked, soft = RADIUS - BLOCKED_SLACK, RADIUS + SOFT_ZONE
@@ -144,7 +144,7 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
 def test_in_an_empty_world_cost_to_go_is_the_distance_within_the_octile_error(seed):
     rng = np.random.default_rng(seed)
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (100, 2))
-    cost = cost_to_go(HitMemory.empty(RESOLUTION, RADIUS), goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)
+    cost = cost_to_go(DistanceGrid.empty(RESOLUTION, RADIUS), goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)
     straight = np.hypot(*(points - goal).T)
     assert (cost < 1.083 * straight + 1.5 * CELL).all() and (cost > 0.98 * straight - 1.5 * CELL).all()
 
@@ -164,8 +164,8 @@ def test_what_is_closed_closes_what_is_narrow_around_it():
     points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
 
     def cost(place: tuple[float, float], clearance: float) -> float:
-        closed = np.array(((*place, clearance),))
-        return float(cost_to_go(wall, goal, LOW, HIGH, Terrain(RADIUS, 1.0, closed)).at(points)[0])
+        blacklist = np.array(((*place, clearance),))
+        return float(cost_to_go(wall, goal, LOW, HIGH, Terrain(RADIUS, 1.0, blacklist)).at(points)[0])
 
     corner = (0.0, 1.32)
     assert cost(corner, math.inf) == math.inf

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.cost_field import HitMemory
-from drake_starnav.planning.fastest_path import PATH_LENGTH, PATIENCE, SPARE, Headway, fastest_path, narrowest_place
+from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.fastest_path import (
+    PATH_LENGTH,
+    PATIENCE,
+    SPARE,
+    ProgressMonitor,
+    fastest_path,
+    narrowest_place,
+)
 from drake_starnav.robot import RobotParameters
 from tests.helpers.scans import seeds
 
@@ -17,8 +24,8 @@ START, GOAL = np.array((0.0, 0.0)), np.array((3.0, 0.0))
 NONE = np.zeros((0, 2))
 
 
-def memory(*points: np.ndarray) -> HitMemory:
-    return HitMemory.empty(CELL, ROBOT.radius, 0.3).stamped(np.vstack((NONE, *points)))
+def memory(*points: np.ndarray) -> DistanceGrid:
+    return DistanceGrid.empty(CELL, ROBOT.radius, 0.3).stamped(np.vstack((NONE, *points)))
 
 
 def wall(x: float, y0: float, y1: float) -> np.ndarray:
@@ -26,8 +33,10 @@ def wall(x: float, y0: float, y1: float) -> np.ndarray:
     return np.column_stack((np.full(len(y), x), y))
 
 
-def path_of(hits: HitMemory, shut: np.ndarray = NONE, robot: RobotParameters = ROBOT) -> tuple[np.ndarray, float]:
-    return fastest_path(hits, START, GOAL, np.minimum(START, GOAL), np.maximum(START, GOAL), shut, robot)
+def path_of(
+    hits: DistanceGrid, stall_points: np.ndarray = NONE, robot: RobotParameters = ROBOT
+) -> tuple[np.ndarray, float]:
+    return fastest_path(hits, START, GOAL, np.minimum(START, GOAL), np.maximum(START, GOAL), stall_points, robot)
 
 
 def test_where_nothing_is_known_it_is_the_straight_line():
@@ -95,12 +104,12 @@ def test_a_shut_place_is_avoided():
     tight = memory(wall(1.5, -2.0, -0.36), wall(1.5, 0.36, 2.0))
     place = narrowest_place(tight, near, ROBOT.radius)
     np.testing.assert_allclose(place, (1.5, 0.0), atol=2 * CELL)
-    round_about, _ = path_of(barrier, shut=place[None])
+    round_about, _ = path_of(barrier, stall_points=place[None])
     assert np.abs(round_about[:, 1]).max() > 0.4
 
 
-def test_headway_is_missed_only_after_a_while():
-    watch, stalled = Headway().watched(5.0, 0.0)
+def test_progress_is_missed_only_after_a_while():
+    watch, stalled = ProgressMonitor().watched(5.0, 0.0)
     assert not stalled
     for time in (0.5, 1.0, PATIENCE):
         watch, stalled = watch.watched(4.95, time)

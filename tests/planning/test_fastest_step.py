@@ -50,7 +50,7 @@ def test_the_goal_is_reached_and_the_roadmap_has_grown():
     np.testing.assert_array_equal(last.path[-1], BAFFLES.goal)
     assert states[0].status is PlannerStatus.EXPLORING
     assert len(states) < 400 and len(last.roadmap) > 3
-    assert not len(last.headway.shut)
+    assert not len(last.progress_monitor.stall_points)
 
 
 def test_a_far_goal_is_not_arrived_at_yet():
@@ -86,11 +86,11 @@ def test_a_robot_that_cannot_follow_has_the_narrow_place_shut():
         state = fastest_step(
             state, PlannerInput(seen, pose[:2], np.array(world.goal), PERIOD * k, PARAMETERS, ROBOT.radius), ROBOT
         )
-    assert len(state.headway.shut) == 1
-    np.testing.assert_allclose(state.headway.shut[0], (0.55, 0.0), atol=0.12)
+    assert len(state.progress_monitor.stall_points) == 1
+    np.testing.assert_allclose(state.progress_monitor.stall_points[0], (0.55, 0.0), atol=0.12)
     anew = state.with_new_goal()
     anew = fastest_step(
         anew, PlannerInput(seen, pose[:2], np.array((3.0, 0.3)), PERIOD * 100, PARAMETERS, ROBOT.radius), ROBOT
     )
-    assert not len(anew.headway.shut), "it may be that the robot was to wait for its new goal"
+    assert not len(anew.progress_monitor.stall_points), "it may be that the robot was to wait for its new goal"
     assert np.abs(state.path[:, 1]).max() > 1.0

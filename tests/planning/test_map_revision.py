@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from drake_starnav.planning.map_revision import block, cut_back, lasting_hits, reconcile, seen_through
+from drake_starnav.planning.map_revision import cut_back, lasting_hits, reconcile, seen_through, with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.star_region import scan_region
@@ -110,8 +110,8 @@ def test_hits_in_free_space_are_distinguished_from_those_behind_walls():
 def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
     roadmap = explored(ROOM, PLACES, PARAMETERS)
     place = PLACES[1] + (0.1, 0.05)
-    after = block(roadmap, place, PARAMETERS, RADIUS)
-    assert len(after) == len(roadmap) - 1 and after.blocked.tolist() == [place.tolist()]
+    after = with_stall_point(roadmap, place, PARAMETERS, RADIUS)
+    assert len(after) == len(roadmap) - 1 and after.stall_points.tolist() == [place.tolist()]
     assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()
 
 
@@ -136,6 +136,6 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     post = lasting_hits(*roadmap.scans[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
     assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
-    after = block(roadmap, doorway + (0.1, 0.0), parameters, RADIUS)
+    after = with_stall_point(roadmap, doorway + (0.1, 0.0), parameters, RADIUS)
     assert len(after) == 1
     assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()

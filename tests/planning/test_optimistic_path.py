@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import MOVES
+from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.optimistic_path import BARRED_SLACK, is_barred
-from drake_starnav.planning.planner import BARRED_AFTER
+from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK, is_obstructed
+from drake_starnav.planning.planner import REPLAN_DISTANCE
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import LINE_STEP, scan_region, segment_covered
 from drake_starnav.worlds.world import World
@@ -23,10 +23,10 @@ PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3
 """What lies farther than 5 m is not seen, and taken for free."""
 POST = dataclasses.replace(PLAIN, cylinders=[(5.35, 0.0, 0.3)])
 """There a post stands, 5.05 m from the start."""
-FARTHER = (BARRED_AFTER + 0.02, 0.0)
+FARTHER = (REPLAN_DISTANCE + 0.02, 0.0)
 
 
-def told(before: PlannerState, world: World, place=FARTHER, parameters=PARAMETERS, noise=0.0, motion=None):
+def planned(before: PlannerState, world: World, place=FARTHER, parameters=PARAMETERS, noise=0.0, motion=None):
     """The state once a robot at a place has seen the world."""
     pose = np.array((*place, 0.0))
     scan = dataclasses.replace(noisy(cast(world, pose), noise, np.random.default_rng(1)), time=place[0])
@@ -37,37 +37,39 @@ def told(before: PlannerState, world: World, place=FARTHER, parameters=PARAMETER
 
 
 def beginning(parameters: PlannerParameters = PARAMETERS) -> PlannerState:
-    state = told(PlannerState.initial(parameters, RADIUS), PLAIN, (0.0, 0.0), parameters)
+    state = planned(PlannerState.initial(parameters, RADIUS), PLAIN, (0.0, 0.0), parameters)
     assert state.status is PlannerStatus.EXPLORING and state.plans == 1 and len(state.roadmap) == 1
     return state
 
 
-def test_a_barred_way_on_is_cause_to_plan():
+def test_an_obstructed_optimistic_path_triggers_a_plan():
     before = beginning()
-    after = told(before, POST)
+    after = planned(before, POST)
     assert (len(after.roadmap), after.plans) == (1, 2)
     hits = cast(POST, np.array((*FARTHER, 0.0))).points((*FARTHER, 0.0))
-    assert is_barred(before.way_on, hits, RADIUS) and not is_barred(after.way_on, hits, RADIUS)
-    again = told(after, POST, (FARTHER[0] + BARRED_AFTER + 0.02, 0.0))
+    assert is_obstructed(before.optimistic_path, hits, RADIUS) and not is_obstructed(
+        after.optimistic_path, hits, RADIUS
+    )
+    again = planned(after, POST, (FARTHER[0] + REPLAN_DISTANCE + 0.02, 0.0))
     assert again.plans == 2
 
 
 @pytest.mark.parametrize(
     "change, place",
-    [({}, (BARRED_AFTER - 0.02, 0.0)), ({"replanning": False}, FARTHER),
+    [({}, (REPLAN_DISTANCE - 0.02, 0.0)), ({"replanning": False}, FARTHER),
      ({"cost_to_go": "straight"}, FARTHER)],
 )  # fmt: skip
 def test_it_is_none_right_after_a_plan_or_where_it_is_not_wanted(change, place):
     parameters = dataclasses.replace(PARAMETERS, **change)
-    assert told(beginning(parameters), POST, place, parameters).plans == 1
+    assert planned(beginning(parameters), POST, place, parameters).plans == 1
 
 
-def test_what_was_expected_is_no_cause_to_plan():
-    assert told(beginning(), PLAIN, noise=0.01).plans == 1
+def test_what_was_expected_triggers_no_plan():
+    assert planned(beginning(), PLAIN, noise=0.01).plans == 1
 
 
 def test_what_moves_bars_no_way():
-    assert told(beginning(), POST, motion=MOVES).plans == 1
+    assert planned(beginning(), POST, motion=DYNAMIC).plans == 1
 
 
 @given(st.integers(0, 10_000))
@@ -77,10 +79,10 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     path = np.cumsum(rng.uniform(-0.1, 0.1, (rng.integers(0, 30), 2)), axis=0)
     points = rng.uniform(-1.0, 1.0, (rng.integers(0, 4), 2))
     away = np.linalg.norm(path[1::2, None] - points[None], axis=2)
-    assert is_barred(path, points, RADIUS) == bool((away < RADIUS - BARRED_SLACK).any())
+    assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
 
 
-def test_the_robot_turns_to_the_way_on_as_soon_as_the_latest_scan_shows_it():
+def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it():
     bare, states = (drive(BAFFLES, parameters, steps=700) for parameters in (FRONTIER_FIRST, PARAMETERS))
     assert not any(state.anticipated for state in bare)
     early = [state for state in states if state.anticipated]
@@ -88,12 +90,12 @@ def test_the_robot_turns_to_the_way_on_as_soon_as_the_latest_scan_shows_it():
     for state in early:
         aim = state.guidance.path[0]
         assert state.status is PlannerStatus.EXPLORING and not state.guidance.arrives
-        assert (state.next_on == aim).all(axis=1).any() and len(state.guidance.regions) == 1
+        assert (state.next_segment == aim).all(axis=1).any() and len(state.guidance.regions) == 1
         assert segment_covered(*state.guidance.regions.arrays, *state.guidance.regions.center[0], *aim, LINE_STEP)
     assert states[-1].anticipated is None and states[-1].with_new_goal().anticipated is None
 
 
-def test_the_robot_does_not_turn_to_a_way_on_past_a_blocked_place():
+def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_blocked_place():
     states = drive(BAFFLES, PARAMETERS, steps=700)
     k = next(k for k in range(1, len(states)) if states[k].anticipated and states[k].plans == states[k - 1].plans)
     before, after = states[k - 1 : k + 1]
@@ -105,7 +107,7 @@ def test_the_robot_does_not_turn_to_a_way_on_past_a_blocked_place():
     np.testing.assert_array_equal(
         plan_step(before, PlannerInput(seen, position, goal, time, PARAMETERS, RADIUS)).guidance.path[0], aim
     )
-    barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, blocked=aim[None]))
+    barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, stall_points=aim[None]))
     later = plan_step(barred, PlannerInput(seen, position, goal, time, PARAMETERS, RADIUS))
     assert later.plans == before.plans
     assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > RADIUS

@@ -54,7 +54,7 @@ def test_without_retries_the_roadmap_is_never_rebuilt():
     assert states[-1].status is PlannerStatus.UNREACHABLE and not len(states[-1].retries)
     assert all(
         len(after.roadmap.scans) >= len(before.roadmap.scans)
-        and len(after.roadmap.closed) >= len(before.roadmap.closed)
+        and len(after.roadmap.blacklisted_probes) >= len(before.roadmap.blacklisted_probes)
         for before, after in zip(states, states[1:], strict=False)
     )
 
@@ -160,7 +160,7 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
     assert len(states) < 700 and not len(states[-1].retries)
-    assert not len(states[-1].roadmap.retired) and not len(states[-1].roadmap.closed)
+    assert not len(states[-1].roadmap.blacklisted_targets) and not len(states[-1].roadmap.blacklisted_probes)
     margins = [region.margin for region in states[-1].roadmap.regions]
     assert PARAMETERS.least_margin - 1e-9 < min(margins) < max(margins) == PARAMETERS.margin
 
@@ -199,7 +199,7 @@ def test_a_target_that_was_driven_to_is_seen_or_given_up():
         for probe, roadmap in changes:
             about = probe + PARAMETERS.grid_resolution * RING  # gates lie on cells
             seen = any(r.contains(about).any() for r in roadmap.regions)
-            assert seen or (roadmap.closed == probe).all(axis=1).any()
+            assert seen or (roadmap.blacklisted_probes == probe).all(axis=1).any()
 
 
 @pytest.mark.parametrize("step", [plan_step, partial(fastest_step, robot=RobotParameters(radius=RADIUS))])

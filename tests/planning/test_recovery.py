@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.planner import RETRY_DISTANCE
@@ -20,14 +20,14 @@ PARAMETERS = PlannerParameters()
 def test_a_robot_that_makes_no_progress_gives_up_its_target():
     states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
     first, last = states[0], states[-1]
-    assert not len(first.roadmap.retired) and len(last.roadmap.retired) == 1
-    np.testing.assert_allclose(last.roadmap.retired[0, :2], first.target[0])
-    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.retired_radius
+    assert not len(first.roadmap.blacklisted_targets) and len(last.roadmap.blacklisted_targets) == 1
+    np.testing.assert_allclose(last.roadmap.blacklisted_targets[0, :2], first.target[0])
+    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.blacklist_radius
 
 
 def test_where_it_cannot_go_on_no_region_leads_any_more():
     last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
-    (place,) = last.roadmap.blocked
+    (place,) = last.roadmap.stall_points
     assert RADIUS + PARAMETERS.margin < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
     ring = RADIUS * np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 60)])
     for region in last.roadmap.regions:
@@ -37,13 +37,13 @@ def test_where_it_cannot_go_on_no_region_leads_any_more():
 
 def test_a_robot_that_only_turns_blocks_nothing():
     last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0, averted=1.0)[-1]
-    assert len(last.roadmap.retired) == 1 and not len(last.roadmap.blocked)
+    assert len(last.roadmap.blacklisted_targets) == 1 and not len(last.roadmap.stall_points)
 
 
 def test_a_robot_that_leaves_a_blocked_place_slowly_is_not_shut_in():
-    blocked = drive(BAFFLES, PARAMETERS, steps=int(20.0 / PERIOD), speed=0.01)[-1].roadmap.blocked
-    offset = blocked - BAFFLES.start[:2]
-    assert len(blocked) >= 1
+    stall_points = drive(BAFFLES, PARAMETERS, steps=int(20.0 / PERIOD), speed=0.01)[-1].roadmap.stall_points
+    offset = stall_points - BAFFLES.start[:2]
+    assert len(stall_points) >= 1
     assert (offset @ offset.T > 0.0).all()  # the way back from each is open
 
 
@@ -56,10 +56,10 @@ def test_where_the_robot_came_along_it_blocks_nothing():
         back, PARAMETERS, 400, refused=lambda at: at[0] < 1.8 and next(tries) < int(5.0 / PERIOD), begin=there
     )
     assert next(tries) > int(5.0 / PERIOD) and len(states) < 400
-    assert not len(states[-1].roadmap.blocked) and states[-1].status is PlannerStatus.APPROACHING
+    assert not len(states[-1].roadmap.stall_points) and states[-1].status is PlannerStatus.APPROACHING
     aside = dataclasses.replace(back, bounds=(-1.0, -0.6, 4.0, 2.0), goal=(2.0, 1.6))
     elsewhere = drive(aside, PARAMETERS, 400, refused=lambda at: at[1] > 0.2, begin=there)
-    assert any(len(state.roadmap.blocked) for state in elsewhere)
+    assert any(len(state.roadmap.stall_points) for state in elsewhere)
 
 
 def test_a_passage_that_cannot_be_driven_is_left_for_another():
@@ -67,9 +67,9 @@ def test_a_passage_that_cannot_be_driven_is_left_for_another():
     world = World("doors", (0, 0, 0), (4, 0), polygons=wall, bounds=(-1, -2, 5, 3))
     states = drive(world, PARAMETERS, 900, refused=lambda place: 1.9 < place[0] < 2.2 and place[1] < 1.0)
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
-    assert 1 <= len(states[-1].roadmap.blocked) <= 3
+    assert 1 <= len(states[-1].roadmap.stall_points) <= 3
     open_door = drive(world, PARAMETERS, 900)
-    assert len(open_door) < 150 and not len(open_door[-1].roadmap.blocked)
+    assert len(open_door) < 150 and not len(open_door[-1].roadmap.stall_points)
 
 
 def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help():
@@ -79,9 +79,9 @@ def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help(
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
     again = next(k for k, state in enumerate(states) if len(state.retries))
-    assert len(states[again - 1].roadmap.blocked)
+    assert len(states[again - 1].roadmap.stall_points)
     assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
-    assert not len(states[again].roadmap.blocked) and len(states[again].retries) == 1
+    assert not len(states[again].roadmap.stall_points) and len(states[again].retries) == 1
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
 
@@ -101,8 +101,12 @@ def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_
         scan, pose = again.roadmap.scans[-1]
         seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
         assert scan.time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
-        assert not len(again.roadmap.retired) and not len(again.roadmap.closed) and not len(again.roadmap.blocked)
-        hopeless = dataclasses.replace(again.roadmap, frontiers=Frontiers.none(), blocked=np.array([(2.05, 0.0)]))
+        assert (
+            not len(again.roadmap.blacklisted_targets)
+            and not len(again.roadmap.blacklisted_probes)
+            and not len(again.roadmap.stall_points)
+        )
+        hopeless = dataclasses.replace(again.roadmap, frontiers=Frontiers.none(), stall_points=np.array([(2.05, 0.0)]))
         lost = dataclasses.replace(again, roadmap=hopeless, path=again.path[:0], target=None)
         now = PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, parameters, RADIUS)
         assert len(plan_step(lost, now).retries) == len(again.retries)
@@ -110,10 +114,14 @@ def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
     unseen = drive(BAFFLES, PARAMETERS, steps=200, speed=0.0, silent=True)[-1]
-    assert len(unseen.roadmap) == 1 and not len(unseen.roadmap.retired) and not len(unseen.roadmap.blocked)
+    assert (
+        len(unseen.roadmap) == 1
+        and not len(unseen.roadmap.blacklisted_targets)
+        and not len(unseen.roadmap.stall_points)
+    )
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
-    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.blocked)
+    assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.stall_points)
 
 
 def waited(motion: np.ndarray | None) -> PlannerState:
@@ -131,8 +139,8 @@ def waited(motion: np.ndarray | None) -> PlannerState:
 
 def test_a_robot_that_gives_way_is_not_stuck() -> None:
     behind = np.arange(360) < 20  # the wall behind it is 1 m away
-    assert len(waited(None).roadmap.retired)
-    assert len(waited(np.where(behind, MOVES, STAYS)).roadmap.retired) == 0
+    assert len(waited(None).roadmap.blacklisted_targets)
+    assert len(waited(np.where(behind, DYNAMIC, STATIC)).roadmap.blacklisted_targets) == 0
 
 
 def test_only_what_stays_is_remembered_as_an_obstacle() -> None:

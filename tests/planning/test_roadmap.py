@@ -5,15 +5,15 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.planning.frontiers import uncovered
-from drake_starnav.planning.map_revision import block
+from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
     DRIVEN_EDGE_PENALTY,
     PROBE_SLACK,
     StarRoadmap,
+    blacklist_target,
     extended,
     rebuilt,
-    retire,
     uncovered_share,
 )
 from drake_starnav.regions.star_region import RegionStack, scan_region
@@ -28,7 +28,7 @@ def hits(roadmap: StarRoadmap) -> np.ndarray:
 
 
 def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
-    for part in ("edges", "lengths", "retired"):
+    for part in ("edges", "lengths", "blacklisted_targets"):
         np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
     for part in ("stack", "frontiers"):
         for field in dataclasses.fields(getattr(one, part)):
@@ -96,13 +96,13 @@ def test_a_probe_that_another_region_covers_dies():
 
 @settings(max_examples=10)
 @given(seeds)
-def test_retired_places_stay_away(seed):
+def test_blacklisted_places_stay_away(seed):
     world, roadmap = wandered(seed, nodes=3)
     place = roadmap.frontiers.stand[len(roadmap.frontiers) // 2]
-    given_up = retire(roadmap, place, 0.2, place)
+    given_up = blacklist_target(roadmap, place, 0.2, place)
     gone = np.hypot(*(roadmap.frontiers.stand - place).T) <= 0.2
     assert 0 < gone.sum() == len(roadmap.frontiers) - len(given_up.frontiers)
-    assert given_up.retired[-1].tolist() == pytest.approx([*place, 0.2])
+    assert given_up.blacklisted_targets[-1].tolist() == pytest.approx([*place, 0.2])
     scan, pose = roadmap.scans[-1]
     pose = pose + (0.05, 0.0, 0.4)
     scan = cast(world, pose)
@@ -123,14 +123,17 @@ def test_rebuilt_it_is_the_same(seed):
 
 @settings(max_examples=8)
 @given(seeds)
-def test_a_rebuilt_roadmap_has_no_retired_closed_inspected_or_blocked_places(seed):
+def test_a_rebuilt_roadmap_has_no_blacklisted_closed_inspected_or_blocked_places(seed):
     _, roadmap = wandered(seed, nodes=3)
     stand, probe = roadmap.frontiers.stand[0], roadmap.frontiers.probe[0]
-    given_up = block(retire(roadmap, stand, 10.0, probe), probe, PARAMETERS, RADIUS)
-    given_up = dataclasses.replace(given_up, looked=stand[None])
+    given_up = with_stall_point(blacklist_target(roadmap, stand, 10.0, probe), probe, PARAMETERS, RADIUS)
+    given_up = dataclasses.replace(given_up, inspection_points=stand[None])
     again = rebuilt(given_up, PARAMETERS, RADIUS)
-    assert not len(given_up.frontiers) and len(given_up.closed) and len(given_up.blocked)
-    assert not any(len(part) for part in (again.retired, again.closed, again.looked, again.blocked))
+    assert not len(given_up.frontiers) and len(given_up.blacklisted_probes) and len(given_up.stall_points)
+    assert not any(
+        len(part)
+        for part in (again.blacklisted_targets, again.blacklisted_probes, again.inspection_points, again.stall_points)
+    )
     assert_same(again, rebuilt(roadmap, PARAMETERS, RADIUS))
     for old, new in zip(roadmap.regions, again.regions, strict=True):
         np.testing.assert_array_equal(new.free_range, old.free_range)
@@ -148,7 +151,7 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
         extended(roadmap, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
-    retire(roadmap, np.zeros(2), 1.0, np.zeros(2))
+    blacklist_target(roadmap, np.zeros(2), 1.0, np.zeros(2))
     rebuilt(roadmap, dataclasses.replace(PARAMETERS, margin=0.0), RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)

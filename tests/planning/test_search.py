@@ -9,15 +9,15 @@ from drake_starnav.planning.cost_field import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import NEXT
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, retire
+from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import (
-    GATE_LENGTH,
-    barred_in_vain,
+    VIRTUAL_FRONTIER_LENGTH,
     estimates,
     find_route,
     graph_distances,
+    only_blacklist_obstructs,
     optimistic_cost,
-    optimistic_gate,
+    virtual_frontier,
 )
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.regions.observation import Observation
@@ -28,7 +28,7 @@ from tests.helpers.scans import RADIUS, cast, distance, explored, free_point, le
 PARAMETERS = PlannerParameters()
 HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
 """Half of a side of a cell of the cost-to-go, m."""
-WITHOUT_GATES = dataclasses.replace(PARAMETERS, gates=False)
+WITHOUT_GATES = dataclasses.replace(PARAMETERS, virtual_frontiers=False)
 
 
 def here(world: World, position: np.ndarray) -> StarRegion:
@@ -114,11 +114,11 @@ def test_without_string_pulling_a_goal_in_sight_is_not_approached_by_the_node_be
 @example(58, False)
 @example(9, True)
 @example(58, True)
-def test_the_cheapest_frontier_is_chosen(seed, gates):
+def test_the_cheapest_frontier_is_chosen(seed, virtual_frontiers):
     world, roadmap = wandered(seed)
-    if gates:  # none is left
-        roadmap = dataclasses.replace(roadmap, retired=np.array([(0.0, 0.0, 100.0)]))
-    parameters = dataclasses.replace(PARAMETERS, gates=gates)
+    if virtual_frontiers:  # none is left
+        roadmap = dataclasses.replace(roadmap, blacklisted_targets=np.array([(0.0, 0.0, 100.0)]))
+    parameters = dataclasses.replace(PARAMETERS, virtual_frontiers=virtual_frontiers)
     position = roadmap.stack.center[-1]
     goal = np.array((9.0, 4.0))
     region = here(world, position)
@@ -131,7 +131,7 @@ def test_the_cheapest_frontier_is_chosen(seed, gates):
             if segment_covered(*roadmap.stack.arrays, *position, *stand, LINE_STEP):
                 cost[k] = min(cost[k], np.hypot(*(stand - position)))
         cost += np.hypot(*(frontiers.probe - frontiers.stand).T)
-        known = dataclasses.replace(roadmap, closed=route.closed)
+        known = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)
         cost += estimates(optimistic_cost(known, moment(position, goal)), frontiers, goal)
         if current is not None:
             cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
@@ -142,24 +142,28 @@ def test_the_cheapest_frontier_is_chosen(seed, gates):
 
 @settings(max_examples=15)
 @given(seeds)
-def test_a_gate_is_where_a_path_leaves_the_regions_for_good(seed):
+def test_a_virtual_frontier_is_where_a_path_leaves_the_regions_for_good(seed):
     world, roadmap = wandered(seed, nodes=3)
     start, angle = roadmap.stack.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
     path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
-    gate, way = optimistic_gate(roadmap, path)
-    assert len(gate) == 1 and roadmap.regions[gate.owner[0]].contains(gate.stand[0])
-    away = np.hypot(*(path - gate.stand[0]).T)
+    frontier, way = virtual_frontier(roadmap, path)
+    assert len(frontier) == 1 and roadmap.regions[frontier.owner[0]].contains(frontier.stand[0])
+    away = np.hypot(*(path - frontier.stand[0]).T)
     assert away.min() < HALF_CELL + 1e-9
     after = np.argmin(away) + 1
-    last = np.argmin(np.hypot(*(path - gate.probe[0]).T))
+    last = np.argmin(np.hypot(*(path - frontier.probe[0]).T))
     around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
     beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
-    assert GATE_LENGTH - 1e-9 <= np.hypot(*(gate.probe[0] - gate.stand[0])) < GATE_LENGTH + 0.1 + HALF_CELL + 1e-9
-    np.testing.assert_array_equal(way[-1], gate.stand[0])
+    assert (
+        VIRTUAL_FRONTIER_LENGTH - 1e-9
+        <= np.hypot(*(frontier.probe[0] - frontier.stand[0]))
+        < VIRTUAL_FRONTIER_LENGTH + 0.1 + HALF_CELL + 1e-9
+    )
+    np.testing.assert_array_equal(way[-1], frontier.stand[0])
 
 
-def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
+def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
     # seen flat from (0, 0), the gap between the wall and the post is no jump of the free range
     wall = [(1.0, 0.45), (6.0, 0.45), (6.0, 0.55), (1.0, 0.55)]
     post = (0.3, 0.75, 0.1)
@@ -172,47 +176,49 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_gate():
     assert find_route(bare, region, moment(position, goal, WITHOUT_GATES)) is None
     route = find_route(bare, region, moment(position, goal))
     assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
-    tried = retire(bare, route.target.stand[0], 0.2, route.target.probe[0])
+    tried = blacklist_target(bare, route.target.stand[0], 0.2, route.target.probe[0])
     other = find_route(tried, region, moment(position, goal))
     assert other is None or np.hypot(*(other.target.stand - route.target.stand).T)[0] > 0.2
 
 
-def test_a_gate_may_be_where_the_robot_stands_just_outside_of_the_regions():
+def test_a_virtual_frontier_may_be_where_the_robot_stands_just_outside_of_the_regions():
     _, roadmap = wandered(1, nodes=1)
     direction = np.array((1.0, 0.0))
     edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
     for outside in (0.01, HALF_CELL + 0.01):
         path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-        gate, way = optimistic_gate(roadmap, path)
+        frontier, way = virtual_frontier(roadmap, path)
         if outside > HALF_CELL:
-            np.testing.assert_array_equal(gate.stand, path[:1])
+            np.testing.assert_array_equal(frontier.stand, path[:1])
         else:  # a place in the robot's cell is inside
-            assert roadmap.regions[0].contains(gate.stand[0])
-            assert np.hypot(*(gate.stand[0] - path[0])) == pytest.approx(HALF_CELL)
-        assert len(way) == 1 and gate.owner.tolist() == [0]
+            assert roadmap.regions[0].contains(frontier.stand[0])
+            assert np.hypot(*(frontier.stand[0] - path[0])) == pytest.approx(HALF_CELL)
+        assert len(way) == 1 and frontier.owner.tolist() == [0]
 
 
-def test_the_way_on_begins_at_the_probe_and_follows_the_optimistic_path():
+def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path():
     """Around the end of a wall: from the probe across the jump on to the goal behind the wall, the next metre first."""
     wall = [(1.0, -3.0), (1.1, -3.0), (1.1, 0.5), (1.0, 0.5)]
     world = World("wall", (0.0, 0.0, 0.0), (3.0, -2.0), polygons=(wall,), bounds=(-3.0, -3.0, 6.0, 4.0))
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     position, goal = np.zeros(2), np.array(world.goal)
-    for gates in (True, False):
-        parameters = dataclasses.replace(PARAMETERS, gates=gates)
+    for virtual_frontiers in (True, False):
+        parameters = dataclasses.replace(PARAMETERS, virtual_frontiers=virtual_frontiers)
         route = find_route(roadmap, here(world, position), moment(position, goal, parameters))
-        np.testing.assert_array_equal(route.way_on[0], route.target.probe[0])
-        assert np.hypot(*(route.way_on[-1] - goal)) < 2.0 * PARAMETERS.grid_resolution
-        assert distance(world, route.way_on[1:]).min() > RADIUS - 0.05  # the probe may lie nearer, out of sight
-        np.testing.assert_array_equal(route.next_on, route.way_on[: len(route.next_on)])
-        assert NEXT - 0.15 < length(route.next_on) < NEXT + 0.3  # the first step is from the probe to a cell
-        to_go = np.hypot(*(route.next_on - goal).T)
-        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_on[-1] - route.target.stand[0])) > 0.5
+        np.testing.assert_array_equal(route.optimistic_path[0], route.target.probe[0])
+        assert np.hypot(*(route.optimistic_path[-1] - goal)) < 2.0 * PARAMETERS.grid_resolution
+        assert (
+            distance(world, route.optimistic_path[1:]).min() > RADIUS - 0.05
+        )  # the probe may lie nearer, out of sight
+        np.testing.assert_array_equal(route.next_segment, route.optimistic_path[: len(route.next_segment)])
+        assert NEXT - 0.15 < length(route.next_segment) < NEXT + 0.3  # the first step is from the probe to a cell
+        to_go = np.hypot(*(route.next_segment - goal).T)
+        assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_segment[-1] - route.target.stand[0])) > 0.5
     route = find_route(roadmap, here(world, position), moment(position, np.array((0.5, 0.5)), parameters))
-    assert not len(route.target) and not len(route.way_on) and not len(route.next_on)
+    assert not len(route.target) and not len(route.optimistic_path) and not len(route.next_segment)
 
 
-def test_a_way_on_that_leads_back_past_the_robot_has_no_next_part_but_the_probe():
+def test_an_optimistic_path_that_leads_back_past_the_robot_has_no_next_part_but_the_probe():
     """The last frontier lies behind a post, away from the goal: the robot must go and see, not turn at once."""
     world = split_room(door=1.0)
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
@@ -221,8 +227,8 @@ def test_a_way_on_that_leads_back_past_the_robot_has_no_next_part_but_the_probe(
     to_go = optimistic_cost(roadmap, moment(position, goal))
     assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
     route = find_route(roadmap, here(world, position), moment(position, goal, WITHOUT_GATES))
-    np.testing.assert_array_equal(route.next_on, route.target.probe)
-    assert length(route.way_on) > 3.0
+    np.testing.assert_array_equal(route.next_segment, route.target.probe)
+    assert length(route.optimistic_path) > 3.0
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.25])
@@ -254,7 +260,7 @@ def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_v
     if tried:
         places = np.array([(2.05, y) for y in np.arange(-0.4, 0.41, 0.1)])
         frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)
-        roadmap = dataclasses.replace(roadmap, closed=places, frontiers=frontiers)
+        roadmap = dataclasses.replace(roadmap, blacklisted_probes=places, frontiers=frontiers)
     route = find_route(roadmap, here(world, position), moment(position, goal))
     assert route.hopeless == (tried or door < 0.1)
-    assert barred_in_vain(roadmap, moment(position, goal)) == in_vain
+    assert only_blacklist_obstructs(roadmap, moment(position, goal)) == in_vain

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, BearingHits, half_gaps, point_hits, scan_hits
 from tests.helpers.scans import cast, scattered, seeds
 
@@ -33,16 +33,16 @@ def test_half_gaps_of_a_round_wall_are_half_its_chords() -> None:
 
 @given(st.integers(1, 3), st.booleans())
 def test_the_chord_spans_beams_without_information_but_not_missing_returns(count: int, moving: bool) -> None:
-    ranges, motion = np.full(360, 1.0), np.full(360, STAYS)
+    ranges, motion = np.full(360, 1.0), np.full(360, STATIC)
     if moving:
-        motion[100 : 100 + count] = MOVES
+        motion[100 : 100 + count] = DYNAMIC
     else:
         ranges[100 : 100 + count] = np.nan
     scan = circle(360, 1.0, ranges=ranges, motion=motion)
     gaps = half_gaps(scan, np.ones(360))
     assert gaps[[99, 100 + count]] == pytest.approx(math.sin((count + 1) * math.pi / 360))
     assert not gaps[100 : 100 + count].any()
-    open_gap = circle(360, 1.0, ranges=np.where(np.isnan(ranges) | (motion == MOVES), np.inf, ranges))
+    open_gap = circle(360, 1.0, ranges=np.where(np.isnan(ranges) | (motion == DYNAMIC), np.inf, ranges))
     assert half_gaps(open_gap, open_gap.distances)[[99, 100 + count]] == pytest.approx(math.sin(math.pi / 360))
 
 
@@ -62,8 +62,8 @@ def test_beams_fall_into_samples_exactly_on_a_full_circle_and_with_an_offset_els
 
 
 def test_moving_obstacles_and_missing_returns_are_no_hits() -> None:
-    ranges, motion = np.full(360, 2.0), np.full(360, STAYS)
-    ranges[10], motion[20] = np.inf, MOVES
+    ranges, motion = np.full(360, 2.0), np.full(360, STATIC)
+    ranges[10], motion[20] = np.inf, DYNAMIC
     hits = on_grid(circle(360, 2.0, ranges=ranges, motion=motion), 360)
     assert np.flatnonzero(np.isinf(hits.distance)).tolist() == [10, 20]
 

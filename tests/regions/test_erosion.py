@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits, scan_hits
 from drake_starnav.regions.erosion import (
     FreeRange,
@@ -97,10 +97,10 @@ def test_partial_field_of_view_is_bounded_inside_and_zero_outside(seed, beams, f
     scan = cast(scattered(rng), beams=beams, angle_min=first, angle_increment=increment)
     samples, limit, _ = profile(scan)
     bearing = 2.0 * math.pi / len(samples) * np.arange(len(samples))
-    looked = bearing <= field + 1e-9
+    view_range = bearing <= field + 1e-9
     assert len(samples) == 720
-    assert (samples[~looked] == 0.0).all() and (limit[~looked] == 0.0).all()
-    np.testing.assert_allclose(limit[looked], scan.range_max - INFLATED)
+    assert (samples[~view_range] == 0.0).all() and (limit[~view_range] == 0.0).all()
+    np.testing.assert_allclose(limit[view_range], scan.range_max - INFLATED)
     ends = samples[:, None] * rays(scan, len(samples))
     assert (clearances(ends, scan.points()) - INFLATED).min() > -1e-9
 
@@ -208,7 +208,7 @@ def test_moving_obstacles_occlude_the_space_behind_them_but_are_not_eroded() -> 
     n = 360
     bearing = -math.pi + 2.0 * math.pi / n * np.arange(n)
     shown = np.abs(bearing) < 0.1
-    scan = dataclasses.replace(full_scan(np.where(shown, 1.5, 4.0)), motion=np.where(shown, MOVES, STAYS))
+    scan = dataclasses.replace(full_scan(np.where(shown, 1.5, 4.0)), motion=np.where(shown, DYNAMIC, STATIC))
     free, limit, _ = profile(scan)
     nothing = profile(full_scan(np.full(n, 4.0))).values
     samples = len(free)

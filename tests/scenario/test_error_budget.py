@@ -18,9 +18,9 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import load_scenario
-from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, TRACK_SHARE, Declared, sensing_error
+from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, TRACK_SHARE, Declared, error_budget
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.margins import tolerating
+from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
 
@@ -69,7 +69,7 @@ def test_each_text_says_what_is_computed(declared):
         assert known[name] == pytest.approx(entry.value(declared), rel=1e-12), name
     said = [eval(entry.text.replace("^", "**"), known) for entry in TERMS]
     assert said == pytest.approx([entry.value(declared) for entry in TERMS], rel=1e-9, abs=1e-12)
-    assert sensing_error(declared) == pytest.approx(sum(said), rel=1e-9, abs=1e-12)
+    assert error_budget(declared) == pytest.approx(sum(said), rel=1e-9, abs=1e-12)
 
 
 def test_all_that_counts_is_read_from_the_scenario():
@@ -81,8 +81,8 @@ def test_all_that_counts_is_read_from_the_scenario():
 
 def test_without_faults_nothing_changes():
     planner, controller = PlannerParameters(), ControllerParameters()
-    assert sensing_error(Declared(*NO_FAULT, COMMANDS)) == 0.0
-    assert tolerating(planner, controller, 0.0) == (planner, controller)
+    assert error_budget(Declared(*NO_FAULT, COMMANDS)) == 0.0
+    assert with_margins(planner, controller, 0.0) == (planner, controller)
 
 
 @pytest.mark.parametrize(
@@ -114,8 +114,8 @@ def test_without_faults_nothing_changes():
 def test_each_fault_s_part_of_the_margin(index, changes, error):
     declared = list(NO_FAULT)
     declared[index] = dataclasses.replace(declared[index], **changes)
-    assert sensing_error(Declared(*declared, COMMANDS)) == pytest.approx(error)
-    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error)
+    assert error_budget(Declared(*declared, COMMANDS)) == pytest.approx(error)
+    planner, controller = with_margins(PlannerParameters(), ControllerParameters(), error)
     assert planner.margin == pytest.approx(PlannerParameters().margin + error)
     assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
 
@@ -134,7 +134,7 @@ def test_rare_commands_need_a_margin(rate, changes, error):
     robot = dataclasses.replace(RobotParameters(), **changes)
     controller = dataclasses.replace(COMMANDS, rate=rate)
     lidar = LidarParameters(beams=720)  # no corner is far enough away
-    assert sensing_error(Declared(lidar, *NO_FAULT[1:3], robot, controller)) == pytest.approx(error, abs=1e-12)
+    assert error_budget(Declared(lidar, *NO_FAULT[1:3], robot, controller)) == pytest.approx(error, abs=1e-12)
 
 
 def test_drift_counts_as_long_as_old_scans_do():
@@ -142,14 +142,14 @@ def test_drift_counts_as_long_as_old_scans_do():
     lidar, drifting = LidarParameters(beams=3600, rate=5.0, delay=0.1), LocalizationParameters(drift=0.02)
     memory = (1.0 + COMMANDS.scan_patience) / 5.0 + 0.8
     assert memory > 1.0
-    assert sensing_error(Declared(lidar, drifting, *NO_FAULT[2:], COMMANDS)) == pytest.approx(
+    assert error_budget(Declared(lidar, drifting, *NO_FAULT[2:], COMMANDS)) == pytest.approx(
         0.02 * 0.8 * (memory + 0.1)
     )
 
 
 @pytest.mark.parametrize(("time_step", "error"), [(0.005, 0.0), (0.01, 0.0), (0.02, 0.8 * 0.01), (0.03, 0.8 * 0.02)])
 def test_commands_that_wait_for_the_plant_need_a_margin(time_step, error):
-    assert sensing_error(Declared(*NO_FAULT, COMMANDS, time_step)) == pytest.approx(error)
+    assert error_budget(Declared(*NO_FAULT, COMMANDS, time_step)) == pytest.approx(error)
 
 
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -182,7 +182,7 @@ def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
     robot = RobotParameters(model=model, radius=0.334, **(quick if model == "jackal" else {}))
     away, turned = late_errors(robot, delay, seed=0)
     margin = (
-        sensing_error(Declared(*NO_FAULT[:2], DriveParameters(delay=delay), robot, COMMANDS))
+        error_budget(Declared(*NO_FAULT[:2], DriveParameters(delay=delay), robot, COMMANDS))
         + ControllerParameters().safety_margin
     )
     assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin
@@ -199,7 +199,7 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, s
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
         v -= robot.max_acceleration * step
     drive = DriveParameters(slip=max(slip, other))
-    bound = sensing_error(Declared(LidarParameters(), LocalizationParameters(), drive, robot, COMMANDS))
+    bound = error_budget(Declared(LidarParameters(), LocalizationParameters(), drive, robot, COMMANDS))
     bound -= drive.slip * TRACK_SHARE * robot.radius  # that of turning on the spot
     assert abs(pose[1]) <= bound * 1.01 + 1e-6
 
@@ -214,8 +214,8 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_late_braking(delay):
         late -= step
         v -= robot.max_acceleration * step if late < 0.0 else 0.0
     drive = DriveParameters(slip=slip, delay=delay)
-    bound = sensing_error(Declared(LidarParameters(beams=1440), LocalizationParameters(), drive, robot, COMMANDS))
-    bound -= sensing_error(
+    bound = error_budget(Declared(LidarParameters(beams=1440), LocalizationParameters(), drive, robot, COMMANDS))
+    bound -= error_budget(
         Declared(LidarParameters(beams=1440), *NO_FAULT[1:2], DriveParameters(delay=delay), robot, COMMANDS)
     )
     bound -= slip * TRACK_SHARE * robot.radius
@@ -232,7 +232,7 @@ def test_the_drift_s_part_bounds_how_far_the_believed_heading_leads_astray(rate,
     turned = yaw_rate * time * turning
     way = robot.max_speed * time * (1.0 - turning) + 0.5 * robot.max_speed**2 / robot.max_acceleration
     astray = way * 2.0 * math.sin(0.5 * drift * turned)
-    bound = sensing_error(Declared(lidar, LocalizationParameters(drift=drift), DriveParameters(), robot, COMMANDS))
+    bound = error_budget(Declared(lidar, LocalizationParameters(drift=drift), DriveParameters(), robot, COMMANDS))
     assert math.hypot(astray, drift * way) <= bound
 
 
@@ -247,7 +247,7 @@ def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_s
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, 0.0))
         pose[2] += (right - left) / (2.0 * half_track) * step
         away = max(away, float(np.hypot(*pose[:2])))
-    bound = sensing_error(
+    bound = error_budget(
         Declared(LidarParameters(), LocalizationParameters(), DriveParameters(slip=slip), robot, COMMANDS)
     )
     assert 0.9 * slip * half_track < away <= bound * 1.01

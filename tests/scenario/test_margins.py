@@ -12,9 +12,9 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.error_budget import Declared, sensing_error
+from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.margins import tolerating
+from drake_starnav.scenario.margins import with_margins
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast
 
@@ -34,18 +34,18 @@ def test_without_an_exact_localization_old_regions_are_held_against_new_scans(
     localization, before, contradiction, drops
 ):
     planner = PlannerParameters(contradiction=before)
-    planner, _ = tolerating(planner, COMMANDS, 0.0, localization)
+    planner, _ = with_margins(planner, COMMANDS, 0.0, localization)
     assert (planner.contradiction, planner.drop_seen_through) == (contradiction, drops)
 
 
 def test_what_no_margin_can_cover_is_refused():
-    error = sensing_error(Declared(LidarParameters(noise=2.0), *NO_FAULT[1:], COMMANDS))
+    error = error_budget(Declared(LidarParameters(noise=2.0), *NO_FAULT[1:], COMMANDS))
     with pytest.raises(StarnavError, match="what is declared of lidar, localization and drive adds 1.49 m"):
-        tolerating(PlannerParameters(), ControllerParameters(), error)
+        with_margins(PlannerParameters(), ControllerParameters(), error)
 
 
 def test_a_fine_lidar_with_noise_is_smoothed_too():
-    _, controller = tolerating(
+    _, controller = with_margins(
         PlannerParameters(), ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.05, beams=10000)
     )
     assert controller.smoothed_beams == 93
@@ -61,13 +61,15 @@ def test_noise_is_smoothed_with_slack_beyond_the_nominal_and_much_is_averaged():
         (0.05, 0.12, 4),
     ):
         lidar = LidarParameters(noise=noise)
-        planner, controller = tolerating(PlannerParameters(), ControllerParameters(), 0.0, lidar=lidar)
+        planner, controller = with_margins(PlannerParameters(), ControllerParameters(), 0.0, lidar=lidar)
         assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_beams == beams
         assert controller.average_scans == (noise == 0.05)
     averaging = ControllerParameters(average_scans=True)
-    assert tolerating(PlannerParameters(), averaging, 0.0, lidar=LidarParameters(noise=0.02))[1].average_scans
+    assert with_margins(PlannerParameters(), averaging, 0.0, lidar=LidarParameters(noise=0.02))[1].average_scans
     chosen = PlannerParameters(smoothing_slack=0.2)
-    assert tolerating(chosen, ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.03))[0].smoothing_slack == 0.2
+    assert (
+        with_margins(chosen, ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.03))[0].smoothing_slack == 0.2
+    )
 
 
 def wedge_scans(angle, distance, lidar):
@@ -86,8 +88,8 @@ def wedge_scans(angle, distance, lidar):
 @pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
 def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
     lidar = LidarParameters(noise=noise, beams=beams)
-    error = sensing_error(Declared(lidar, *NO_FAULT[1:], COMMANDS))
-    planner, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
+    error = error_budget(Declared(lidar, *NO_FAULT[1:], COMMANDS))
+    planner, controller = with_margins(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     if not controller.smoothed_beams:
         assert math.radians(noise / 0.015) < 0.5 * lidar.angle_increment  # nothing is taken off
         return
@@ -100,8 +102,8 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
 @pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
 def test_the_margin_covers_what_sticks_out_between_two_beams(beams):
     lidar = LidarParameters(beams=beams)
-    error = sensing_error(Declared(lidar, *NO_FAULT[1:], COMMANDS))
-    _, controller = tolerating(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
+    error = error_budget(Declared(lidar, *NO_FAULT[1:], COMMANDS))
+    _, controller = with_margins(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
     distance = RADIUS + controller.safety_margin
     for scan in wedge_scans(90.0, distance, lidar):
         assert scan.distances.min() - distance < controller.safety_margin
@@ -117,7 +119,7 @@ def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop
         lidar = LidarParameters(beams=beams)
         distance = Declared(lidar, *NO_FAULT[1:3], robot, controller).seen_from
         assert distance == pytest.approx(0.25 + min(1.2, 4.0 / 3.0 + 2.0 * 0.07))
-        error = sensing_error(Declared(lidar, LocalizationParameters(), DriveParameters(), robot, controller))
+        error = error_budget(Declared(lidar, LocalizationParameters(), DriveParameters(), robot, controller))
         for scan in wedge_scans(60.0, distance, lidar):
             too_far = scan.distances.min() - distance
             assert too_far < (error + controller.safety_margin) * (1.0 + 2.0 * lidar.angle_increment)

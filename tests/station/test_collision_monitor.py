@@ -22,9 +22,9 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.station.moving_bodies import MOVERS
+from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
 
 ROBOT = RobotParameters()
@@ -45,7 +45,7 @@ class Run:
             CollisionMonitor(
                 robot=self.station.robot_geometries,
                 ground=[self.station.ground] if ground else [],
-                movers=self.station.mover_geometries,
+                moving_obstacles=self.station.moving_obstacle_geometries,
                 period=period,
             )
         )
@@ -113,48 +113,50 @@ def test_passing_close_by_is_no_collision() -> None:
     assert run.until(4.0).reason() != TOUCHED
 
 
-def approaching(speed: float, angle: float, gap: float = 0.5) -> Movers:
+def approaching(speed: float, angle: float, gap: float = 0.5) -> MovingObstacles:
     """A disc that comes from a bearing straight towards the robot at the origin, its rim `gap` from the hull."""
     from_robot = np.array([math.cos(angle), math.sin(angle)])
     begin, end = ((ROBOT.radius + 0.3 + far) * from_robot for far in (gap, gap - 10.0 * speed))
-    return Movers([0.3], ([(0.0, *begin), (10.0, *end)],))
+    return MovingObstacles([0.3], ([(0.0, *begin), (10.0, *end)],))
 
 
 @pytest.mark.parametrize("angle", [0.0, 1.0, math.pi])
 @pytest.mark.parametrize("speed", [0.3, 0.8, 2.0])
 def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) -> None:
-    run = Run((0.0, 0.0), period=STEP, movers=approaching(speed, angle))
+    run = Run((0.0, 0.0), period=STEP, moving_obstacles=approaching(speed, angle))
     status = run.until(5.0)
     assert status.reason() == TOUCHED
     assert status.message().startswith("struck of ")
     assert run.context.get_time() == pytest.approx(0.5 / speed, abs=2.1 * STEP)
-    ((hull, mover),) = run.contacts()
-    assert (run.name(hull), run.name(mover)) == ("hull", "mover_0")
+    ((hull, obstacle),) = run.contacts()
+    assert (run.name(hull), run.name(obstacle)) == ("hull", "moving_obstacle_0")
 
 
 @pytest.mark.parametrize("twist", [(0.5, 0.0), (-0.3, 1.0), (0.05, 0.0)])
-def test_a_robot_that_drives_when_it_meets_a_mover_has_a_collision(twist) -> None:
-    status = Run(twist, period=STEP, movers=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
+def test_a_robot_that_drives_when_it_meets_a_moving_obstacle_has_a_collision(twist) -> None:
+    status = Run(twist, period=STEP, moving_obstacles=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
     assert status.reason() == TOUCHED
     assert status.message().startswith("collision of ")
 
 
 def test_who_stands_against_a_wall_has_a_collision() -> None:
-    """What a robot has driven into by itself is no matter of movers."""
-    run = Run((0.0, 0.0), period=STEP, bounds=(-1.0, -1.0, ROBOT.radius - 0.0005, 1.0), movers=approaching(0.5, 2.0))
+    """What a robot has driven into by itself is no matter of moving obstacles."""
+    run = Run(
+        (0.0, 0.0), period=STEP, bounds=(-1.0, -1.0, ROBOT.radius - 0.0005, 1.0), moving_obstacles=approaching(0.5, 2.0)
+    )
     status = run.until(0.1)
     assert status.message().startswith("collision of ")
 
 
-def test_a_mover_pushes_the_robot_along_and_keeps_to_its_path() -> None:
-    movers = approaching(0.5, 0.2)
-    run = Run((0.0, 0.0), period=100.0, movers=movers)
+def test_a_moving_obstacle_pushes_the_robot_along_and_keeps_to_its_path() -> None:
+    moving_obstacles = approaching(0.5, 0.2)
+    run = Run((0.0, 0.0), period=100.0, moving_obstacles=moving_obstacles)
     plant = run.station.plant
     context = plant.GetMyContextFromRoot(run.context)
     for time in (1.5, 2.0, 3.0, 5.0):
         run.until(time)
-        place = plant.GetPositions(context, plant.GetModelInstanceByName(MOVERS))
-        expected, _ = mover_states(movers, np.array([time]))
+        place = plant.GetPositions(context, plant.GetModelInstanceByName(MOVING_OBSTACLES))
+        expected, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
         assert place == pytest.approx(expected.ravel(), abs=0.005)
     pushed = run.station.GetOutputPort("localization.pose").Eval(run.station.GetMyContextFromRoot(run.context))
     assert np.hypot(*pushed[:2]) > 0.5

@@ -310,7 +310,7 @@ def test_a_rolling_scan_is_swept_between_two_poses():
     assert middle == pytest.approx(-0.3 * passed, abs=0.02)
 
 
-def test_a_sweep_after_a_scan_that_did_not_arrive_begins_where_that_one_ended():
+def test_a_rolling_scan_after_a_scan_that_did_not_arrive_begins_where_that_one_ended():
     rolling = {"noise": 0.0, "rolling": True}
     silent = LidarParameters(**rolling, silence_start=0.9, silence_duration=0.1)  # the scans before the one at 1 s
     expected = run(1.0001, parameters=LidarParameters(**rolling))

@@ -193,7 +193,7 @@ def test_a_missing_mesh_is_named(tmp_path: Path, kind: str, name: str) -> None:
         ("m.dmd.yaml", "directives:\n- add_model: {name: m, file: 'file:///nowhere/m.urdf'}\n"),
     ],
 )
-def test_what_drake_cannot_parse_is_told_in_one_sentence(tmp_path: Path, name: str, text: str) -> None:
+def test_what_drake_cannot_parse_is_reported_in_one_sentence(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(StarnavError, match="cannot be read: .*; allowed: what Drake's parser reads") as error:
         world_of(tmp_path / name)

@@ -12,10 +12,10 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.moving_bodies import MOVERS
+from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import Crowd, DynaBarn, make_world
-from drake_starnav.worlds.moving_obstacles import Movers, mover_states
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
@@ -36,7 +36,7 @@ class Run:
     def places(self) -> np.ndarray:
         plant = self.station.plant
         context = plant.GetMyContextFromRoot(self.context)
-        return plant.GetPositions(context, plant.GetModelInstanceByName(MOVERS)).reshape(-1, 2)
+        return plant.GetPositions(context, plant.GetModelInstanceByName(MOVING_OBSTACLES)).reshape(-1, 2)
 
     def contacts(self) -> int:
         """How many pairs touch besides the robot and the ground."""
@@ -46,14 +46,14 @@ class Run:
 
 
 def state_hash() -> str:
-    run = Run(make_world(Crowd(min_movers=20), 5, 0.25), twist=(0.0, 0.4))
+    run = Run(make_world(Crowd(min_moving_obstacles=20), 5, 0.25), twist=(0.0, 0.4))
     run.simulator.AdvanceTo(2.0)
     return hashlib.sha256(
         run.station.plant.GetPositionsAndVelocities(run.station.plant.GetMyContextFromRoot(run.context)).tobytes()
     ).hexdigest()
 
 
-@pytest.mark.parametrize("kind", [Crowd(min_movers=20), DynaBarn(id=3)])
+@pytest.mark.parametrize("kind", [Crowd(min_moving_obstacles=20), DynaBarn(id=3)])
 def test_bodies_are_where_their_paths_say(kind) -> None:
     """Also where a path begins anew elsewhere, and whatever the robot does."""
     world = make_world(kind, 1, 0.25)
@@ -61,7 +61,7 @@ def test_bodies_are_where_their_paths_say(kind) -> None:
     for time in (0.0, 0.05, 1.0, 3.335, 10.0, 20.0):
         if time > 0.0:
             run.simulator.AdvanceTo(time)
-        expected, _ = mover_states(world.movers, np.array([time]))
+        expected, _ = moving_obstacle_states(world.moving_obstacles, np.array([time]))
         assert run.places() == pytest.approx(expected[0], abs=1e-6)
         assert run.contacts() == 0
 
@@ -74,29 +74,39 @@ def test_the_same_motion_in_another_process() -> None:
     assert done.stdout.strip() == state_hash()
 
 
-def test_movers_pass_through_all_but_the_robot() -> None:
+def test_moving_obstacles_pass_through_all_but_the_robot() -> None:
     """Through walls, each other, and what stands; a world's paths avoid that, a benchmark's do not."""
     paths = ([(0.0, 2.0, -2.0), (4.0, 2.0, 2.0)], [(0.0, 2.0, 2.0), (4.0, 2.0, -2.0)])
-    movers = Movers([0.3, 0.4], tuple(np.array(path) for path in paths))
+    moving_obstacles = MovingObstacles([0.3, 0.4], tuple(np.array(path) for path in paths))
     square = [(1.5, 0.5), (2.5, 0.5), (2.5, 1.5), (1.5, 1.5)]
-    world = World("t", (0, 0, 0), (1, 0), [(2, -1, 0.4)], polygons=(square,), bounds=(-1, -1.5, 4, 1.5), movers=movers)
+    world = World(
+        "t",
+        (0, 0, 0),
+        (1, 0),
+        [(2, -1, 0.4)],
+        polygons=(square,),
+        bounds=(-1, -1.5, 4, 1.5),
+        moving_obstacles=moving_obstacles,
+    )
     run = Run(world)
     for time in (1.0, 2.0, 3.0, 3.9):
         run.simulator.AdvanceTo(time)
-        assert run.places() == pytest.approx(mover_states(movers, np.array([time]))[0][0], abs=1e-6)
+        assert run.places() == pytest.approx(moving_obstacle_states(moving_obstacles, np.array([time]))[0][0], abs=1e-6)
         assert run.contacts() == 0
 
 
 def test_the_lidar_sees_them_where_they_are() -> None:
-    movers = Movers([0.3, 0.5], ([(0.0, 1.0, 0.5), (9.0, 2.0, -1.0)], [(0.0, -2.0, 1.0), (9.0, -1.5, -2.0)]))
-    world = World("test", (0.0, 0.0, 0.3), (1.0, 0.0), cylinders=[(0.0, 2.0, 0.4)], movers=movers)
+    moving_obstacles = MovingObstacles(
+        [0.3, 0.5], ([(0.0, 1.0, 0.5), (9.0, 2.0, -1.0)], [(0.0, -2.0, 1.0), (9.0, -1.5, -2.0)])
+    )
+    world = World("test", (0.0, 0.0, 0.3), (1.0, 0.0), cylinders=[(0.0, 2.0, 0.4)], moving_obstacles=moving_obstacles)
     run = Run(world, beams=180)
     for time in (0.0, 2.0, 5.0):
         run.simulator.AdvanceTo(time + 0.04)  # the scan of this time is held
         scan = run.station.GetOutputPort("lidar.scan").Eval(run.context)
         assert scan.time == pytest.approx(time)
-        places, _ = mover_states(movers, np.array([time]))
-        discs = np.column_stack((places[0], movers.radii))
+        places, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
+        discs = np.column_stack((places[0], moving_obstacles.radii))
         frozen = World("frozen", world.start, world.goal, cylinders=np.vstack((world.cylinders, discs)))
         pose = run.station.GetOutputPort("localization.scan_pose").Eval(run.context)
         exact = cast(frozen, pose, beams=180, range_max=scan.range_max)
@@ -104,21 +114,21 @@ def test_the_lidar_sees_them_where_they_are() -> None:
         assert scan.ranges[scan.hits] == pytest.approx(exact.ranges[exact.hits], abs=1e-5)
 
 
-def test_each_mover_can_be_hit_and_seen() -> None:
+def test_each_moving_obstacle_can_be_hit_and_seen() -> None:
     world = make_world(Crowd(), 2, 0.25)
     station = Run(world).station
-    assert len(station.mover_geometries) == len(world.movers)
+    assert len(station.moving_obstacle_geometries) == len(world.moving_obstacles)
     inspector = station.scene_graph.model_inspector()
-    for geometry, radius in zip(station.mover_geometries, world.movers.radii, strict=True):
+    for geometry, radius in zip(station.moving_obstacle_geometries, world.moving_obstacles.radii, strict=True):
         assert inspector.GetShape(geometry).radius() == radius
         frame = inspector.GetFrameId(geometry)
         for role in (Role.kIllustration, Role.kPerception):
             assert len(inspector.GetGeometries(frame, role)) == 1
 
 
-def test_without_movers_nothing_is_added() -> None:
+def test_without_moving_obstacles_nothing_is_added() -> None:
     world = make_world(Crowd(), 2, 0.25)
-    station = Run(dataclasses.replace(world, movers=Movers())).station
-    assert station.mover_geometries == []
-    assert not station.plant.HasModelInstanceNamed(MOVERS)
-    assert not station.HasSubsystemNamed("mover_drive")
+    station = Run(dataclasses.replace(world, moving_obstacles=MovingObstacles())).station
+    assert station.moving_obstacle_geometries == []
+    assert not station.plant.HasModelInstanceNamed(MOVING_OBSTACLES)
+    assert not station.HasSubsystemNamed("moving_obstacle_drive")

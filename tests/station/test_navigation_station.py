@@ -15,7 +15,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.station.navigation_station import NavigationStation, RobotEquipment, plant_config
+from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, plant_config
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.worlds.world import World
@@ -89,7 +89,7 @@ def test_begins_at_the_start_and_stays_there() -> None:
 
 
 @pytest.mark.parametrize(("v", "omega"), [(0.8, 0.0), (-0.4, 0.0), (0.0, 2.0), (0.0, -1.0), (0.8, 2.0), (0.5, -0.7)])
-def test_drives_the_twist_it_is_told(v: float, omega: float) -> None:
+def test_drives_the_commanded_twist(v: float, omega: float) -> None:
     drive = Drive()
     drive.command(v, omega)
     drive.advance(SETTLED)
@@ -329,7 +329,7 @@ def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
     plant.Finalize()
     equipment = {}
     for name, model in models.items():
-        robot = builder.AddNamedSystem(name, RobotEquipment(plant, scene_graph, model, LIDAR))
+        robot = builder.AddNamedSystem(name, RobotInterface(plant, scene_graph, model, LIDAR))
         builder.Connect(scene_graph.get_query_output_port(), robot.GetInputPort("geometry_query"))
         builder.Connect(plant.get_state_output_port(model), robot.GetInputPort("multibody_state"))
         builder.Connect(robot.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))

@@ -77,7 +77,7 @@ def test_a_base_that_hangs_on_something_is_refused(tmp_path: Path, root: str) ->
         standing(RobotParameters(model=path))
 
 
-def test_a_broken_model_is_told_whatever_is_to_be_changed_in_it(tmp_path: Path) -> None:
+def test_a_broken_model_is_reported_whatever_is_to_be_changed_in_it(tmp_path: Path) -> None:
     path = changed_starbot(tmp_path, "</robot>", "")
     with pytest.raises(StarnavError, match="changed.urdf cannot be read: .*; allowed: a URDF file"):
         standing(RobotParameters(model=path, mass_error=0.2))

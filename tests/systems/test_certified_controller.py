@@ -18,7 +18,7 @@ from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems import certified_controller
 from drake_starnav.systems.certified_controller import TWIST, CertifiedController
-from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
@@ -182,8 +182,10 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(lead: fl
         return law(now, parameters, robot)
 
     ages: list[float] = []
-    monkeypatch.setattr(certified_controller, "wary_step", note)
-    system = CertifiedController(ROBOT, PARAMETERS, offset=0.5, movers=MoverParameters(max_speed=0.5), lead=lead)
+    monkeypatch.setattr(certified_controller, "dynamic_step", note)
+    system = CertifiedController(
+        ROBOT, PARAMETERS, offset=0.5, obstacles=DynamicObstacleParameters(max_speed=0.5), lead=lead
+    )
     simulator = Simulator(system)
     inputs = {"guidance": Value(AHEAD), "safety_star": Value(WIDE), "state": np.zeros(5), "tracks": Value(Tracks(0.45))}
     for name, value in inputs.items():

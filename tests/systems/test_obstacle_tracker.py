@@ -7,27 +7,27 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from drake_starnav.lidar.laser_scan import MOVES, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario import parse_scenario
-from drake_starnav.systems.obstacle_tracker import MoverTracker
-from drake_starnav.tracking import MoverParameters, Tracks
+from drake_starnav.systems.obstacle_tracker import ObstacleTracker
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
 
-MOVERS = MoverParameters(max_speed=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 SCENE = Scene(hall((2.0, 1.0, 0.3)), (0.25,), straight((1.5, -1.0), (0.0, 0.6)))
 OFFSET = 0.005
 
 
-def advance(simulator: Simulator, system: MoverTracker, context: Context, scans: int) -> None:
+def advance(simulator: Simulator, system: ObstacleTracker, context: Context, scans: int) -> None:
     for k in range(scans):
         system.GetInputPort("scan").FixValue(context, Value(SCENE.scan(k * PERIOD, np.zeros(3))))
         simulator.AdvanceTo(k * PERIOD + 2.0 * OFFSET)
 
 
-def started() -> tuple[Simulator, MoverTracker, Context]:
-    system = MoverTracker(MOVERS, rate=1.0 / PERIOD, offset=OFFSET)
+def started() -> tuple[Simulator, ObstacleTracker, Context]:
+    system = ObstacleTracker(OBSTACLES, rate=1.0 / PERIOD, offset=OFFSET)
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     system.GetInputPort("pose").FixValue(context, np.zeros(3))
@@ -39,13 +39,13 @@ def test_it_tracks_as_the_function_does() -> None:
     advance(simulator, system, context, 30)
     known = Tracked()
     for k in range(30):
-        known = track(known, SCENE.scan(k * PERIOD, np.zeros(3)), np.zeros(3), MOVERS)
+        known = track(known, SCENE.scan(k * PERIOD, np.zeros(3)), np.zeros(3), OBSTACLES)
     tracks = system.GetOutputPort("tracks").Eval(context)
     for name in vars(tracks):
         np.testing.assert_array_equal(getattr(tracks, name), getattr(known.tracks, name))
-    assert tracks.counted.sum() == 1
+    assert tracks.confirmed.sum() == 1
     scan = system.GetOutputPort("scan").Eval(context)
-    assert (scan.motion == MOVES).any()
+    assert (scan.motion == DYNAMIC).any()
     np.testing.assert_array_equal(scan.ranges, SCENE.scan(29 * PERIOD, np.zeros(3)).ranges)
 
 
@@ -81,8 +81,8 @@ def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
         diagram = make_diagram(parse_scenario(text, name="test"))
         return {system.get_name(): system for system in diagram.GetSystems()}
 
-    plain, crowd = systems("world: !Room {}"), systems("world: !Room {}\nmovers: {max_speed: 0.5}")
+    plain, crowd = systems("world: !Room {}"), systems("world: !Room {}\nobstacles: {max_speed: 0.5}")
     assert "tracker" not in plain
     assert not plain["controller"].HasInputPort("tracks")
-    assert isinstance(crowd["tracker"], MoverTracker)
+    assert isinstance(crowd["tracker"], ObstacleTracker)
     assert crowd["controller"].HasInputPort("tracks")

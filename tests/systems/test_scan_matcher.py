@@ -87,9 +87,9 @@ def test_what_the_controller_is_told_lies_in_its_own_frame(driven) -> None:
     matching, _, believed = driven
     correction = composed(matching.out("pose"), inverse(believed))
     matching.put("guidance", Value(Guidance(PATH, False, Guidance.none().regions)))
-    told = matching.out("guidance")
-    assert not told.arrives
-    np.testing.assert_allclose(placed(correction, told.path), PATH, atol=1e-9)
+    guidance = matching.out("guidance")
+    assert not guidance.arrives
+    np.testing.assert_allclose(placed(correction, guidance.path), PATH, atol=1e-9)
     assert matching.out("certificate").certified
     np.testing.assert_allclose(matching.out("certificate").path[0], composed(correction, (1.0, 0.0, 0.5)), atol=1e-9)
 

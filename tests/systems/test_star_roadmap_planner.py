@@ -132,7 +132,7 @@ def test_walled_in_is_unreachable_and_guides_nowhere() -> None:
     assert planning.out("short_term_goal") == pytest.approx(POSE[:2])
 
 
-def test_a_goal_that_is_no_place_is_told() -> None:
+def test_a_goal_that_is_no_place_is_reported() -> None:
     for goal, words in (([np.nan, 0.0], "allowed: finite x and y"), ([1e7, 0.0], "too far")):
         planning = Planning(goal=np.array(goal))
         planning.see(SCREEN)

@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.clusters import clusters, first_disc, fitted_center, fitted_radius
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
-MOVERS = MoverParameters(max_speed=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 
 
 def seen(*discs: tuple[float, float, float]) -> tuple[LaserScan, np.ndarray, np.ndarray]:
@@ -20,33 +20,33 @@ def seen(*discs: tuple[float, float, float]) -> tuple[LaserScan, np.ndarray, np.
     scan = cast(hall(*discs))
     points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), np.zeros(3))
     near = np.min([np.hypot(*(points - (x, y)).T) - radius for x, y, radius in discs], axis=0) < 1e-6
-    return scan, np.where(near, MOVES, STAYS), points
+    return scan, np.where(near, DYNAMIC, STATIC), points
 
 
 @pytest.mark.parametrize("bearing", np.linspace(-math.pi, math.pi, 7))
 def test_a_disc_is_one_cluster_wherever_the_scan_begins(bearing: float) -> None:
     disc = (2.0 * math.cos(bearing), 2.0 * math.sin(bearing), 0.3)
     scan, motion, points = seen(disc)
-    (run,) = clusters(scan, motion, MOVERS)
-    assert set(run) == set(np.flatnonzero(motion == MOVES))
-    x, y, radius, whole = first_disc(scan, run, points[run], np.zeros(2), MOVERS.max_radius)
+    (run,) = clusters(scan, motion, OBSTACLES)
+    assert set(run) == set(np.flatnonzero(motion == DYNAMIC))
+    x, y, radius, whole = first_disc(scan, run, points[run], np.zeros(2), OBSTACLES.max_radius)
     assert whole
     np.testing.assert_allclose((x, y, radius), disc, atol=0.03)
 
 
 def test_discs_that_touch_are_parted_and_one_behind_another_is_half_hidden() -> None:
     scan, motion, points = seen((2.0, -0.28, 0.3), (2.0, 0.3, 0.3))
-    assert len(clusters(scan, motion, MOVERS)) == 2
+    assert len(clusters(scan, motion, OBSTACLES)) == 2
     scan, motion, points = seen((1.5, 0.0, 0.3), (2.5, 0.5, 0.3))
-    whole = [first_disc(scan, run, points[run], np.zeros(2), 0.6)[3] for run in clusters(scan, motion, MOVERS)]
+    whole = [first_disc(scan, run, points[run], np.zeros(2), 0.6)[3] for run in clusters(scan, motion, OBSTACLES)]
     assert sorted(whole) == [False, True]
 
 
 def test_what_is_too_wide_or_a_single_beam_is_no_cluster() -> None:
     scan, motion, _ = seen((2.5, 0.0, 0.9))
-    assert clusters(scan, motion, MOVERS) == []
-    lonely = np.where(np.arange(len(motion)) == 100, MOVES, STAYS)
-    assert clusters(scan, lonely, MOVERS) == []
+    assert clusters(scan, motion, OBSTACLES) == []
+    lonely = np.where(np.arange(len(motion)) == 100, DYNAMIC, STATIC)
+    assert clusters(scan, lonely, OBSTACLES) == []
 
 
 def test_the_centre_is_found_from_a_part_of_the_rim() -> None:
@@ -66,5 +66,5 @@ def test_a_disc_with_sides_out_of_range_is_not_whole() -> None:
     scan, motion, points = seen((2.0, 2.0, 0.3))
     clipped = dataclasses.replace(scan, range_max=2.7, ranges=np.where(scan.ranges < 2.7, scan.ranges, np.inf))
     for lidar, expected in ((scan, True), (clipped, False)):
-        (run,) = clusters(lidar, motion, MOVERS)
+        (run,) = clusters(lidar, motion, OBSTACLES)
         assert first_disc(lidar, run, points[run], np.zeros(2), 0.6)[3] == expected

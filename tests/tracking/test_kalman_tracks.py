@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved, straight
 
-MOVERS = MoverParameters(max_speed=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 
 
 def tracked(
@@ -24,16 +24,16 @@ def tracked(
     known, pose = Tracked(), np.zeros(3)
     for k in range(round(duration / PERIOD) + 1):
         time = start + k * PERIOD
-        known = track(known, scene.scan(time, pose, rng), pose, MOVERS)
+        known = track(known, scene.scan(time, pose, rng), pose, OBSTACLES)
         pose = moved(pose, np.array(twist), PERIOD)
     return known, time
 
 
 def only_one(tracks: Tracks, place: np.ndarray) -> int:
     """The counted track at a place, and there is no other counted track."""
-    (counted,) = np.flatnonzero(tracks.counted)
-    assert math.dist(tracks.position[counted], place) < 0.1
-    return int(counted)
+    (confirmed,) = np.flatnonzero(tracks.confirmed)
+    assert math.dist(tracks.position[confirmed], place) < 0.1
+    return int(confirmed)
 
 
 @settings(max_examples=12, deadline=None)
@@ -58,19 +58,19 @@ def test_a_steady_disc_is_tracked(seed: int, speed: float, heading: float, radiu
 
 @settings(max_examples=10, deadline=None)
 @given(seed=seeds)
-def test_columns_are_not_tracked_as_movers(seed: int) -> None:
+def test_columns_are_not_tracked_as_moving_obstacles(seed: int) -> None:
     rng = np.random.default_rng(seed)
     columns = [(*(rng.uniform(1.2, 3.0) * np.array((math.cos(a), math.sin(a)))), 0.2) for a in (0.3, 1.7, 3.9, 5.0)]
     scene = Scene(hall(*columns), (), lambda t: np.zeros((0, 2)))
     known, _ = tracked(scene, 3.0, twist=(0.15, 0.4), seed=seed)
-    assert not known.tracks.counted.any()
+    assert not known.tracks.confirmed.any()
 
 
 def test_a_half_hidden_disc_does_not_seem_to_slow_down() -> None:
     scene = Scene(hall((1.2, 0.0, 0.3)), (0.3,), straight((2.6, -1.6), (0.0, 0.5)))
     for duration in np.arange(1.0, 2.01, 0.1):  # it disappears behind the column
         known, _ = tracked(scene, float(duration))
-        assert np.abs(known.tracks.velocity[known.tracks.counted] - (0.0, 0.5)).max() < 0.15
+        assert np.abs(known.tracks.velocity[known.tracks.confirmed] - (0.0, 0.5)).max() < 0.15
 
 
 def test_a_disc_that_comes_into_range_is_not_taken_to_be_small_and_fast() -> None:
@@ -123,16 +123,16 @@ def test_no_track_is_faster_than_declared_even_if_it_has_taken_one_disc_for_anot
     scene = Scene(hall(), (0.25,), lambda t: np.array(((1.8, 0.0 if t < 1.0 else 0.24),)))
     for time in np.arange(0.8, 1.5, PERIOD):
         known, _ = tracked(scene, float(time))
-        assert np.hypot(*known.tracks.velocity.T).max() <= MOVERS.max_speed + 1e-9
+        assert np.hypot(*known.tracks.velocity.T).max() <= OBSTACLES.max_speed + 1e-9
 
 
 def test_a_disc_out_of_sight_is_forgotten_and_one_that_is_gone_sooner() -> None:
     gone = Scene(hall(), (0.25,), lambda t: np.array(((1.5, 0.5 * t - 0.5 if t < 1.0 else 100.0),)))
-    assert tracked(gone, 0.95)[0].tracks.counted.sum() == 1
-    assert tracked(gone, 1.3)[0].tracks.counted.sum() == 0
+    assert tracked(gone, 0.95)[0].tracks.confirmed.sum() == 1
+    assert tracked(gone, 1.3)[0].tracks.confirmed.sum() == 0
     behind = Scene(hall((1.0, 0.5, 0.4)), (0.2,), lambda t: np.array(((2.6, min(0.9 * t - 0.9, 1.0)),)))
-    assert tracked(behind, 1.8)[0].tracks.counted.sum() == 1  # out of sight
-    assert tracked(behind, 4.0)[0].tracks.counted.sum() == 0
+    assert tracked(behind, 1.8)[0].tracks.confirmed.sum() == 1  # out of sight
+    assert tracked(behind, 4.0)[0].tracks.confirmed.sum() == 0
 
 
 def bouncing() -> Callable[[float], np.ndarray]:
@@ -150,4 +150,4 @@ def test_a_track_moves_on_evenly() -> None:
     known, time = tracked(Scene(hall(), (0.25,), straight((1.5, -0.5), (0.0, 0.5))), 1.5)
     tracks = known.tracks
     np.testing.assert_allclose(tracks.at(time + 0.4), tracks.position + 0.4 * tracks.velocity)
-    np.testing.assert_allclose(tracks.at(time), tracks.course[:, 0])
+    np.testing.assert_allclose(tracks.at(time), tracks.predicted_trajectories[:, 0])

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.tracking.occlusions import HIDDEN_SPACING, hidden_places
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.tracking.occlusions import OCCLUSION_SPACING, occlusion_points
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.loop import drive
 from tests.helpers.scans import cast
 from tests.helpers.scenes import Scene, hall
@@ -17,9 +17,9 @@ COLUMN = (1.0, 0.0, 0.3)
 
 def test_places_lie_on_the_shadow_s_edges_and_no_beam_has_looked_there() -> None:
     scan = cast(hall(COLUMN))
-    places = hidden_places(scan, np.zeros(3))
+    places = occlusion_points(scan, np.zeros(3))
     away = np.hypot(*places.T)
-    assert away.min() < 1.0 + HIDDEN_SPACING and away.max() > 3.5
+    assert away.min() < 1.0 + OCCLUSION_SPACING and away.max() > 3.5
     bearing = np.abs(np.arctan2(places[:, 1], places[:, 0]))
     edge = np.arcsin(COLUMN[2] / COLUMN[0])
     assert (np.abs(bearing - edge) < 2.0 * scan.angle_increment).all()
@@ -27,14 +27,14 @@ def test_places_lie_on_the_shadow_s_edges_and_no_beam_has_looked_there() -> None
 
 def test_places_go_with_the_robot() -> None:
     pose = np.array((-0.5, 0.2, 0.7))
-    places = hidden_places(cast(hall(COLUMN), pose), pose)
+    places = occlusion_points(cast(hall(COLUMN), pose), pose)
     shadow = math.atan2(-0.2, 1.5)
     bearing = np.arctan2(places[:, 1] - 0.2, places[:, 0] + 0.5) - shadow
     np.testing.assert_allclose(np.abs(bearing), math.asin(0.3 / math.hypot(1.5, 0.2)), atol=0.035)
 
 
 def test_an_empty_hall_hides_nothing() -> None:
-    assert len(hidden_places(cast(hall()), np.zeros(3))) == 0
+    assert len(occlusion_points(cast(hall()), np.zeros(3))) == 0
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.2, 1.5])
@@ -51,5 +51,7 @@ def test_one_that_comes_out_of_hiding_is_not_run_into(speed: float, lead: float)
         return np.array(((np.interp(s, along, way[:, 0]), np.interp(s, along, way[:, 1])),))
 
     scene = Scene(dataclasses.replace(hall(), polygons=(wall,)), (0.25,), at)
-    movers = MoverParameters(max_speed=speed, caution=1.0)
-    assert drive(scene, np.array((-far, 0.0, 0.0)), np.array((2.5, 0.0)), movers, duration=7.0).outcome != "collision"
+    obstacles = DynamicObstacleParameters(max_speed=speed, caution=1.0)
+    assert (
+        drive(scene, np.array((-far, 0.0, 0.0)), np.array((2.5, 0.0)), obstacles, duration=7.0).outcome != "collision"
+    )

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.lidar.laser_scan import MOVES, STAYS, UNKNOWN
-from drake_starnav.tracking.occupancy_history import STANDING_AFTER, MotionGrid
-from drake_starnav.tracking.parameters import MoverParameters
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
+from drake_starnav.tracking.occupancy_history import STANDING_AFTER, OccupancyHistory
+from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import scattered, seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved, straight
 
-MOVERS = MoverParameters(max_speed=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 NOTHING = np.zeros(360, bool)
 """No hit is on a surface too large to move."""
 
@@ -24,38 +24,38 @@ def test_in_a_static_world_nothing_moves_for_a_moving_robot_with_noise(seed: int
     rng = np.random.default_rng(seed)
     world = Scene(scattered(rng), (), lambda t: np.zeros((0, 2)))
     pose, twist = np.zeros(3), np.array((rng.uniform(0.1, 0.3), rng.uniform(-1.0, 1.0)))
-    grid = MotionGrid.about(pose[:2], MOVERS.cell)
+    grid = OccupancyHistory.about(pose[:2], OBSTACLES.cell)
     for k in range(60):
         scan = world.scan(k * PERIOD, pose, rng)
-        assert not (grid.told(scan, pose, MOVERS) == MOVES).any()
+        assert not (grid.classified(scan, pose, OBSTACLES) == DYNAMIC).any()
         grid = grid.updated(scan, pose, NOTHING)
         pose = moved(pose, twist, PERIOD)
 
 
 def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     scene = Scene(hall((1.5, 0.0, 0.2)), (), lambda t: np.zeros((0, 2)))
-    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    grid = OccupancyHistory.about(np.zeros(2), OBSTACLES.cell)
     pose = np.zeros(3)
     column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
     for k in range(math.ceil(STANDING_AFTER / PERIOD) + 1):
         scan = scene.scan(k * PERIOD, pose)
-        motion = grid.told(scan, pose, MOVERS)
-        assert (motion[~column] == STAYS).all()
+        motion = grid.classified(scan, pose, OBSTACLES)
+        assert (motion[~column] == STATIC).all()
         if k * PERIOD < STANDING_AFTER:
             assert (motion[column & scan.hits] == UNKNOWN).all()
         grid = grid.updated(scan, pose, NOTHING)
-    assert (grid.told(scene.scan((k + 1) * PERIOD, pose), pose, MOVERS) == STAYS).all()
+    assert (grid.classified(scene.scan((k + 1) * PERIOD, pose), pose, OBSTACLES) == STATIC).all()
 
 
 def looks(
     scene: Scene, count: int, pose_at: Callable[[float], tuple[float, float, float]] = lambda _: (0.0, 0.0, 0.0)
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
     """The time of each scan, where its beams end, shape (n, 2), W, and what the grid tells of them."""
-    grid = MotionGrid.about(np.array(pose_at(0.0)[:2]), MOVERS.cell)
+    grid = OccupancyHistory.about(np.array(pose_at(0.0)[:2]), OBSTACLES.cell)
     for time in PERIOD * np.arange(count):
         pose = np.array(pose_at(time))
         scan = scene.scan(time, pose)
-        motion = grid.told(scan, pose, MOVERS)
+        motion = grid.classified(scan, pose, OBSTACLES)
         yield time, scan.points_at(scan.distances, np.ones(len(motion), bool), pose), motion
         grid = grid.updated(scan, pose, NOTHING)
 
@@ -70,13 +70,13 @@ def test_what_moves_is_noticed(velocity: tuple[float, float]) -> None:
     for time, points, motion in looks(scene, 40):
         own = on_disc(points, scene.at(time)[0], 0.25)
         if time * math.hypot(*velocity) > 0.3:  # it has left the cells where it was seen first
-            assert (motion[own] == MOVES).any()
-        assert (motion[~own] != MOVES).all()
+            assert (motion[own] == DYNAMIC).any()
+        assert (motion[~own] != DYNAMIC).all()
 
 
 def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     scene = Scene(hall((2.0, 1.0, 0.2)), (), lambda t: np.zeros((0, 2)))
-    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    grid = OccupancyHistory.about(np.zeros(2), OBSTACLES.cell)
     for k in range(50):
         grid = grid.updated(scene.scan(k * PERIOD, np.zeros(3)), np.zeros(3), NOTHING)
     pose = np.array((1.1, -1.3, 0.4))
@@ -84,13 +84,15 @@ def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     assert followed is not grid
     scan = scene.scan(3.0, pose)
     near = scan.distances < 3.0
-    np.testing.assert_array_equal(followed.told(scan, pose, MOVERS)[near], grid.told(scan, pose, MOVERS)[near])
-    assert (followed.told(scan, pose, MOVERS)[near] == STAYS).mean() > 0.9
+    np.testing.assert_array_equal(
+        followed.classified(scan, pose, OBSTACLES)[near], grid.classified(scan, pose, OBSTACLES)[near]
+    )
+    assert (followed.classified(scan, pose, OBSTACLES)[near] == STATIC).mean() > 0.9
 
 
 def test_an_update_leaves_the_grid_before_it_alone() -> None:
     scene = Scene(hall(), (), lambda t: np.zeros((0, 2)))
-    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    grid = OccupancyHistory.about(np.zeros(2), OBSTACLES.cell)
     before = grid.first_hit.copy()
     assert (grid.updated(scene.scan(0.0, np.zeros(3)), np.zeros(3), NOTHING).first_hit != before).any()
     np.testing.assert_array_equal(grid.first_hit, before)
@@ -102,7 +104,7 @@ def test_the_far_side_of_what_stays_stays_too_as_it_comes_into_view() -> None:
     starts = (looking + 1) * PERIOD
     for time, points, motion in looks(scene, looking + driving, lambda t: (0.8 * max(t - starts, 0.0), 0.0, 0.0)):
         if time > STANDING_AFTER + 0.5 * PERIOD:
-            assert (motion[on_disc(points, (2.0, 0.7), 0.3)] == STAYS).all(), f"at {time:.2f} s"
+            assert (motion[on_disc(points, (2.0, 0.7), 0.3)] == STATIC).all(), f"at {time:.2f} s"
 
 
 @pytest.mark.parametrize("gap", [0.02, 0.1])
@@ -110,7 +112,7 @@ def test_what_passes_close_by_what_stays_is_noticed(gap: float) -> None:
     scene = Scene(hall((1.5, 0.9, 0.3)), (0.25,), straight((0.0, 0.35 - gap), (0.5, 0.0)))
     for time, points, motion in looks(scene, 120, lambda _: (1.5, -1.0, 1.5)):
         if time > STANDING_AFTER:
-            assert (motion[on_disc(points, scene.at(time)[0], 0.25)] == MOVES).mean() > 0.6
+            assert (motion[on_disc(points, scene.at(time)[0], 0.25)] == DYNAMIC).mean() > 0.6
 
 
 def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
@@ -118,13 +120,13 @@ def test_what_stood_and_then_goes_straight_away_is_not_taken_to_stay() -> None:
     scene = Scene(hall(), (0.25,), lambda t: np.array(((1.2 + 0.5 * max(t - 2.5, 0.0), 0.0),)))
     for time, points, motion in looks(scene, 90):
         if time > 2.5 + 0.2 / 0.5:
-            assert (motion[on_disc(points, scene.at(time)[0], 0.25)] != STAYS).all()
+            assert (motion[on_disc(points, scene.at(time)[0], 0.25)] != STATIC).all()
 
 
 def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view() -> None:
     wall, piece = Scene(hall(), (), lambda t: np.zeros((0, 2))), np.zeros(360, bool)
     scan = wall.scan(0.0, np.zeros(3))
-    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    grid = OccupancyHistory.about(np.zeros(2), OBSTACLES.cell)
     assert (grid.may_start(scan, np.zeros(3), piece) == scan.hits).all()
     grid = grid.updated(scan, np.zeros(3), scan.hits)
     assert not grid.may_start(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece).any()
@@ -133,7 +135,7 @@ def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view(
 def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
     standing = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
     empty = Scene(hall(), (), lambda t: np.zeros((0, 2)))
-    grid = MotionGrid.about(np.zeros(2), MOVERS.cell)
+    grid = OccupancyHistory.about(np.zeros(2), OBSTACLES.cell)
     first = standing.scan(0.0, np.zeros(3))
     own = on_disc(first.points(), (1.5, 0.0), 0.3)
     beams = np.flatnonzero(first.hits)[own]

@@ -14,12 +14,12 @@ from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.obstacle_tracker import MoverTracker
+from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
-from drake_starnav.tracking import MoverParameters
+from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.timing import begins_run, checked_period
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
@@ -29,7 +29,7 @@ WITH_PERIOD = {
 }
 WITH_RATE = {
     "StarPerception": lambda **times: StarPerception(ROBOT, PLANNER, CONTROLLER, **times),
-    "MoverTracker": lambda **times: MoverTracker(MoverParameters(), **times),
+    "ObstacleTracker": lambda **times: ObstacleTracker(DynamicObstacleParameters(), **times),
     "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
     "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),

@@ -26,7 +26,7 @@ def test_aliases_stand_for_what_they_name() -> None:
         ("{}\n---\n{}", "line 2, column 1"),
     ],
 )
-def test_what_is_refused_is_told_with_its_place(monkeypatch, text: str, message: str) -> None:
+def test_what_is_refused_is_reported_with_its_place(monkeypatch, text: str, message: str) -> None:
     monkeypatch.setattr(yaml_text, "MOST_VALUES", 10)
     monkeypatch.setattr(yaml_text, "DEEPEST", 3)
     with pytest.raises(StarnavError, match=f"^here.*{message}.*; allowed: valid YAML$"):

@@ -122,16 +122,20 @@ class TestVanishedFrontiers:
         owner=np.zeros(3, np.int64),
     )
 
-    def roadmap(self, keep, retired=()):
+    def roadmap(self, keep, blacklisted_targets=()):
         empty = StarRoadmap.empty(PlannerParameters(), 0.25)
-        return replace(empty, frontiers=self.BEFORE.where(np.array(keep)), retired=np.reshape(retired, (-1, 3)))
+        return replace(
+            empty,
+            frontiers=self.BEFORE.where(np.array(keep)),
+            blacklisted_targets=np.reshape(blacklisted_targets, (-1, 3)),
+        )
 
     def test_none_vanish(self):
         covered, stuck = meshes.vanished_frontiers(self.BEFORE, self.roadmap([True] * 3))
         assert covered.shape == stuck.shape == (0, 2)
 
-    def test_the_retired_are_stuck_and_the_others_covered(self):
-        after = self.roadmap([False, True, False], retired=[(3.1, 0.0, 0.2)])
+    def test_the_blacklisted_are_stuck_and_the_others_covered(self):
+        after = self.roadmap([False, True, False], blacklisted_targets=[(3.1, 0.0, 0.2)])
         covered, stuck = meshes.vanished_frontiers(self.BEFORE, after)
         assert covered.tolist() == [[1.0, 0.0]]
         assert stuck.tolist() == [[3.0, 0.0]]

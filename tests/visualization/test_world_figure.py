@@ -6,27 +6,28 @@ from matplotlib.colors import to_rgb
 
 from drake_starnav.evaluation.report.figures import new_figure
 from drake_starnav.robot import RobotParameters
-from drake_starnav.visualization.meshes import MOVERS
+from drake_starnav.visualization.meshes import MOVING_OBSTACLES
 from drake_starnav.visualization.world_figure import draw_world, world_axes, write_html, write_png
 from drake_starnav.worlds import Crowd, make_world
 
-WORLD = make_world(Crowd(min_movers=3, max_movers=3), 0, 0.25)
+WORLD = make_world(Crowd(min_moving_obstacles=3, max_moving_obstacles=3), 0, 0.25)
 
 
-def test_movers_are_drawn_at_first_with_their_paths() -> None:
+def test_moving_obstacles_are_drawn_at_first_with_their_paths() -> None:
     _, axis = world_axes(WORLD, "crowd")
-    discs = [patch for patch in axis.patches if to_rgb(patch.get_facecolor()) == MOVERS.color]
+    discs = [patch for patch in axis.patches if to_rgb(patch.get_facecolor()) == MOVING_OBSTACLES.color]
     assert [(*disc.center, disc.radius) for disc in discs] == [
-        (*path[0, 1:], radius) for path, radius in zip(WORLD.movers.paths, WORLD.movers.radii, strict=True)
+        (*path[0, 1:], radius)
+        for path, radius in zip(WORLD.moving_obstacles.paths, WORLD.moving_obstacles.radii, strict=True)
     ]
-    for line, path in zip(axis.lines, WORLD.movers.paths, strict=True):
+    for line, path in zip(axis.lines, WORLD.moving_obstacles.paths, strict=True):
         assert np.array_equal(np.transpose(line.get_data()), path[:, 1:])
 
 
 def test_their_paths_can_be_left_out() -> None:
     axes = new_figure(3.0).add_subplot()
     draw_world(axes, WORLD, paths=False)
-    moving = [patch for patch in axes.patches if to_rgb(patch.get_facecolor()) == pytest.approx(MOVERS.color)]
+    moving = [patch for patch in axes.patches if to_rgb(patch.get_facecolor()) == pytest.approx(MOVING_OBSTACLES.color)]
     assert len(moving) == 3 and not axes.lines
 
 

@@ -36,7 +36,7 @@ def fingerprint(world: World) -> str:
     numbers = [*world.start, *world.goal, *world.cylinders.ravel(), *world.spheres.ravel()]
     for polygon in world.polygons:
         numbers += list(polygon.ravel())
-    numbers += [*world.movers.radii, *world.movers.way_points.ravel()]
+    numbers += [*world.moving_obstacles.radii, *world.moving_obstacles.way_points.ravel()]
     return hashlib.sha256(np.array(numbers).tobytes()).hexdigest()
 
 

@@ -6,15 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.moving_obstacles import Movers, mover_clearance, mover_states, there_and_back
+from drake_starnav.worlds.moving_obstacles import (
+    MovingObstacles,
+    moving_obstacle_clearance,
+    moving_obstacle_states,
+    there_and_back,
+)
 
 SQUARE = np.array([(0.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1.0, 1.0), (7.0, 0.0, 1.0), (8.0, 0.0, 0.0)])
 LINE = np.array([(0.0, -1.0, 2.0), (5.0, 4.0, 2.0)])
-BOTH = Movers([0.3, 0.5], (SQUARE, LINE))
+BOTH = MovingObstacles([0.3, 0.5], (SQUARE, LINE))
 
 
 def test_moves_evenly_between_way_points() -> None:
-    positions, velocities = mover_states(BOTH, np.array([0.0, 1.0, 2.0, 2.5, 5.0]))
+    positions, velocities = moving_obstacle_states(BOTH, np.array([0.0, 1.0, 2.0, 2.5, 5.0]))
     assert positions[:, 0] == pytest.approx(np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 1.0)]))
     assert velocities[:, 0] == pytest.approx(np.array([(0.5, 0.0), (0.5, 0.0), (0.0, 1.0), (0.0, 1.0), (-0.25, 0.0)]))
     assert positions[3, 1] == pytest.approx((1.5, 2.0))
@@ -22,10 +27,11 @@ def test_moves_evenly_between_way_points() -> None:
 
 @given(st.floats(0.0, 7.9), st.integers(0, 50))
 def test_a_path_repeats(time: float, rounds: int) -> None:
-    for movers in (Movers([0.3], (SQUARE,)), Movers([0.3], (LINE,))):
-        period = movers.paths[0][-1, 0]
+    for moving_obstacles in (MovingObstacles([0.3], (SQUARE,)), MovingObstacles([0.3], (LINE,))):
+        period = moving_obstacles.paths[0][-1, 0]
         first, again = (
-            mover_states(movers, np.array([t]))[0] for t in (time % period, time % period + rounds * period)
+            moving_obstacle_states(moving_obstacles, np.array([t]))[0]
+            for t in (time % period, time % period + rounds * period)
         )
         gap = np.abs(first - again).max()
         assert gap < 1e-9 or abs(time % period - period) < 1e-9 or abs(time % period) < 1e-9
@@ -33,16 +39,16 @@ def test_a_path_repeats(time: float, rounds: int) -> None:
 
 @given(st.lists(st.floats(0.0, 30.0), min_size=1, max_size=20))
 def test_each_time_is_told_as_if_it_were_alone(times: list[float]) -> None:
-    together = mover_states(BOTH, np.array(times))
+    together = moving_obstacle_states(BOTH, np.array(times))
     for k, time in enumerate(times):
-        alone = mover_states(BOTH, np.array([time]))
+        alone = moving_obstacle_states(BOTH, np.array([time]))
         assert all(np.array_equal(t[k], a[0]) for t, a in zip(together, alone, strict=True))
 
 
 @given(st.floats(0.0, 7.98))
 def test_velocity_is_the_derivative(time: float) -> None:
     step = 1e-3
-    positions, velocities = mover_states(Movers([0.3], (SQUARE,)), np.array([time, time + step]))
+    positions, velocities = moving_obstacle_states(MovingObstacles([0.3], (SQUARE,)), np.array([time, time + step]))
     legs = np.searchsorted(SQUARE[:, 0], [time, time + step], side="right")
     if legs[0] == legs[1]:
         assert (positions[1] - positions[0]) / step == pytest.approx(velocities[0], abs=1e-9)
@@ -51,22 +57,22 @@ def test_velocity_is_the_derivative(time: float) -> None:
 def test_clearance_is_to_the_nearest_rim_at_that_time() -> None:
     points = np.array([(0.5, 0.0), (0.5, 0.0), (4.0, 2.0)])
     times = np.array([1.0, 5.0, 4.0])
-    assert mover_clearance(BOTH, points, times) == pytest.approx([-0.3, 0.7, 0.5])
-    assert mover_clearance(Movers(), points, times).tolist() == [np.inf] * 3
+    assert moving_obstacle_clearance(BOTH, points, times) == pytest.approx([-0.3, 0.7, 0.5])
+    assert moving_obstacle_clearance(MovingObstacles(), points, times).tolist() == [np.inf] * 3
 
 
 def test_top_speed() -> None:
     assert BOTH.max_speed == pytest.approx(1.0)
-    assert Movers().max_speed == 0.0
+    assert MovingObstacles().max_speed == 0.0
 
 
 def test_what_is_given_is_kept_and_cannot_be_changed() -> None:
     radii = np.array([0.3])
-    movers = Movers(radii, (SQUARE,))
+    moving_obstacles = MovingObstacles(radii, (SQUARE,))
     radii[0] = 5.0
-    assert movers.radii.tolist() == [0.3]
+    assert moving_obstacles.radii.tolist() == [0.3]
     with pytest.raises(ValueError, match="read-only"):
-        movers.paths[0][0, 0] = 1.0
+        moving_obstacles.paths[0][0, 0] = 1.0
 
 
 @pytest.mark.parametrize(
@@ -83,7 +89,7 @@ def test_what_is_given_is_kept_and_cannot_be_changed() -> None:
 )
 def test_nonsense_is_refused(radii, paths, message: str) -> None:
     with pytest.raises(StarnavError, match=message):
-        Movers(radii, paths)
+        MovingObstacles(radii, paths)
 
 
 def test_a_path_there_and_back_is_the_same_both_ways():

@@ -10,11 +10,11 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers
 from drake_starnav.worlds.formats.world_file import NumberedWorld, WorldFile, check_keys
-from drake_starnav.worlds.moving_obstacles import Movers
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.world import World
 
-MOVER_RADIUS = 0.5
+MOVING_OBSTACLE_RADIUS = 0.5
 """Of every moving obstacle, m."""
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -43,7 +43,7 @@ class DynaBarn(NumberedWorld):
             goal=goal,
             polygons=_walls(entry["walls"], f"{place}: walls"),
             timeout=self.timeout,
-            movers=_movers(file, check_list(entry["plugins"], f"{place}: plugins"), place),
+            moving_obstacles=_moving_obstacles(file, check_list(entry["plugins"], f"{place}: plugins"), place),
         )
 
 
@@ -59,7 +59,7 @@ def _walls(walls: Any, name: str) -> tuple[np.ndarray, ...]:
     return tuple(polygons)
 
 
-def _movers(file: WorldFile, plugins: Iterable[Any], name: str) -> Movers:
+def _moving_obstacles(file: WorldFile, plugins: Iterable[Any], name: str) -> MovingObstacles:
     """The obstacles of the trajectories that a world names."""
     trajectories, paths = file.content["trajectories"], []
     for k, plugin in enumerate(plugins):
@@ -74,6 +74,6 @@ def _movers(file: WorldFile, plugins: Iterable[Any], name: str) -> Movers:
             path.append([total, *path[-1][1:]])  # it waits until its path begins again
         paths.append(np.array(path).reshape(-1, 3))
     try:
-        return Movers(np.full(len(paths), MOVER_RADIUS), tuple(paths))
+        return MovingObstacles(np.full(len(paths), MOVING_OBSTACLE_RADIUS), tuple(paths))
     except StarnavError as error:
         raise StarnavError(f"{name}: {error}") from None

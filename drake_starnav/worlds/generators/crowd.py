@@ -10,7 +10,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.generators.wandering import wander
-from drake_starnav.worlds.moving_obstacles import Movers, mover_clearance
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
 from drake_starnav.worlds.world import World
@@ -31,8 +31,8 @@ class Crowd:
 
     width: float = parameter(12.0, "extent along x, from start to goal", unit="m", low=8.0, high=100.0)
     height: float = parameter(12.0, "extent along y", unit="m", low=6.0, high=100.0)
-    min_movers: int = parameter(10, "fewest discs that move", low=0, high=1000)
-    max_movers: int = parameter(20, "most discs that move", low=0, high=1000)
+    min_moving_obstacles: int = parameter(10, "fewest discs that move", low=0, high=1000)
+    max_moving_obstacles: int = parameter(20, "most discs that move", low=0, high=1000)
     min_speed: float = parameter(0.3, "of the slowest; each disc keeps its speed", unit="m/s", above=0.0, high=5.0)
     max_speed: float = parameter(0.8, "of the fastest", unit="m/s", above=0.0, high=5.0)
     timeout: float = parameter(90.0, "time a trial may take", unit="s", above=0.0)
@@ -43,13 +43,13 @@ class Crowd:
         Half of them go straight until an obstacle blocks them, the others wander. None touches a static obstacle, is
         near the robot at the start, or stays on the goal for long; they pass through each other.
         """
-        check_order(self, "min_movers", "max_movers")
+        check_order(self, "min_moving_obstacles", "max_moving_obstacles")
         check_order(self, "min_speed", "max_speed")
         world = first_solvable(self, self._draw, rng, robot_radius)
-        count = int(rng.integers(self.min_movers, self.max_movers + 1))
+        count = int(rng.integers(self.min_moving_obstacles, self.max_moving_obstacles + 1))
         radii = rng.uniform(*_RADII, count)
         paths = tuple(self._draw_path(world, radius, robot_radius, rng) for radius in radii)
-        return dataclasses.replace(world, movers=Movers(radii, paths))
+        return dataclasses.replace(world, moving_obstacles=MovingObstacles(radii, paths))
 
     def _draw(self, rng: np.random.Generator) -> World:
         count = rng.integers(*_COLUMNS, endpoint=True)
@@ -81,13 +81,18 @@ class Crowd:
             if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
                 return path
         raise StarnavError(
-            f"Crowd: none of {_TRIES} ways for a mover of radius {radius:.2f} m was free; allowed: a larger room"
+            f"Crowd: none of {_TRIES} paths for a disc of radius {radius:.2f} m was free; allowed: a larger room"
         )
 
 
 def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
     """Longest time for which a moving obstacle is continuously nearer to a place than a distance (m), s."""
     times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # two periods, as it may stay where its path closes
-    near = mover_clearance(Movers(np.array([distance]), (path,)), np.tile(place, (len(times), 1)), times) < 0.0
+    near = (
+        moving_obstacle_clearance(
+            MovingObstacles(np.array([distance]), (path,)), np.tile(place, (len(times), 1)), times
+        )
+        < 0.0
+    )
     changes = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
     return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING

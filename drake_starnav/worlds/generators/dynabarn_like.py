@@ -8,7 +8,7 @@ import numpy as np
 _HALF = 10.0  # m, of the arena's side; it is open towards the start
 _WALL = 0.5  # m, thickness
 START, GOAL = (11.0, 0.0, 3.14), (-9.0, 0.0)
-_MOVERS = (5, 19)
+_MOVING_OBSTACLES = (5, 19)
 _SPEEDS = (0.5, 1.95)  # m/s
 _TURNS = (1, 4)  # places that an obstacle passes between two sides
 _INNER = 9.0  # m, those are at most so far from the middle along x and y
@@ -26,7 +26,7 @@ def dynabarn_like(number: int, seed: int) -> tuple[dict[str, Any], dict[str, Any
     """
     rng = np.random.default_rng([seed, number])
     trajectories = {}
-    for k in range(rng.integers(*_MOVERS, endpoint=True)):
+    for k in range(rng.integers(*_MOVING_OBSTACLES, endpoint=True)):
         sides = rng.permutation(4)[:2]
         inner = rng.uniform(-_INNER, _INNER, (rng.integers(*_TURNS, endpoint=True), 2))
         places = np.vstack((_at_side(sides[0], rng), inner, _at_side(sides[1], rng))).round(2)

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.worlds.moving_obstacles import Movers, there_and_back
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, there_and_back
 from drake_starnav.worlds.solvable import check_order, check_robot_radius, random_yaw
 from drake_starnav.worlds.world import World
 
@@ -26,7 +26,7 @@ class StopAndGo:
 
     width: float = parameter(10.0, "extent along x, from start to goal", unit="m", low=6.0, high=100.0)
     height: float = parameter(6.0, "extent along y", unit="m", low=4.0, high=100.0)
-    movers: int = parameter(8, "discs that move", low=0, high=1000)
+    moving_obstacles: int = parameter(8, "discs that move", low=0, high=1000)
     min_speed: float = parameter(0.5, "of the slowest; each disc walks at its speed", unit="m/s", above=0.0, high=5.0)
     max_speed: float = parameter(1.5, "of the fastest", unit="m/s", above=0.0, high=5.0)
     min_wait: float = parameter(0.5, "shortest time that a disc stands between two walks", unit="s", above=0.0)
@@ -44,15 +44,15 @@ class StopAndGo:
                 f"StopAndGo: robot_radius {robot_radius:g} m does not fit at the start; allowed: below {_INSET:g} m"
             )
         start = np.array((_INSET, 0.5 * self.height))
-        radii = rng.uniform(*_RADII, self.movers)
-        movers = Movers(radii, tuple(self._draw_path(start, radius, rng) for radius in radii))
+        radii = rng.uniform(*_RADII, self.moving_obstacles)
+        moving_obstacles = MovingObstacles(radii, tuple(self._draw_path(start, radius, rng) for radius in radii))
         return World(
             name="stop_and_go",
             start=(*start, random_yaw(rng)),
             goal=(self.width - _INSET, 0.5 * self.height),
             bounds=(0.0, 0.0, self.width, self.height),
             timeout=self.timeout,
-            movers=movers,
+            moving_obstacles=moving_obstacles,
         )
 
     def _draw_path(self, start: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:

@@ -31,7 +31,7 @@ def wander(
         rng: source of chance.
 
     Returns:
-        Way points as of `Movers`, shape (k, 3): time, x, y, s and m; None if the disc was caught in a corner.
+        Way points as of `MovingObstacles`, shape (k, 3): time, x, y, s and m; None if the disc was caught in a corner.
     """
     least = radius + 0.5 * _SPACING  # at the checked places, so that none between them is nearer than the radius
     heading, time, turn_rate, next_turn = rng.uniform(-math.pi, math.pi), 0.0, 0.0, 0.0

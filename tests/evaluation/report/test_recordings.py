@@ -54,7 +54,7 @@ def test_recordings_are_of_the_same_runs_and_failures_are_limited(trials: Path) 
     assert "not the same run" not in page
 
 
-def test_another_run_than_the_recorded_one_is_told(trials: Path, tmp_path: Path) -> None:
+def test_another_run_than_the_recorded_one_is_reported(trials: Path, tmp_path: Path) -> None:
     results = read_results([trials])
     first = {**results.records[0], "state_hash": "of another version"}
     changed = make_results(results.headers, [first])
@@ -101,7 +101,7 @@ def test_bad_input_exits_with_2_and_one_sentence(arguments, words, trials: Path,
         assert word in printed
 
 
-def test_a_file_where_the_recordings_shall_be_is_told_before_anything_runs(tmp_path: Path, capsys) -> None:
+def test_a_file_where_the_recordings_shall_be_is_reported_before_anything_runs(tmp_path: Path, capsys) -> None:
     (tmp_path / "r_recordings").touch()
     trials = tmp_path / "trials.jsonl"
     arguments = ["forest", "--trials", "1", "--json", str(trials), "--html", str(tmp_path / "r.html")]

@@ -100,9 +100,9 @@ def test_what_does_not_belong_together_is_refused(tmp_path: Path, other: dict, w
 )
 def test_trials_of_other_tasks_are_not_compared(tmp_path: Path, override: str, words: str) -> None:
     first, second = written(tmp_path / "a.jsonl"), written(tmp_path / "b.jsonl", "star_paper", override)
-    with pytest.raises(StarnavError, match=r"a.jsonl \(star\) and .*b.jsonl \(star_paper\) have ") as told:
+    with pytest.raises(StarnavError, match=r"a.jsonl \(star\) and .*b.jsonl \(star_paper\) have ") as reported:
         read_results([first, second])
-    assert f"have {words} in scenario forest; allowed" in str(told.value)
+    assert f"have {words} in scenario forest; allowed" in str(reported.value)
 
 
 def test_trials_by_world_are_not_compared_with_trials_by_seed(tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ def test_one_command_keeps_a_run_and_writes_what_is_said_of_it(place: Path, caps
     assert [path.name for path in record_results.stored()] == ["next.jsonl.xz"]
 
 
-def test_an_outdated_text_is_told_and_not_touched(place: Path, capsys) -> None:
+def test_an_outdated_text_is_reported_and_not_touched(place: Path, capsys) -> None:
     record_results.main([str(file_of_trials(place / "run.jsonl"))])
     summary = record_results.FOLDER / "summary.md"
     summary.write_text("better\n")
@@ -92,6 +92,6 @@ def test_a_full_disk_loses_no_result(place: Path, capsys, monkeypatch) -> None:
     assert [(path.name, path.read_bytes()) for path in record_results.stored()] == [("run.jsonl.xz", before)]
 
 
-def test_a_text_without_the_section_is_told() -> None:
+def test_a_text_without_the_section_is_reported() -> None:
     with pytest.raises(StarnavError, match="there is no section between <!-- results"):
         record_results.with_section("text", *record_results.SECTION, "content")

@@ -67,7 +67,7 @@ def test_diagrams_are_drawn_alike_in_each_process() -> None:
     assert "drake_starnav." not in "".join(first.values())
 
 
-@pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in ("NavigationStation", "RobotEquipment")])
+@pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in ("NavigationStation", "RobotInterface")])
 def test_the_documented_kind_is_the_port_s(name: str) -> None:
     system = SYSTEMS[name]
     ports = [system.get_input_port(k) for k in range(system.num_input_ports())]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import DynaBarn, make_world, mover_states
+from drake_starnav.worlds import DynaBarn, make_world, moving_obstacle_states
 
 BENCHMARK = Path(__file__).parents[4] / "shared" / "data" / "dynabarn_00_29.json"
 CONTENT = {
@@ -36,8 +36,8 @@ def make(folder: Path, content: object) -> object:
 def test_a_world_is_as_the_file_has_it(tmp_path: Path) -> None:
     world = make(tmp_path, CONTENT)
     assert (world.name, world.start, world.goal, world.timeout) == ("dynabarn_4", (11, 0, 3.14), (-9, 0), 100.0)
-    assert world.movers.radii.tolist() == [0.5, 0.5]
-    positions, velocities = mover_states(world.movers, np.array([1.0, 3.0, 6.0]))
+    assert world.moving_obstacles.radii.tolist() == [0.5, 0.5]
+    positions, velocities = moving_obstacle_states(world.moving_obstacles, np.array([1.0, 3.0, 6.0]))
     assert positions[:, 0] == pytest.approx(np.array([(9.0, -6.0), (7.0, -6.0), (8.0, -6.0)]))
     assert positions[:, 1] == pytest.approx(np.array([(0.0, 1.5), (0.0, 2.0), (0.0, 1.5)])), "it waits for its total"
     assert velocities[1, 1].tolist() == [0.0, 0.0]
@@ -53,7 +53,7 @@ def test_reads_the_benchmark() -> None:
     kind = DynaBarn(file=str(BENCHMARK), id=0)
     kind.check_numbers(range(30))
     world = make_world(kind, 0, 0.25)
-    assert len(world.movers) == 11
+    assert len(world.moving_obstacles) == 11
     assert len(world.polygons) == 3
     assert world.goal == (-9.0, 0.0)
 
@@ -79,8 +79,12 @@ def test_an_unknown_number_is_told_the_known_ones(tmp_path: Path) -> None:
         (("worlds", 0, "walls", 0, "pose"), [-9.0, 0.0, 0, 0, 0, 0], r"world 4\.goal is \[-9, 0\], -.* from polygons"),
         (("trajectories", "a"), {}, r"trajectories\.a has no total, keys"),
         (("trajectories", "a", "keys", 1), [4.0, "x", 0.0], r"trajectories\.a\.keys\[1\] is"),
-        (("trajectories", "a", "keys"), [], r"world 4: movers: paths\[0\] is \[\]; allowed: two or more"),
-        (("trajectories", "a", "keys", 0), [7.0, 0.0, 0.0], r"world 4: movers: the times of paths\[0\] are \[7"),
+        (("trajectories", "a", "keys"), [], r"world 4: moving obstacles: paths\[0\] is \[\]; allowed: two or more"),
+        (
+            ("trajectories", "a", "keys", 0),
+            [7.0, 0.0, 0.0],
+            r"world 4: moving obstacles: the times of paths\[0\] are \[7",
+        ),
         (("trajectories", "a", "total"), "4", r"trajectories\.a\.total is"),
     ],
 )

@@ -6,7 +6,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario
 from drake_starnav.worlds import Crowd, clearance, make_world
-from drake_starnav.worlds.moving_obstacles import mover_states
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
 TIMES = np.arange(0.0, 200.0, 0.05)
@@ -14,24 +14,24 @@ WORLDS = [(Crowd(), seed) for seed in range(4)] + [(Crowd(width=20.0), seed) for
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
-def test_movers_keep_to_the_free_floor(kind: Crowd, seed: int) -> None:
+def test_moving_obstacles_keep_to_the_free_floor(kind: Crowd, seed: int) -> None:
     world = make_world(kind, seed, RADIUS)
-    positions, velocities = mover_states(world.movers, TIMES)
-    for k, radius in enumerate(world.movers.radii):
+    positions, velocities = moving_obstacle_states(world.moving_obstacles, TIMES)
+    for k, radius in enumerate(world.moving_obstacles.radii):
         assert clearance(world, positions[:, k]).min() >= radius
     speeds = np.hypot(velocities[..., 0], velocities[..., 1])
     assert speeds.min() >= kind.min_speed - 1e-9
     assert speeds.max() <= kind.max_speed + 1e-9
     assert np.ptp(speeds, axis=0) == pytest.approx(0.0, abs=1e-6), "each keeps its speed"
-    assert kind.min_movers <= len(world.movers) <= kind.max_movers
+    assert kind.min_moving_obstacles <= len(world.moving_obstacles) <= kind.max_moving_obstacles
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
-def test_paths_close_so_that_no_mover_jumps(kind: Crowd, seed: int) -> None:
+def test_paths_close_so_that_no_moving_obstacle_jumps(kind: Crowd, seed: int) -> None:
     world = make_world(kind, seed, RADIUS)
-    for path in world.movers.paths:
+    for path in world.moving_obstacles.paths:
         assert path[0, 1:] == pytest.approx(path[-1, 1:])
-    positions, _ = mover_states(world.movers, TIMES)
+    positions, _ = moving_obstacle_states(world.moving_obstacles, TIMES)
     steps = np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0))
     assert steps.max() <= kind.max_speed * 0.05 + 1e-9
 
@@ -39,18 +39,18 @@ def test_paths_close_so_that_no_mover_jumps(kind: Crowd, seed: int) -> None:
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
 def test_start_is_free_and_the_goal_becomes_so(kind: Crowd, seed: int) -> None:
     world = make_world(kind, seed, RADIUS)
-    at_start, _ = mover_states(world.movers, np.zeros(1))
+    at_start, _ = moving_obstacle_states(world.moving_obstacles, np.zeros(1))
     assert np.hypot(*(at_start[0] - world.start[:2]).T).min() >= 1.8
-    positions, _ = mover_states(world.movers, TIMES)
-    for k in range(len(world.movers)):
-        near = np.hypot(*(positions[:, k] - world.goal).T) < world.movers.radii[k] + RADIUS
+    positions, _ = moving_obstacle_states(world.moving_obstacles, TIMES)
+    for k in range(len(world.moving_obstacles)):
+        near = np.hypot(*(positions[:, k] - world.goal).T) < world.moving_obstacles.radii[k] + RADIUS
         spells = np.diff(np.flatnonzero(np.diff(np.concatenate(([0], near, [0])))))[::2]
         assert spells.max(initial=0) * 0.05 <= 10.2
 
 
-def test_movers_wander_far() -> None:
+def test_moving_obstacles_wander_far() -> None:
     world = make_world(Crowd(), 0, RADIUS)
-    for path in world.movers.paths:
+    for path in world.moving_obstacles.paths:
         assert np.ptp(path[:, 1:], axis=0).max() > 2.0
 
 
@@ -60,16 +60,19 @@ def test_shipped_scenarios() -> None:
 
 
 def test_numbers_and_speeds_as_asked() -> None:
-    world = make_world(Crowd(min_movers=3, max_movers=3, min_speed=1.5, max_speed=1.5), 1, RADIUS)
-    assert len(world.movers) == 3
-    assert world.movers.max_speed == pytest.approx(1.5)
-    assert len(make_world(Crowd(min_movers=0, max_movers=0), 1, RADIUS).movers) == 0
+    world = make_world(Crowd(min_moving_obstacles=3, max_moving_obstacles=3, min_speed=1.5, max_speed=1.5), 1, RADIUS)
+    assert len(world.moving_obstacles) == 3
+    assert world.moving_obstacles.max_speed == pytest.approx(1.5)
+    assert len(make_world(Crowd(min_moving_obstacles=0, max_moving_obstacles=0), 1, RADIUS).moving_obstacles) == 0
 
 
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        (Crowd(min_movers=5, max_movers=4), "allowed: min_movers <= max_movers"),
+        (
+            Crowd(min_moving_obstacles=5, max_moving_obstacles=4),
+            "allowed: min_moving_obstacles <= max_moving_obstacles",
+        ),
         (Crowd(min_speed=1.0), "allowed: min_speed <= max_speed"),
         (Crowd(min_speed=0.0), r"Crowd\.min_speed is 0\.0; allowed: 0 < x <= 5 m/s"),
     ],

@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import DynaBarn, clearance, make_world
 from drake_starnav.worlds.generators.dynabarn_like import GOAL, START, dynabarn_like
-from drake_starnav.worlds.moving_obstacles import mover_clearance
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from scripts.maintenance.make_dynabarn_worlds import file_text
 
 
@@ -23,10 +23,10 @@ def test_the_shipped_file_is_what_its_script_writes() -> None:
 def test_the_start_is_never_run_over_and_speeds_are_the_benchmarks(number: int) -> None:
     world = make_world(DynaBarn(id=number), 3, 0.25)
     assert (world.start, world.goal) == (START, GOAL)
-    assert 5 <= len(world.movers) <= 19
-    assert 0.5 <= world.movers.max_speed <= 2.0
+    assert 5 <= len(world.moving_obstacles) <= 19
+    assert 0.5 <= world.moving_obstacles.max_speed <= 2.0
     times = np.arange(0.0, 100.0, 0.1)
-    assert mover_clearance(world.movers, np.tile(START[:2], (len(times), 1)), times).min() > 0.45
+    assert moving_obstacle_clearance(world.moving_obstacles, np.tile(START[:2], (len(times), 1)), times).min() > 0.45
     assert clearance(world, np.array([world.goal]))[0] > 0.7
 
 

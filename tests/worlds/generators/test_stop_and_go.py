@@ -7,14 +7,14 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario
 from drake_starnav.worlds import StopAndGo, World, make_world
 from drake_starnav.worlds.generators.stop_and_go import _walk
-from drake_starnav.worlds.moving_obstacles import mover_states
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
 
 
 def legs(world: World) -> list[tuple[np.ndarray, np.ndarray]]:
     """Duration and speed of each leg of each disc."""
-    steps = [np.diff(path, axis=0) for path in world.movers.paths]
+    steps = [np.diff(path, axis=0) for path in world.moving_obstacles.paths]
     return [(step[:, 0], np.hypot(step[:, 1], step[:, 2]) / step[:, 0]) for step in steps]
 
 
@@ -22,8 +22,8 @@ def legs(world: World) -> list[tuple[np.ndarray, np.ndarray]]:
 def test_each_disc_stands_first_and_then_walks_at_one_speed(seed: int) -> None:
     kind = StopAndGo()
     world = make_world(kind, seed, RADIUS)
-    assert len(world.movers) == 8
-    assert ((world.movers.radii >= 0.15) & (world.movers.radii <= 0.3)).all()
+    assert len(world.moving_obstacles) == 8
+    assert ((world.moving_obstacles.radii >= 0.15) & (world.moving_obstacles.radii <= 0.3)).all()
     for duration, speed in legs(world):
         stands = speed < 1e-9
         assert stands[0]
@@ -37,19 +37,19 @@ def test_each_disc_stands_first_and_then_walks_at_one_speed(seed: int) -> None:
 def test_discs_keep_to_the_room_and_away_from_the_start(seed: int) -> None:
     world = make_world(StopAndGo(), seed, RADIUS)
     x_min, y_min, x_max, y_max = world.bounds
-    positions, _ = mover_states(world.movers, np.arange(0.0, 150.0, 0.05))
-    reach = world.movers.radii + 0.1 - 1e-9
+    positions, _ = moving_obstacle_states(world.moving_obstacles, np.arange(0.0, 150.0, 0.05))
+    reach = world.moving_obstacles.radii + 0.1 - 1e-9
     assert (positions[..., 0] >= x_min + reach).all() and (positions[..., 0] <= x_max - reach).all()
     assert (positions[..., 1] >= y_min + reach).all() and (positions[..., 1] <= y_max - reach).all()
     assert np.hypot(*(positions[0] - world.start[:2]).T).min() >= 1.8
-    for path in world.movers.paths:
+    for path in world.moving_obstacles.paths:
         assert path[0, 1:] == pytest.approx(path[-1, 1:])
 
 
 def test_the_shipped_scenario_declares_what_moves() -> None:
     scenario = load_scenario("stop_and_go")
-    assert make_world(scenario.world, 0, RADIUS).movers.max_speed <= scenario.movers.max_speed
-    assert scenario.movers.caution == 1.0
+    assert make_world(scenario.world, 0, RADIUS).moving_obstacles.max_speed <= scenario.obstacles.max_speed
+    assert scenario.obstacles.caution == 1.0
 
 
 @pytest.mark.parametrize(

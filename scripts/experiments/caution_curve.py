@@ -1,6 +1,6 @@
 """Measure the cost of caution among moving obstacles.
 
-Run: python scripts/experiments/mover_curve.py --trials 20 --out out/movers
+Run: python scripts/experiments/caution_curve.py --trials 20 --out out/caution
 """
 
 import argparse
@@ -14,7 +14,7 @@ from drake_starnav.evaluation.report.figures import new_figure, svg
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
 
 CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
-BLIND = "movers.max_speed=0"
+BLIND = "obstacles.max_speed=0"
 """The method for static worlds, as reference."""
 OUTCOMES = ("collision", "struck", "timeout", "unreachable")
 
@@ -22,7 +22,7 @@ OUTCOMES = ("collision", "struck", "timeout", "unreachable")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the curve; see `--help`. Returns the exit code."""
     parser = experiment_parser(
-        "mover_curve.py", "Measure what caution costs.", ["crowd_room", "crowd_hall"], Path("out/movers")
+        "caution_curve.py", "Measure what caution costs.", ["crowd_room", "crowd_hall"], Path("out/caution")
     )
     parser.add_argument(
         "--cautions", nargs="+", type=float, default=CAUTIONS, metavar="C", help="from 0 to 1 (default: five of them)"
@@ -33,9 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def measure_curve(options: argparse.Namespace) -> Results:
     """Run the trials, one file for each caution, then write the table and draw the curve."""
-    keys = (BLIND, *(f"movers.caution={caution:g}" for caution in options.cautions))
+    keys = (BLIND, *(f"obstacles.caution={caution:g}" for caution in options.cautions))
     variants = {key: ("star", (*options.overrides, key)) for key in keys}
-    return run_experiment(variants, options, {"movers.md": curve_table, "movers.svg": curve_figure})
+    return run_experiment(variants, options, {"obstacles.md": curve_table, "obstacles.svg": curve_figure})
 
 
 def curve_table(results: Results, scenarios: Sequence[str]) -> str:
@@ -63,7 +63,7 @@ def curve_figure(results: Results, scenarios: Sequence[str]) -> str:
             shares[outcome] = [100.0 * count(records, outcome) / len(records) for records in trials]
         (line,) = axes.plot(list(cautions), shares["reached"], "o-", label=f"{scenario}: reached")
         axes.plot(list(cautions), shares["collision"], "x--", color=line.get_color(), label=f"{scenario}: collision")
-    axes.set(xlabel="movers.caution", ylabel="% of trials", ylim=(-2.0, 102.0))
+    axes.set(xlabel="obstacles.caution", ylabel="% of trials", ylim=(-2.0, 102.0))
     axes.legend(fontsize="small", loc="center")
     return svg(figure)
 

@@ -7,35 +7,35 @@ import pytest
 
 from drake_starnav.evaluation import read_trials
 
-SCRIPT = runpy.run_path(str(Path(__file__).parents[3] / "scripts" / "experiments" / "mover_curve.py"))
+SCRIPT = runpy.run_path(str(Path(__file__).parents[3] / "scripts" / "experiments" / "caution_curve.py"))
 
 
 def test_script_leaves_table_picture_and_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario = tmp_path / "tiny.yaml"
     scenario.write_text(
-        "world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\nmovers: {max_speed: 0.5}\n"
+        "world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\nobstacles: {max_speed: 0.5}\n"
     )
     out = tmp_path / "out"
     arguments = [str(scenario), "--cautions", "1", "0.5", "--trials", "1", "--jobs", "1", "--out", str(out)]
-    assert SCRIPT["main"]([*arguments, "--set", "movers.cautions=1"]) == 2
+    assert SCRIPT["main"]([*arguments, "--set", "obstacles.cautions=1"]) == 2
     assert "did you mean caution" in capsys.readouterr().err
     assert SCRIPT["main"]([*arguments, "--cautions", "2"]) == 2
-    assert "movers.caution is 2" in capsys.readouterr().err
+    assert "obstacles.caution is 2" in capsys.readouterr().err
     assert not out.exists()
-    (out / "movers.svg").mkdir(parents=True)
+    (out / "caution.svg").mkdir(parents=True)
     assert SCRIPT["main"](arguments) == 2
-    assert "movers.svg: it is a folder" in capsys.readouterr().err
-    assert [path.name for path in out.iterdir()] == ["movers.svg"]  # told before any trial
-    (out / "movers.svg").rmdir()
+    assert "caution.svg: it is a folder" in capsys.readouterr().err
+    assert [path.name for path in out.iterdir()] == ["caution.svg"]  # told before any trial
+    (out / "caution.svg").rmdir()
     assert SCRIPT["main"](arguments) == 0
-    names = ["movers.max_speed=0", "movers.caution=1", "movers.caution=0.5"]
-    assert {path.name for path in out.iterdir()} == {"movers.md", "movers.svg", *(f"{name}.jsonl" for name in names)}
-    rows = (out / "movers.md").read_text().splitlines()[2:]
+    names = ["obstacles.max_speed=0", "obstacles.caution=1", "obstacles.caution=0.5"]
+    assert {path.name for path in out.iterdir()} == {"caution.md", "caution.svg", *(f"{name}.jsonl" for name in names)}
+    rows = (out / "caution.md").read_text().splitlines()[2:]
     assert [row.split("|")[2].strip() for row in rows] == names
     assert all("100.0 %" in row for row in rows)
     for name in names:
         assert [record["outcome"] for record in read_trials(out / f"{name}.jsonl")[1]] == ["reached"]
-    assert "<svg" in (out / "movers.svg").read_text()
+    assert "<svg" in (out / "caution.svg").read_text()
 
 
 def test_the_mean_time_is_of_the_trials_that_reached_the_goal() -> None:
@@ -43,7 +43,7 @@ def test_the_mean_time_is_of_the_trials_that_reached_the_goal() -> None:
         return {"scenario": "hall", "outcome": outcome, "time_s": time}
 
     records = [trial("reached", 10.0), trial("reached", 20.0), trial("reached", 60.0), trial("timeout", 180.0)]
-    results = {"movers.caution=1": records, "movers.caution=0": [trial("struck", 4.0)]}
+    results = {"obstacles.caution=1": records, "obstacles.caution=0": [trial("struck", 4.0)]}
     *_, first, second = SCRIPT["curve_table"](results, ["hall"]).splitlines()
     cells = [[cell.strip() for cell in row.split("|")[1:-1]] for row in (first, second)]
     assert [row[2].partition(" ")[0] for row in cells] == ["75.0", "0.0"]
