@@ -8,7 +8,7 @@ import dataclasses
 import difflib
 import math
 import typing
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -124,7 +124,7 @@ def convert(value: Any, kind: Any, place: str) -> Any:
     raise StarnavError(f"{place} is {shown(value)}; allowed: {names.get(kind, 'a list')}")
 
 
-def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
+def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Callable[[str], str] | None = None) -> Any:
     """An instance of the parameter dataclass `cls` from a mapping, every key and value checked.
 
     Args:
@@ -132,6 +132,7 @@ def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
         mapping: key -> value, as read from YAML; None for all defaults.
         place: dotted name for messages.
         base: an instance whose values serve as defaults.
+        nearest: from the dotted name of an unknown key to the name that a valid one is suggested for; the key itself.
 
     Raises:
         StarnavError: unknown key (with the nearest valid one), wrong type, or value out of range.
@@ -144,7 +145,8 @@ def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
     values = {}
     for key, value in mapping.items():
         if key not in _names(cls):
-            raise unknown_name(f"key {place}.{key}", str(key), _names(cls))
+            name = str(key) if nearest is None else nearest(f"{place}.{key}")
+            raise unknown_name(f"key {place}.{key}", name, _names(cls))
         values[key] = convert(value, kinds[key], f"{place}.{key}")
     instance = dataclasses.replace(base, **values) if base is not None else cls(**values)
     check_parameters(instance, place)

@@ -25,6 +25,7 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.scenario.renamed import name_now
 from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.files import read_text, reason_of
 from drake_starnav.utils.resources import model_path
@@ -243,9 +244,9 @@ def parse_scenario(
     _check_known(method)
     for key in sections:
         if key not in ("world", *SECTIONS):
-            raise unknown_name(f"key {key} in {place}", str(key), ["world", *SECTIONS])
+            raise unknown_name(f"key {key} in {place}", name_now(str(key)), ["world", *SECTIONS])
     parts = {
-        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
+        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key), nearest=name_now)
         for key, cls in SECTIONS.items()
     }
     return Scenario(name=name, world=_world(sections.get("world"), place), **parts)
@@ -300,7 +301,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
         raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
     section, name = names
     if section not in ("world", *SECTIONS):
-        raise unknown_name(f"key {key}", section, ["world", *SECTIONS])
+        raise unknown_name(f"key {key}", name_now(section), ["world", *SECTIONS])
     try:
         parsed = load_yaml(value, key, _Loader)
     except StarnavError:
@@ -343,4 +344,4 @@ def _world(mapping: Any, place: str) -> Any:
         raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
     if mapping.tag not in WORLD_KINDS:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
-    return build(WORLD_KINDS[mapping.tag], dict(mapping), "world")
+    return build(WORLD_KINDS[mapping.tag], dict(mapping), "world", nearest=name_now)
