@@ -92,11 +92,9 @@ def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = Non
     return np.array(rows)
 
 
-def around(
-    pose: np.ndarray, path: np.ndarray, obstacles: TrackedObstacles, robot: RobotParameters
-) -> np.ndarray | None:
+def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot: RobotParameters) -> np.ndarray | None:
     """The velocity towards the next way point, modulated around the tracks that count; None without one."""
-    tracks, age, obstacles = obstacles
+    tracks, age, obstacles = tracked
     if not (obstacles.modulation and len(path)):
         return None
     ahead = path[0] - pose[:2]
@@ -109,7 +107,7 @@ def around(
 
 def avoid_collision(
     now: ControlInput,
-    obstacles: TrackedObstacles,
+    tracked: TrackedObstacles,
     rows: np.ndarray,
     controller: ControllerParameters,
     robot: RobotParameters,
@@ -118,12 +116,12 @@ def avoid_collision(
 
     Args:
         now: what the controller is given.
-        obstacles: as tracked; tracks that count are predicted.
+        tracked: the dynamic obstacles; confirmed tracks are predicted.
         rows: `reachable_discs` that the certificate in time takes into account.
         controller, robot: parameters.
     """
     pose, twist, _, guidance, star = now
-    tracks, age, obstacles = obstacles
+    tracks, age, obstacles = tracked
     confirmed, limits, path = tracks.confirmed, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
@@ -143,7 +141,7 @@ def avoid_collision(
     nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
     if nearest >= obstacles.comfort and not held:
         return Avoidance(nearest, None, np.inf)
-    ways, left = manoeuvres(twist, limits, around(pose, path, obstacles, robot)), times_left(line, limits)
+    ways, left = manoeuvres(twist, limits, around(pose, path, tracked, robot)), times_left(line, limits)
     constraints = constraints_of(star, controller, robot, obstacles)
     v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints)
     return Avoidance(nearest, np.array((v, omega)) if found else None, least)

@@ -22,7 +22,7 @@ def dynamic_step(
     now: ControlInput,
     parameters: ControllerParameters,
     robot: RobotParameters,
-    obstacles: TrackedObstacles,
+    tracked: TrackedObstacles,
 ) -> Command:
     """One period of a control law among dynamic obstacles.
 
@@ -34,11 +34,11 @@ def dynamic_step(
         now: what the law is given.
         parameters: of the controller.
         robot: its size and limits.
-        obstacles: as tracked.
+        tracked: the dynamic obstacles.
     """
     command = law(now, parameters, robot)
     pose, twist = now.pose, now.twist
-    tracks, age, obstacles = obstacles
+    tracks, age, obstacles = tracked
     rows = reachable_discs(tracks, obstacles)
     if not len(rows) and not tracks.confirmed.any():
         return command
@@ -48,7 +48,7 @@ def dynamic_step(
     rows = near(rows, pose[:2], reach)
 
     if tracks.confirmed.any() or len(tracks.standing):
-        avoidance = avoid_collision(now, obstacles, rows, parameters, robot)
+        avoidance = avoid_collision(now, tracked, rows, parameters, robot)
         if avoidance.twist is not None:
             return Command(
                 limited_twist(twist, avoidance.twist, robot, period), command.guiding_vector, True, command.errors
