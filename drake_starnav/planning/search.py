@@ -38,6 +38,9 @@ BLACKLIST_SLACK = 0.02
 """Around a target tried in vain, openings wider than the margin by this much stay open, m."""
 
 
+NOWHERE_TO_GO = np.zeros((0, 2))
+
+
 @dataclass(frozen=True)
 class Route:
     """The chosen target and the way to it.
@@ -93,31 +96,26 @@ def find_route(
             )
             path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    target, virtual_frontiers, tries = Frontiers.none(), parameters.virtual_frontiers, 0
+    target, enabled, tries, inside = Frontiers.none(), parameters.virtual_frontiers, 0, NOWHERE_TO_GO
     while True:
-        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, virtual_frontiers)
-        if (
-            not virtual_frontiers
-            or to_go is None
-            or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE
-        ):
+        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, enabled)
+        if not enabled or to_go is None or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE:
             break
-        frontier, path = virtual_frontier(roadmap, to_go.path(position))
+        optimistic = to_go.path(position)
+        frontier, path = virtual_frontier(roadmap, optimistic)
         if not len(frontier) or tries == MOST_BLACKLISTED:
-            virtual_frontiers = (
-                False  # the search may have ended at the robot, where the frontiers' costs are lower bounds
-            )
+            inside = NOWHERE_TO_GO if len(frontier) else optimistic
+            enabled = False  # the search may have ended at the robot, where the frontiers' costs are lower bounds
         elif _is_blacklisted(roadmap, frontier.stand)[0]:  # the way that was tried in vain there is still open
-            roadmap = dataclasses.replace(
-                roadmap, blacklisted_probes=np.vstack((roadmap.blacklisted_probes, frontier.probe))
-            )
+            probes = np.vstack((roadmap.blacklisted_probes, frontier.probe))
+            roadmap = dataclasses.replace(roadmap, blacklisted_probes=probes)
             tries += 1
         else:
             target, path = virtual_frontier_in_sight(roadmap, here, to_go, frontier, path)
             break
+    if not len(target) and best < 0:  # the regions may lead to the goal all the same, but for noise at their edges
+        return Route(_pulled(roadmap, position, inside, parameters), target) if len(inside) else None
     if not len(target):
-        if best < 0:
-            return None
         target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
         path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
     hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])

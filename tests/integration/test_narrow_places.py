@@ -1,0 +1,33 @@
+"""Passages that leave the robot little room, and goals close to walls, driven with rigid bodies."""
+
+import pytest
+
+from drake_starnav.scenario import load_scenario
+from drake_starnav.simulation import run_trial
+
+
+def trial(scenario: str, seed: int, *overrides: str):
+    return run_trial(load_scenario(scenario, overrides=overrides), seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("shape", "seed"), [("serpentine", 3), ("spiral", 7), ("u_turn", 11), ("any", 3081312463)], ids=str
+)
+def test_a_winding_passage_that_leaves_35_mm_on_each_side_is_driven_through(shape: str, seed: int) -> None:
+    driven = trial("channel", seed, f"world.shape={shape}", "world.clearance=0.035", "world.max_lanes=4")
+    assert driven.outcome == "reached"
+
+
+def test_a_straight_passage_is_not_crept_through() -> None:
+    overrides = ("world.shape=corridor", "world.min_length=10", "world.max_length=10", "world.clearance=0.035")
+    driven = trial("channel", 0, *overrides)
+    assert driven.outcome == "reached" and driven.mean_speed_mps > 0.3
+
+
+@pytest.mark.parametrize("place", ["wall", "corner", "niche"])
+def test_a_goal_close_to_a_wall_is_not_driven_past(place: str) -> None:
+    near, far = (
+        trial("rooms", 2, f"world.goal={place}", f"world.goal_clearance={clearance}") for clearance in (0.01, 0.1)
+    )
+    assert near.outcome == far.outcome == "reached"
+    assert near.path_length_m < 1.1 * far.path_length_m
