@@ -55,8 +55,8 @@ def drive(
             perceived = perceive(perceived, known.scan, pose, SETTINGS)
             plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
         now = ControlInput(pose, twist, errors, plan.guidance, perceived.safety)
-        obstacles = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
-        command = dynamic_step(control_step, now, CONTROLLER, ROBOT, obstacles)
+        tracked = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
+        command = dynamic_step(control_step, now, CONTROLLER, ROBOT, tracked)
         pose = moved(pose, 0.5 * (twist + command.twist), tick)
         twist, errors = command.twist, command.errors
         poses.append(pose)
