@@ -71,7 +71,7 @@ _PUBLIC = {
     "PlannerStatus": "planning",
     "Guidance": "planning.guidance",
     "SafetyStar": "regions.safe_region",
-    "Certificate": "control.certificate",
+    "Certificate": "control.braking_certificate",
     "Tracks": "tracking",
     "ControllerParameters": "control",
     "World": "worlds",
