@@ -1,6 +1,7 @@
 """The robot's body and limits."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from drake_starnav.parameters import check_parameters, parameter
@@ -70,7 +71,7 @@ class RobotParameters:
     def __post_init__(self) -> None:
         check_parameters(self, "robot")
 
-    @property
+    @cached_property
     def limits(self) -> Limits:
         """Of speeds and accelerations; all floats, or kernels would be compiled again for whole numbers."""
         return Limits(

@@ -13,8 +13,7 @@ CREEP_SPEED = 0.08
 GRIP = 8.0
 """Acceleration across the robot, speed times yaw rate, that its wheels follow without sliding, m/s^2."""
 GRIP_WHILE_BRAKING = 3.0
-"""GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with its third power, in
-simulation."""
+"""GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with the third power."""
 
 
 def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:

@@ -59,6 +59,6 @@ def with_margins(
             f"{LARGEST_ERROR:g} m"
         )
     return (
-        dataclasses.replace(planner, margin=planner.margin + error, least_margin=planner.least_margin + error),
+        dataclasses.replace(planner, margin=planner.margin + error),
         dataclasses.replace(controller, safety_margin=controller.safety_margin + error),
     )
