@@ -156,7 +156,7 @@ def test_a_virtual_frontier_is_where_a_path_leaves_the_regions_for_good(seed):
     beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
     assert (
-        VIRTUAL_FRONTIER_LENGTH - 1e-9
+        VIRTUAL_FRONTIER_LENGTH - HALF_CELL
         <= np.hypot(*(frontier.probe[0] - frontier.stand[0]))
         < VIRTUAL_FRONTIER_LENGTH + 0.1 + HALF_CELL + 1e-9
     )
