@@ -35,7 +35,7 @@ def measure_curve(options: argparse.Namespace) -> Results:
     """Run the trials, one file for each caution, then write the table and draw the curve."""
     keys = (BLIND, *(f"obstacles.caution={caution:g}" for caution in options.cautions))
     variants = {key: ("star", (*options.overrides, key)) for key in keys}
-    return run_experiment(variants, options, {"obstacles.md": curve_table, "obstacles.svg": curve_figure})
+    return run_experiment(variants, options, {"caution.md": curve_table, "caution.svg": curve_figure})
 
 
 def curve_table(results: Results, scenarios: Sequence[str]) -> str:

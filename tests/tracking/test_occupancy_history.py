@@ -21,7 +21,7 @@ NOTHING = np.zeros(360, bool)
 @settings(max_examples=15, deadline=None)
 @given(seed=seeds)
 def test_in_a_static_world_hardly_a_beam_moves_for_a_moving_robot_with_noise(seed: int) -> None:
-    """Noise has no bound: a beam that grazes an edge may be misclassified once, but fewer than one in a thousand are."""
+    """Noise has no bound: a beam that grazes an edge may be misclassified, but fewer than one in a thousand are."""
     rng = np.random.default_rng(seed)
     world = Scene(scattered(rng), (), lambda t: np.zeros((0, 2)))
     pose, twist = np.zeros(3), np.array((rng.uniform(0.1, 0.3), rng.uniform(-1.0, 1.0)))
