@@ -202,10 +202,8 @@ def _add_planning(
             scenario.robot,
             scenario.planner,
             scenario.controller,
-            rate=lidar.rate,
+            lidar,
             offset=schedule.perception,
-            delay=lidar.delay,
-            confirm=lidar.noise if lidar.outliers > 0.0 else None,
             stopwatch=stopwatch,
         ),
     )

@@ -7,6 +7,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, check_view, perceive
 from drake_starnav.regions.safe_region import SafetyStar
@@ -43,11 +44,9 @@ class StarPerception(LeafSystem):
         robot: RobotParameters,
         planner: PlannerParameters,
         controller: ControllerParameters,
+        lidar: LidarParameters,
         *,
-        rate: float,
         offset: float,
-        delay: float = 0.0,
-        confirm: float | None = None,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -55,18 +54,17 @@ class StarPerception(LeafSystem):
             robot: its radius.
             planner: of the regions.
             controller: of the safety star.
-            rate: of the lidar, Hz.
+            lidar: its rate and delay; if it declares outliers, they are discarded by `without_strays` at its noise.
             offset: from the lidar's update to this one, s; at least one step of the plant.
-            delay: from a scan to its arrival, s.
-            confirm: if not None, outliers are discarded by `without_strays` at this noise, m.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
-        period = checked_period(self, rate=rate, offset=offset)
+        period = checked_period(self, rate=lidar.rate, offset=offset)
+        outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
         self._controller = controller
-        self._settings = PerceptionSettings(planner, controller, robot.radius, confirm)
+        self._settings = PerceptionSettings(planner, controller, robot.radius, outlier_noise)
         self._stopwatch = stopwatch or Stopwatch()
-        self._expiry = delay + controller.scan_patience / rate
+        self._expiry = lidar.delay + controller.scan_patience / lidar.rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         nothing = Perceived.nothing()

@@ -51,7 +51,7 @@ def main(png: Path | None) -> None:
     goal = builder.AddSystem(ConstantVectorSource(world.goal))
     # Events at one instant all see what was before it, so each stage updates a plant step after the one it reads.
     perception = builder.AddSystem(
-        StarPerception(robot, planner_parameters, controller_parameters, rate=lidar.rate, offset=TIME_STEP)
+        StarPerception(robot, planner_parameters, controller_parameters, lidar, offset=TIME_STEP)
     )
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * TIME_STEP))
     controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * TIME_STEP))

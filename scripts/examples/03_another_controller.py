@@ -67,7 +67,7 @@ def main(png: Path | None) -> None:
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, SCENARIO.robot, SCENARIO.lidar, time_step=STEP))
     perception = builder.AddSystem(
-        StarPerception(SCENARIO.robot, SCENARIO.planner, SCENARIO.controller, rate=SCENARIO.lidar.rate, offset=STEP)
+        StarPerception(SCENARIO.robot, SCENARIO.planner, SCENARIO.controller, SCENARIO.lidar, offset=STEP)
     )
     planner = builder.AddSystem(StarRoadmapPlanner(SCENARIO.robot, SCENARIO.planner, offset=2 * STEP))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))

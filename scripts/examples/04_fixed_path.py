@@ -68,7 +68,7 @@ def main(png: Path | None) -> None:
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, scenario.lidar, time_step=STEP))
     perception = builder.AddSystem(
-        StarPerception(robot, scenario.planner, controller_parameters, rate=scenario.lidar.rate, offset=STEP)
+        StarPerception(robot, scenario.planner, controller_parameters, scenario.lidar, offset=STEP)
     )
     route = builder.AddSystem(FixedPath(ROUTE))
     controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * STEP))

@@ -84,7 +84,7 @@ def main(png: Path | None) -> None:
     state = builder.AddSystem(MatrixGain(np.eye(5, 4) * [[1], [1], [0], [0], [0]]))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))
     perception = builder.AddSystem(
-        StarPerception(robot, planner_parameters, scenario.controller, rate=lidar_parameters.rate, offset=STEP)
+        StarPerception(robot, planner_parameters, scenario.controller, lidar_parameters, offset=STEP)
     )
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * STEP))
     controller = builder.AddSystem(CertifiedController(robot, scenario.controller, offset=2 * STEP))

@@ -78,7 +78,7 @@ def all_systems() -> list[System]:
         LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
         PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
         ObstacleTracker(defaults.obstacles, rate=lidar.rate, offset=0.005),
-        StarPerception(robot, planner, controller, rate=lidar.rate, offset=0.005),
+        StarPerception(robot, planner, controller, lidar, offset=0.005),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
         StarRoadmapPlanner(robot, planner, offset=0.01),
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),

@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
@@ -20,6 +21,7 @@ from tests.helpers.scans import cast, noisy
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 RATE, OFFSET = 20.0, 0.005
+LIDAR = LidarParameters(rate=RATE)
 WALLS = (-3.0, -3.0, 3.0, 3.0)
 POST = World("post", (0, 0, 0), (0, 0), cylinders=[(0.9, 0.0, 0.2)], bounds=WALLS)
 EMPTY = World("empty", (0, 0, 0), (0, 0), bounds=WALLS)
@@ -30,7 +32,7 @@ class Perceived:
     """A perception with a simulator, whose inputs are fixed by hand."""
 
     def __init__(self, stopwatch: Stopwatch | None = None, controller: ControllerParameters = CONTROLLER) -> None:
-        self.system = StarPerception(ROBOT, PLANNER, controller, rate=RATE, offset=OFFSET, stopwatch=stopwatch)
+        self.system = StarPerception(ROBOT, PLANNER, controller, LIDAR, offset=OFFSET, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 

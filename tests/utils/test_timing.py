@@ -7,6 +7,7 @@ from pydrake.geometry import GeometryId
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
@@ -28,13 +29,13 @@ WITH_PERIOD = {
     "CollisionMonitor": lambda **times: CollisionMonitor(robot=[GeometryId.get_new_id()], ground=[], **times),
 }
 WITH_RATE = {
-    "StarPerception": lambda **times: StarPerception(ROBOT, PLANNER, CONTROLLER, **times),
     "ObstacleTracker": lambda **times: ObstacleTracker(DynamicObstacleParameters(), **times),
     "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
     "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
 }
 WITH_OFFSET = {
+    "StarPerception": lambda **times: StarPerception(ROBOT, PLANNER, CONTROLLER, LidarParameters(), **times),
     "StarRoadmapPlanner": lambda **times: StarRoadmapPlanner(ROBOT, PLANNER, **times),
     "CertifiedController": lambda **times: CertifiedController(ROBOT, CONTROLLER, **times),
 }
