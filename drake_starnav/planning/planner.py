@@ -269,7 +269,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
         roadmap = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)
     if len(route.target):
         target = np.vstack((route.target.stand, route.target.probe))
-        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a gate
+        if not (roadmap.frontiers.stand == route.target.stand).all(axis=1).any():  # a virtual frontier
             roadmap = dataclasses.replace(roadmap, frontiers=roadmap.frontiers.joined(route.target))
     return dataclasses.replace(
         state,

@@ -132,7 +132,7 @@ def find_route(
 
 
 def _is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
-    """Which places of shape (n, 2) in W lie in a retired disc, shape (n,)."""
+    """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
     away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
     return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
 
