@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.control.parameters import CERTIFIED, GUIDED
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
@@ -51,12 +51,11 @@ def validate(scenario: Scenario) -> None:
             f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
             "that sees farther than the robot reaches"
         )
-    if controller.certifies:
-        backwards = scenario.obstacles.max_speed > 0.0 or controller.certified_by == "points"
-        check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
-        _check_range(scenario, reach)
-        _check_beams(scenario)
-        _check_braking(scenario)
+    backwards = scenario.obstacles.max_speed > 0.0 or controller.certified_by == "points"
+    check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
+    _check_range(scenario, reach)
+    _check_beams(scenario)
+    _check_braking(scenario)
     if controller.kind == "mpc":
         for name, value, allowed in (
             ("controller.certified_by", controller.certified_by, "star"),
@@ -68,7 +67,7 @@ def validate(scenario: Scenario) -> None:
 
 def _check_path(scenario: Scenario) -> None:
     controller = scenario.controller
-    planned = controller.kind in CERTIFIED or controller.target == "short_term_goal"
+    planned = controller.kind in GUIDED or controller.target == "short_term_goal"
     if scenario.planner.path != "fastest" or not planned:
         return
     if controller.kind != "star":
@@ -98,7 +97,7 @@ def _check_braking(scenario: Scenario) -> None:
     hardest = scenario.robot.max_acceleration
     if hardest > HARDEST_BRAKING:
         raise StarnavError(
-            f"robot.max_acceleration is {hardest:g} m/s^2, with controller.certificate; allowed: at most "
+            f"robot.max_acceleration is {hardest:g} m/s^2, with a certificate; allowed: at most "
             f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
         )
 

@@ -19,7 +19,7 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
-NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
+BY_STAR, BY_POINTS, UNSEEN = range(3)
 """Which certificate applies to static obstacles; UNSEEN accepts nothing, since nothing was seen."""
 
 
@@ -27,7 +27,7 @@ class Constraints(NamedTuple):
     """The constraints that the certificates check a command against.
 
     Attributes:
-        kind: NONE, BY_STAR, BY_POINTS or UNSEEN.
+        kind: BY_STAR, BY_POINTS or UNSEEN.
         hold, delay: how long a command is followed, and after what time, s.
         margin, margin_per_speed: to static obstacles, m and s.
         distance: to dynamic obstacles, from the robot's centre, m.
@@ -51,15 +51,10 @@ def constraints_of(
     star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, obstacles: DynamicObstacleParameters
 ) -> Constraints:
     """The constraints that the parameters ask for, with what the last scans certify."""
-    if not controller.certificate:
-        kind = NONE
-    elif not star.seen:
-        kind = UNSEEN
-    else:
-        kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
+    kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
     needed = needed_distances(star.half_gaps, robot.radius)
     return Constraints(
-        kind=kind,
+        kind=kind if star.seen else UNSEEN,
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
@@ -98,8 +93,8 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, constraints):
     A robot outside the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
     kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = constraints
-    if kind in (NONE, UNSEEN):
-        return kind == NONE
+    if kind == UNSEEN:
+        return False
     if kind == BY_STAR and stops_inside(
         x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values
     ):
