@@ -88,7 +88,7 @@ def package_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray
 
 def package_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The fit with the results that `numpy_pipeline.adaptive_fit` has."""
-    fit = fit_piecewise_cubic(samples, PLANNER)
+    fit = fit_piecewise_cubic(samples)
     return fit.starts, fit.values, fit.slopes
 
 
@@ -138,7 +138,7 @@ def steps(kept: Drive) -> list[Step]:
                 partial(numpy_pipeline.free_range, scan, distance, ROBOT.radius, PLANNER),
             )
         )
-        fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples, PLANNER)))
+        fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples)))
         safe.append((partial(package_safety, moment, distance), partial(numpy_safety, moment, distance)))
         whole.append((partial(package_scan, moment), partial(numpy_scan, moment)))
     return [

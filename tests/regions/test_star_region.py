@@ -21,7 +21,7 @@ from drake_starnav.regions.star_region import (
 )
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, smooth_region
 
-RAW = StarParameters(smoothing="none")
+RAW = StarParameters(smoothing_beams=0)
 STEP = 2.0 * math.pi / 720
 
 

@@ -84,15 +84,14 @@ def sight_range(
     return FreeRange(np.clip(distance[beam] - radius, 0.0, limit), limit, 0.0)
 
 
-def fit_slopes(samples: np.ndarray) -> PiecewiseCubic:
+def fit_slopes(samples: np.ndarray, one_sided: bool = False) -> PiecewiseCubic:
     """Least-squares cubics, each of which begins where the boundary jumps or its direction has changed.
 
-    Args:
-        samples: shape (M,), free range at the bearings of a uniform grid, m.
+    Arguments as for `fit_piecewise_cubic`.
 
     Source: paper, section III-A.
     """
-    return fit_segments(samples, _slope_breaks(samples, JUMP, SLOPE_CHANGE), math.inf, False)
+    return fit_segments(samples, _slope_breaks(samples, JUMP, SLOPE_CHANGE), math.inf, one_sided)
 
 
 @njit(cache=True)
