@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from drake_starnav.control.modulation import (
     CENTER,
     FARTHEST,
+    SIGMA,
     boundary_at,
     modulated_direction,
     near_wall_direction,
-    nearest_point_direction,
 )
 from drake_starnav.regions.star_region import RegionStack, StarRegion
 from tests.helpers.scans import RADIUS, seeds, smooth_region
@@ -230,20 +230,3 @@ def test_the_near_wall_term_sets_in_continuously(seed):
     towards = np.array(closer) @ hit
     assert np.abs(np.diff(towards)).max() < 0.05
     assert (np.diff(towards) < 1e-9).all()  # the nearer, the less towards the hit
-
-
-@settings(max_examples=40)
-@given(seeds)
-def test_the_papers_term_slides_along_the_nearest_hit_when_close(seed):
-    rng = np.random.default_rng(seed)
-    hit = unit(rng.uniform(-math.pi, math.pi))
-    direction, guide = unit(rng.uniform(-math.pi, math.pi)), unit(rng.uniform(-math.pi, math.pi))
-    hits = np.array([(RADIUS + rng.uniform(-0.2, 0.1)) * hit, 3.0 * unit(rng.uniform(-math.pi, math.pi))])
-    out = nearest_point_direction(np.zeros(2), direction, guide, hits, RADIUS, 0.1)
-    assert out @ hit <= 1e-9 and np.hypot(*out) == pytest.approx(1.0)
-    assert np.sign(out @ (-hit[1], hit[0])) == np.sign(guide @ (-hit[1], hit[0]))
-    away = nearest_point_direction(np.zeros(2), direction, guide, (RADIUS + 100.0) * hit[None], RADIUS, 0.1)
-    np.testing.assert_allclose(away, direction, atol=0.01)
-    np.testing.assert_array_equal(
-        nearest_point_direction(np.zeros(2), direction, guide, np.zeros((0, 2)), RADIUS, 0.1), direction
-    )

@@ -144,7 +144,7 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     now = control_input(pose, twist, Guidance(path, arrives, regions), star)
-    _, reactive, _ = desired_twist(now, PARAMETERS, ROBOT)
+    _, reactive = desired_twist(now, PARAMETERS, ROBOT)
     v, omega, accepted = predictive_twist(now, reactive, PARAMETERS, ROBOT)
     if accepted:
         assert certified(pose, twist, np.array((v, omega)), PERIOD, LIMITS, star)

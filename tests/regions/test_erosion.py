@@ -154,14 +154,6 @@ def test_wider_discs_and_shorter_ranges_never_gain():
     assert (eroded_range(hits, 0.2, free_limit(scan, count, 1.0, 0.2)) == np.minimum(narrow, 0.8)).all()
 
 
-@pytest.mark.parametrize("erosion, shrink", [("radial", INFLATED), ("none", 0.0)])
-def test_other_erosions_take_each_beam_alone(erosion, shrink):
-    scan = cast(scattered(np.random.default_rng(1)))
-    samples, limit, _ = profile(scan, dataclasses.replace(RAW, erosion=erosion))
-    np.testing.assert_allclose(samples[::2], np.maximum(scan.distances - shrink, 0.0))
-    np.testing.assert_allclose(limit, 5.0 - shrink)
-
-
 @pytest.mark.parametrize("beams, samples", [(360, 720), (720, 720), (500, 1000), (1000, 1000), (7, 721)])
 def test_samples_lie_on_the_beams_of_a_full_circle(beams, samples):
     assert bearing_count(full_scan(np.ones(beams)), RAW) == samples

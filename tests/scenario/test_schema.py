@@ -70,7 +70,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
         (
             "world: !Forest {}\ncontroller: {kind: dwb}",
-            ["controller.kind", "dwb", "star, mpc, star_paper, dsm, foa, dwa, apf"],
+            ["controller.kind", "dwb", "star, mpc, star_paper, dsm"],
         ),
         ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
         ("world: !Forest {}\nlocalization: {matching: 3}", ["localization.matching", "true or false"]),

@@ -43,6 +43,8 @@ def test_overlapping_regions_are_summed_with_the_papers_weights(seed):
         matrix, gamma = modulation_matrix(region, point, SIGMA)
         if np.hypot(*(point - region.center)) < 0.05:
             return  # next to a reference point the paper's weight is without bound
+        if abs(gamma - 1.0) < 0.01:
+            return  # on a boundary the sum jumps
         if gamma > 1.0:
             total, weights = total + max(gamma, 1.0) * matrix @ guide, weights + max(gamma, 1.0)
     expected = total / np.hypot(*total) if weights else guide

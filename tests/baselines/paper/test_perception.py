@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from drake_starnav.baselines.paper.perception import RANGE, fit_slopes, perceive, sight_range, smoothed_distances
 from drake_starnav.control import ControllerParameters
@@ -11,6 +12,7 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions import StarParameters
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.worlds import World
 from tests.helpers.scans import RADIUS, cast, scattered
 
 SETTINGS = PerceptionSettings(PlannerParameters(), ControllerParameters(kind="star_paper"), RADIUS)
@@ -29,6 +31,14 @@ def test_ranges_beyond_the_clip_are_no_returns() -> None:
     assert samples.max() == limit.max() == RANGE and margin == 0.0
 
 
+@pytest.mark.parametrize("radius", [0.0, 0.25])
+def test_each_beam_counts_alone(radius: float) -> None:
+    scan = cast(scattered(np.random.default_rng(1)))
+    samples, limit, _ = sight_range(scan, scan.distances, StarParameters(), radius=radius)
+    np.testing.assert_allclose(samples[::2], np.maximum(scan.distances - radius, 0.0))
+    np.testing.assert_allclose(limit, 5.0 - radius)
+
+
 def test_smoothing_takes_noise_and_crosses_jumps() -> None:
     rng = np.random.default_rng(1)
     exact = np.repeat((1.0, 1.5), 180)
@@ -39,22 +49,22 @@ def test_smoothing_takes_noise_and_crosses_jumps() -> None:
 
 def test_the_region_is_as_far_as_the_beams_see() -> None:
     pose = np.array((0.3, -0.2, 0.7))
-    scan = cast(scattered(np.random.default_rng(3)), pose)
+    scan = cast(World("box", (0, 0, 0), (1, 0), bounds=(-1.5, -1.2, 1.4, 1.3)), pose)
     seen = perceive(Perceived.nothing(), scan, pose, SETTINGS)
     region = seen.observation.region
     assert region is not None and region.margin == 0.0
-    near = scan.distances < 1.0
+    near = scan.distances < RANGE
     fitted = region.phi(pose[2] + scan.bearings[near])
     assert np.median(np.abs(fitted - scan.distances[near])) < 0.02
 
 
 def test_nothing_is_certified_but_near_hits_and_times_are_kept() -> None:
     pose = np.zeros(3)
-    scan = cast(scattered(np.random.default_rng(3)), pose)
+    scan = cast(World("post", (0, 0, 0), (3, 0), cylinders=[(0.8, 0.2, 0.1), (1.5, -0.5, 0.2)]), pose)
     stopwatch = Stopwatch()
     seen = perceive(Perceived.nothing(), scan, pose, SETTINGS, stopwatch)
     assert not seen.safety.seen and not seen.safety.values.any() and seen.safety.time == scan.time
-    assert np.hypot(*seen.safety.near_hits.T).max() < 1.0
+    assert len(seen.safety.near_hits) and np.hypot(*seen.safety.near_hits.T).max() < 1.0
     assert len(stopwatch.seconds["scan"]) == len(stopwatch.seconds["fit"]) == 1
 
 

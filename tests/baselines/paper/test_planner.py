@@ -70,7 +70,7 @@ def test_an_enclosed_robot_gives_up() -> None:
     assert plan_step(late, now(looked(world, 0.0, time=0.1), world.goal)).status is PlannerStatus.UNREACHABLE
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_the_frontier_of_least_length_and_straight_line_is_chosen(seed: int) -> None:
     world, roadmap, seen = explored(seed)
     assert len(roadmap) == 5 and len(roadmap.frontiers)
