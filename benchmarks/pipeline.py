@@ -62,7 +62,7 @@ def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
     """`scan_processing` in NumPy: the values of region and safety star, and the near hits."""
     distance = numpy_pipeline.smoothed_distances(moment.scan, PLANNER)
     samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, PLANNER)
-    return numpy_pipeline.adaptive_fit(samples, PLANNER)[1], *numpy_safety(moment, distance)
+    return numpy_pipeline.adaptive_fit(samples)[1], *numpy_safety(moment, distance)
 
 
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

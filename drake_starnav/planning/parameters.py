@@ -61,12 +61,6 @@ class PlannerParameters(StarParameters):
         high=20.0,
         when="raise it if the robot oscillates between two paths",
     )
-    path: str = parameter(
-        "shortest",
-        "the path to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
-        "time-to-go on the distance grid; for fast robots in narrow places; needs `controller.look_ahead`)",
-        choices=("shortest", "fastest"),
-    )
     contradiction: float = parameter(
         0.2,  # twice the distance between two beams at 5 m: smaller contradictions stem from coarse older scans
         "regions with hits of a new scan deeper inside than this, such as of a table leg too thin to be detected from "

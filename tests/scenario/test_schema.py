@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.control.parameters import GUIDED
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.schema import SECTIONS, scenario_text
@@ -51,7 +52,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
     fields = {field.name: field for field in dataclasses.fields(ControllerParameters)}
     kinds = fields["kind"].metadata["choices"]
     assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds)
-    assert set(kinds) - {"star", "mpc"} <= set(SECTIONS)
+    assert set(kinds) - set(GUIDED) <= set(SECTIONS)
 
 
 @pytest.mark.parametrize(
