@@ -17,7 +17,6 @@ from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step
 from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, delay_steps
@@ -132,10 +131,7 @@ def add_navigation(
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
-    error = error_budget(Declared.of(scenario))
-    planner_parameters, controller_parameters = with_margins(
-        scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
-    )
+    planner_parameters, controller_parameters = with_margins(scenario)
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
         station = builder.AddNamedSystem(

@@ -33,8 +33,7 @@ SCENARIO = parse_scenario(
       goal: [6, 0]
     robot: {max_speed: 0.4}
     lidar: {noise: 0}
-    planner: {margin: 0.16}
-    controller: {safety_margin: 0.16}
+    drive: {error: 0.15}
     """,
     name="two robots",
 )
