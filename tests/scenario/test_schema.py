@@ -69,7 +69,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
         ("world: !Forest {}\nplanner: {frontiers: egdes}", ["planner.frontiers", "edges, dbscan"]),
         ("world: !Forest {}\ncontroller: {kind: dwb}", ["controller.kind", "dwb", "star, mpc, dsm, foa, dwa, apf"]),
-        ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
+        ("world: !Forest {}\ndwa: {margin: -1}", ["dwa.margin", "0 <= x"]),
         ("world: !Forest {}\ncontroller: {certificate: 3}", ["controller.certificate", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
         ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),
