@@ -73,7 +73,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
             "world: !Forest {}\ncontroller: {kind: dwb}",
             ["controller.kind", "dwb", "star, mpc, star_paper, dsm"],
         ),
-        ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
+        ("world: !Forest {}\ndwa: {margin: -1}", ["dwa.margin", "0 <= x"]),
         ("world: !Forest {}\nlocalization: {matching: 3}", ["localization.matching", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
         ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),
