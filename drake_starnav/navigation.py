@@ -82,8 +82,8 @@ def add_navigation(
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
 
     The lidar scans at multiples of its period; perception follows one tick (`simulation.time_step`) later, planner and
-    controller two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes the
-    unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
+    controller two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes
+    the unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
     the tracker takes the first of these steps and the others follow one later.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.

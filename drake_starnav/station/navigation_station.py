@@ -57,7 +57,7 @@ class Station:
         """Proximity geometries of the robot."""
         return self.equipment.robot_geometries
 
-    def GetOutputPort(self, name: str) -> OutputPort:  # noqa: N802
+    def GetOutputPort(self, name: str) -> OutputPort:
         """The port of a name in `STATION_OUTPUTS`."""
         if name == "cheat.robot_state":
             return self.plant.get_state_output_port(self.robot_model)
@@ -67,7 +67,7 @@ class Station:
             return self.scene_graph.get_query_output_port()
         return self.equipment.GetOutputPort(name)
 
-    def GetInputPort(self, name: str) -> InputPort:  # noqa: N802
+    def GetInputPort(self, name: str) -> InputPort:
         """The port of that name, as of `NavigationStation`."""
         return self.equipment.GetInputPort(name)
 
