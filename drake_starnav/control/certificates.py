@@ -1,4 +1,4 @@
-"""Both certificates at once: against static obstacles, as the controller's parameters choose, and dynamic ones."""
+"""Both certificates at once: against static obstacles and dynamic ones."""
 
 from typing import NamedTuple
 
@@ -19,27 +19,23 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
-NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
-"""Which certificate applies to static obstacles; UNSEEN accepts nothing, since nothing was seen."""
-
 
 class Constraints(NamedTuple):
     """The constraints that the certificates check a command against.
 
     Attributes:
-        kind: NONE, BY_STAR, BY_POINTS or UNSEEN.
+        seen: whether anything was seen; without, nothing is accepted.
         hold, delay: how long a command is followed, and after what time, s.
-        margin, margin_per_speed: to static obstacles, m and s.
+        margin: to static obstacles, m.
         distance: to dynamic obstacles, from the robot's centre, m.
         center, bearing_0, values: of the safety star.
         hits: on static obstacles.
     """
 
-    kind: int
+    seen: bool
     hold: float
     delay: float
     margin: float
-    margin_per_speed: float
     distance: float
     center: np.ndarray
     bearing_0: float
@@ -51,19 +47,12 @@ def constraints_of(
     star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, obstacles: DynamicObstacleParameters
 ) -> Constraints:
     """The constraints that the parameters ask for, with what the last scans certify."""
-    if not controller.certificate:
-        kind = NONE
-    elif not star.seen:
-        kind = UNSEEN
-    else:
-        kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
     needed = needed_distances(star.half_gaps, robot.radius)
     return Constraints(
-        kind=kind,
+        seen=bool(star.seen),
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
-        margin_per_speed=float(controller.margin_per_speed),
         distance=float(robot.radius + obstacles.margin),
         center=star.center,
         bearing_0=star.bearing_0,
@@ -97,15 +86,10 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, constraints):
 
     A robot outside the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
-    kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = constraints
-    if kind in (NONE, UNSEEN):
-        return kind == NONE
-    if kind == BY_STAR and stops_inside(
-        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values
-    ):
+    if not constraints.seen:
+        return False
+    _, hold, delay, margin, _, center, bearing_0, values, known = constraints
+    if stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
         return True
-    enough = margin + per_speed * abs(want_v)
-    if kind == BY_STAR:
-        enough = min(enough, clearance_at(x, y, known.hits, known.needed))
-    enough = max(enough, ESCAPE_CLEARANCE)
+    enough = max(min(margin, clearance_at(x, y, known.hits, known.needed)), ESCAPE_CLEARANCE)
     return keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough)

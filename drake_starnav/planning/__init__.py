@@ -1,17 +1,16 @@
 """Regions -> where to go next."""
 
-from drake_starnav.planning.fastest_step import fastest_step
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import plan_step
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus, PlanStep
 
 __all__ = [
+    "PlanStep",
     "PlannerInput",
     "PlannerParameters",
     "PlannerState",
     "PlannerStatus",
     "StarRoadmap",
-    "fastest_step",
     "plan_step",
 ]
