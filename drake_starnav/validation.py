@@ -8,16 +8,17 @@ from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.scenario.margins import with_margins
-from drake_starnav.station.navigation_station import NavigationStation, RobotInterface
+from drake_starnav.station.navigation_station import NavigationStation, Station
+from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import TOLERANCE
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
 
 
-def check_interface(scenario: Scenario, station: NavigationStation | RobotInterface) -> None:
+def check_interface(scenario: Scenario, station: NavigationStation | Station | RobotInterface) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
-    robot = station.equipment if isinstance(station, NavigationStation) else station
+    robot = station if isinstance(station, RobotInterface) else station.equipment
     for section in ("lidar", "localization", "drive"):
         has, declared = getattr(robot, section), getattr(scenario, section)
         for field in dataclasses.fields(declared):

@@ -92,8 +92,8 @@ def main(png: Path | None) -> None:
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.15, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=0.02))
-    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     poses = LogVectorOutput(station.GetOutputPort("localization.pose"), builder, 0.05)
     goals = LogVectorOutput(planner.GetOutputPort("short_term_goal"), builder, 0.05)
 

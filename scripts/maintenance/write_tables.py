@@ -86,7 +86,7 @@ def all_systems() -> list[System]:
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
         WheelSlip(slip=0.05, seed=0),
-        CollisionMonitor(robot=(), ground=(), period=0.02),
+        CollisionMonitor(robot=(), ground=()),
         MovingObstacleDrive(
             MovingObstacles(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005
         ),

@@ -35,7 +35,7 @@ def test_constants_are_replaced_for_one_combination() -> None:
     dwa, before = SCRIPT["dwa"], SCRIPT["dwa"].PERIOD
     with SCRIPT["replaced_constants"](["dwa.PERIOD=0.125", "dwa.margin=0.1"]) as overrides:
         assert (dwa.PERIOD, overrides) == (0.125, ["dwa.margin=0.1"])
-    assert dwa.PERIOD == before
+    assert before == dwa.PERIOD
 
 
 @pytest.mark.parametrize(
