@@ -43,7 +43,7 @@ def numbers(cls: type) -> list[tuple[dataclasses.Field, type]]:
 
 
 def extremes(field: dataclasses.Field, kind: type) -> list[typing.Any]:
-    """The least and the greatest value, those beside them, and some that are next to nothing; of a range, at its ends."""
+    """The least and the greatest value, those beside them, and some that are next to nothing."""
     if typing.get_origin(kind) is tuple:
         return [[value, value] for value in extremes(field, typing.get_args(kind)[0])]
     low, above, high = (field.metadata.get(name) for name in ("low", "above", "high"))

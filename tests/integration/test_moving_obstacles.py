@@ -58,8 +58,5 @@ def test_in_a_browser(recorded, k: int) -> None:
 
 
 def test_the_legend_names_them_only_where_there_are_some() -> None:
-    assert (
-        with_moving_obstacles(LAYERS, make_world(Crowd(moving_obstacles=(0, 0)), 0, 0.25))
-        == LAYERS
-    )
+    assert with_moving_obstacles(LAYERS, make_world(Crowd(moving_obstacles=(0, 0)), 0, 0.25)) == LAYERS
     assert MOVING_OBSTACLES in with_moving_obstacles(LAYERS, make_world(Crowd(), 0, 0.25)).values()

@@ -77,6 +77,4 @@ def _walk(
         end = place + speed * duration * np.array((math.cos(heading), math.sin(heading)))
         if ((low <= end) & (end <= high)).all():
             return end, duration
-    raise StarnavError(
-        f"StopAndGo: none of {_TRIES} walks at {speed:g} m/s stays in the room; allowed: slower discs"
-    )
+    raise StarnavError(f"StopAndGo: none of {_TRIES} walks at {speed:g} m/s stays in the room; allowed: slower discs")
