@@ -80,8 +80,10 @@ class BrowserCamera:
                 "allowed: a Chromium that works, or pictures by matplotlib"
             ) from None
         self.page.evaluate(f"starnav.look('{self._view}')")
-        # Meshcat's own panel and the camera buttons are for a live page.
-        self.page.add_style_tag(content=".lil-gui, .dg, #starnav-views {display: none !important}")
+        # Buttons are not for pictures.
+        controls = "#starnav-views, #starnav-controls, #starnav-legend summary, #starnav-legend tr.off"
+        self.page.add_style_tag(content=f"{controls} {{display: none !important}}")
+        self.page.add_style_tag(content="#starnav-play, #starnav-time {visibility: hidden}")
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -14,15 +14,31 @@ from PIL import Image
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR, WALL_COLOR, WALL_THICKNESS
-from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, around_robot, check_view, floor_to_page
-from drake_starnav.visualization.film import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Actor, Film
-from drake_starnav.visualization.meshes import MOVING_OBSTACLES, SPEED_COLORS, Layer
-from drake_starnav.visualization.page import Caption
+from drake_starnav.visualization.camera import (
+    BAR_HEIGHT,
+    PAGE,
+    PANEL_WIDTH,
+    around_robot,
+    check_view,
+    floor_to_page,
+    scale_length,
+)
+from drake_starnav.visualization.film import Actor, Film
+from drake_starnav.visualization.meshes import (
+    DECK_COLOR,
+    HEADING_COLOR,
+    LIDAR_COLOR,
+    MOVING_OBSTACLES,
+    SPEED_COLORS,
+    Layer,
+)
+from drake_starnav.visualization.page import ROOT, Caption
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Shape
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
 
+TEXT_COLOR = "#222222"
 DPI = 72.0
 """One point is one pixel of the page."""
 OBSTACLE_ORDER, ROBOT_ORDER, ON_TOP, PANEL_ORDER = 100.0, 200.0, 300.0, 1000.0
@@ -69,11 +85,13 @@ class PlotCamera:
         scale = math.sqrt(abs(np.linalg.det(matrix)))
         _draw_world(axes, self._film.world, to_page, scale)
         _draw_moving_obstacles(axes, self._film.world.moving_obstacles, time, to_page, scale)
-        for shape in self._film.timeline.visible(time + FRAME_SLACK):
-            _draw_shape(axes, shape, time, to_page)
+        for name, shape in self._film.timeline.visible(time + FRAME_SLACK).items():
+            if self._film.caption.shows(name.removeprefix(f"/{ROOT}/")):
+                _draw_shape(axes, shape, time, to_page)
         for actor in reversed(self._film.actors):  # the first on top
             _draw_robot(axes, actor, time, to_page, scale)
         _draw_panel(axes, self._film.caption, time)
+        _draw_bar(axes, time, scale)
         canvas.draw()
         return Image.fromarray(np.array(canvas.buffer_rgba())[..., :3])
 
@@ -142,20 +160,30 @@ def _draw_robot(axes: Axes, actor: Actor, time: float, to_page: ToPage, scale: f
 
 
 def _draw_panel(axes: Axes, caption: Caption, time: float) -> None:
-    axes.add_artist(
-        Rectangle((0.0, 0.0), PANEL_WIDTH, 138.0 + 21.0 * len(caption.legend), color="white", alpha=0.93, linewidth=0.0,
-                  zorder=PANEL_ORDER)
-    )  # fmt: skip
-    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": "#222222", "parse_math": False}
+    axes.add_artist(Rectangle((0.0, 0.0), PANEL_WIDTH, PAGE[1], color="white", linewidth=0.0, zorder=PANEL_ORDER))
+    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": TEXT_COLOR, "parse_math": False}
     axes.text(12.0, 21.0, caption.heading, size=16.0, weight="bold", **text)
-    lines = (*caption.lines, f"t = {time:.1f} s")
-    for k, line in enumerate(lines):
+    for k, line in enumerate(caption.lines):
         axes.text(12.0, 45.0 + 18.0 * k, line, size=12.0, **text)
-    top = 45.0 + 18.0 * len(lines) + 15.0
-    for k, layer in enumerate(caption.legend):
+    top = 45.0 + 18.0 * len(caption.lines) + 15.0
+    for k, layer in enumerate(layer for name, layer in caption.legend.items() if caption.shows(name)):
         y = top + 21.0 * k
         _draw_symbol(axes, layer, 24.0, y)
         axes.text(43.0, y, layer.label.replace(" (newest bright)", ""), size=12.0, **text)
+
+
+def _draw_bar(axes: Axes, time: float, scale: float) -> None:
+    """The clock and a bar of a round length."""
+    length = scale_length(scale)
+    top, right = PAGE[1] - BAR_HEIGHT, PAGE[0] - 12.0
+    left, y = right - scale * length, top + 0.6 * BAR_HEIGHT
+    look = {"zorder": PANEL_ORDER, "color": TEXT_COLOR}
+    axes.add_artist(Rectangle((0.0, top), PAGE[0], BAR_HEIGHT, color="white", linewidth=0.0, zorder=PANEL_ORDER))
+    axes.plot((left, left, right, right), (y - 5.0, y, y, y - 5.0), linewidth=1.5, **look)
+    text = {**look, "size": 12.0, "verticalalignment": "center"}
+    words = f"{length:g} m" if length >= 1.0 else f"{100.0 * length:.0f} cm"
+    axes.text(0.5 * (left + right), y - 8.0, words, horizontalalignment="center", **text)
+    axes.text(left - 80.0, y - 4.0, f"t = {time:.1f} s", **text)
 
 
 def _draw_symbol(axes: Axes, layer: Layer, x: float, y: float) -> None:
@@ -165,6 +193,10 @@ def _draw_symbol(axes: Axes, layer: Layer, x: float, y: float) -> None:
         axes.add_artist(
             Rectangle((x - 9.0, y - 5.0), 18.0, 10.0, facecolor=color, edgecolor=layer.color, zorder=PANEL_ORDER)
         )
+    elif layer.symbol == "robot":
+        for radius, part in ((6.5, layer.color), (4.5, DECK_COLOR)):
+            axes.add_artist(Circle((x, y), radius, facecolor=part, zorder=PANEL_ORDER))
+        axes.plot((x, x + 5.0), (y, y), color=HEADING_COLOR, linewidth=2.6, solid_capstyle="butt", zorder=PANEL_ORDER)
     elif layer.symbol in ("line", "gradient"):
         colors = SPEED_COLORS if layer.symbol == "gradient" else np.array([layer.color])
         at = np.linspace(x - 10.0, x + 10.0, len(colors) + 1)
