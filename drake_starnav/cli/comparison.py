@@ -88,6 +88,7 @@ def record_comparison(
     html: Path,
     *,
     view: str = "top",
+    shown: frozenset[str] | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Film:
     """Let each method drive the same world alone, then record all their robots in one scene.
@@ -99,6 +100,7 @@ def record_comparison(
         seed: of the world and of the sensor's noise.
         html: the file to write.
         view: camera preset that it opens with.
+        shown: layers that are shown at first; None for all.
         progress: called repeatedly with the simulated time of the current run and its time limit, s.
 
     Raises:
@@ -113,7 +115,7 @@ def record_comparison(
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     layers = meshes.with_scene(comparison_layers(entries), world)
     del layers["robot"]  # there are several, each with a row of its own
-    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers)
+    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers, shown)
     return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
 
 

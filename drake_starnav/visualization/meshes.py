@@ -1,10 +1,13 @@
 """The layers of a recording with their colours, and flat triangle meshes for them."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from drake_starnav.errors import shown
+from drake_starnav.parameters import unknown_name
 from drake_starnav.planning.frontiers import Frontiers, uncovered
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
@@ -72,6 +75,21 @@ def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
     """The layers of a legend, with the robot, and with the moving obstacles if the world has any."""
     moving = {"moving_obstacles": MOVING_OBSTACLES} if len(world.moving_obstacles) else {}
     return {**layers, **moving, "robot": ROBOT}
+
+
+def selected_layers(names: str, layers: Iterable[str]) -> frozenset[str]:
+    """Those layers that a list such as "trail,scan,frontiers" names, one by one or by folder, and what is no layer.
+
+    Raises:
+        StarnavError: no layer has such a name.
+    """
+    layers, chosen = list(layers), {"robot", "moving_obstacles"}
+    for name in names.split(","):
+        found = [layer for layer in layers if f"{layer}/".startswith(f"{name}/")]
+        if not name or not found:
+            raise unknown_name(f"layer {shown(name)}", name, dict.fromkeys(x.partition("/")[0] for x in layers))
+        chosen.update(found)
+    return frozenset(chosen)
 
 
 @dataclass(frozen=True)

@@ -38,17 +38,18 @@ class Recorder:
         film: what is needed to draw pictures of the run, once it has ended.
     """
 
-    def __init__(self, html: str | os.PathLike, view: str = "top") -> None:
+    def __init__(self, html: str | os.PathLike, view: str = "top", shown: frozenset[str] | None = None) -> None:
         """
         Args:
             html: the file to write.
             view: camera preset that it opens with, one of `camera.VIEWS`.
+            shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
 
         Raises:
             StarnavError: unknown view.
         """
         check_view(view)
-        self._html, self._view = html, view
+        self._html, self._view, self._shown = html, view, shown
         self.film: Film | None = None
 
     def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: "Scenario") -> None:
@@ -82,7 +83,8 @@ class Recorder:
         """
         world, station = self._navigation.world, self._navigation.station
         trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
-        caption = Caption(self._scenario.name, lines, with_scene({**LAYERS, "trail": trail}, world))
+        layers = with_scene({**LAYERS, "trail": trail}, world)
+        caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         robot = Actor(motion, self._scenario.robot.radius)
