@@ -180,6 +180,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _list(arguments: Sequence[str]) -> int:
+    if list(arguments) == ["--version"]:
+        from drake_starnav.evaluation.trial_file import versions
+
+        found = versions()
+        print(f"drake_starnav {found['drake_starnav']} (source {found['source']}), Drake {found['drake']}")
+        return REACHED
     if arguments and arguments[0] not in ("-h", "--help"):
         raise unknown_name("command", arguments[0], COMMANDS)
     print(_listing())
@@ -193,7 +199,7 @@ def _listing() -> str:
     width = max(map(len, (*commands, *worlds)))
     return "\n".join(
         (
-            f"usage: {program_name()} COMMAND ...   (COMMAND --help for its options)",
+            f"usage: {program_name()} COMMAND ...   (COMMAND --help for its options)   or --version",
             "",
             "commands",
             *(f"  {name:<{width}}  {text}" for name, text in commands.items()),

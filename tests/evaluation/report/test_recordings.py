@@ -72,7 +72,7 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     before = trials.read_bytes()
     out = {name: tmp_path / f"report.{name}" for name in ("html", "markdown", "csv")}
     options = [part for name, path in out.items() for part in (f"--{name}", str(path))]
-    assert report([str(trials), *options, "--recordings", "-1"]) == 0
+    assert report([str(trials), *options]) == 0
     printed = capsys.readouterr().out
     assert trials.read_bytes() == before
     assert out["markdown"].read_text().rstrip() in printed
@@ -81,12 +81,24 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
 
 
+def test_the_report_is_there_before_anything_is_recorded(trials: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+    html = tmp_path / "report.html"
+
+    def interrupted(*arguments, **options):
+        assert "reached the goal" in html.read_text(encoding="utf-8")
+        assert f"wrote {html}" in capsys.readouterr().out
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("drake_starnav.evaluation.report.record_chosen", interrupted)
+    assert report([str(trials), "--html", str(html), "--recordings"]) == 130
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["{missing}"], ["cannot read", "missing.jsonl"]),
         (["{trials}", "{trials}"], ["and so has"]),
-        (["{trials}", "--recordings", "-2"], ["--recordings is -2"]),
+        (["{trials}", "--html", "r.html", "--recordings", "-1"], ["--recordings is -1"]),
         (["{trials}", "--panels", "0"], ["--panels is 0"]),
         (["{trials}", "--jobs", "0"], ["--jobs is 0"]),
         (["{trials}", "--html", "/proc/forbidden/r.html"], ["cannot write /proc/forbidden/r.html"]),
@@ -105,6 +117,7 @@ def test_a_file_where_the_recordings_shall_be_is_reported_before_anything_runs(t
     (tmp_path / "r_recordings").touch()
     trials = tmp_path / "trials.jsonl"
     arguments = ["forest", "--trials", "1", "--json", str(trials), "--html", str(tmp_path / "r.html")]
+    arguments.append("--recordings")
     assert benchmark(arguments) == 2
     assert "cannot write" in capsys.readouterr().err
     assert not trials.exists()
