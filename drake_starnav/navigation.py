@@ -2,17 +2,20 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
-from drake_starnav.baselines import known_obstacles
+from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.control import Law, control_step
-from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.control.parameters import GUIDED
 from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
+from drake_starnav.planning import PlanStep, plan_step
+from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.margins import with_margins
@@ -31,8 +34,21 @@ from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
-LAWS: dict[str, Law] = {"star": control_step, "mpc": predictive_step}
-"""By `controller.kind`, of CERTIFIED."""
+
+class Method(NamedTuple):
+    """The functions of a method that follows the planner's guidance."""
+
+    law: Law
+    perceive: Perceive = perceive
+    step: PlanStep = plan_step
+
+
+METHODS = {
+    "star": Method(control_step),
+    "mpc": Method(predictive_step),
+    "star_paper": Method(paper.control_step, paper.perceive, paper.plan_step),
+}
+"""By `controller.kind`, of GUIDED."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
 )  # fmt: skip
@@ -141,7 +157,7 @@ def add_navigation(
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
     controller: CertifiedController | BaselineController
-    if scenario.controller.kind in CERTIFIED:
+    if scenario.controller.kind in GUIDED:
         perception, planner, tracker, matcher = _add_planning(builder, scenario, station, goal, stopwatch)
         controller = _add_certified_controller(
             builder, scenario, station, perception, matcher or planner, tracker, stopwatch
@@ -168,7 +184,7 @@ class _Schedule:
     @staticmethod
     def of(scenario: Scenario) -> "_Schedule":
         step, lidar = scenario.simulation.time_step, scenario.lidar
-        moving, matching = scenario.obstacles.max_speed > 0.0, _matches(scenario)
+        moving, matching = _tracks(scenario), _matches(scenario)
         first = step + lidar.release_offset
         perception = first + step if moving else first
         return _Schedule(
@@ -187,6 +203,7 @@ def _add_planning(
     stopwatch: Stopwatch | None,
 ) -> tuple[StarPerception, StarRoadmapPlanner, ObstacleTracker | None, ScanMatcher | None]:
     lidar, schedule = scenario.lidar, _Schedule.of(scenario)
+    method = METHODS.get(scenario.controller.kind, METHODS["star"])  # a baseline may head for short-term goals
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if schedule.tracker is not None:
         tracker = builder.AddNamedSystem(
@@ -204,6 +221,7 @@ def _add_planning(
             scenario.controller,
             lidar,
             offset=schedule.perception,
+            perceive=method.perceive,
             stopwatch=stopwatch,
         ),
     )
@@ -214,6 +232,7 @@ def _add_planning(
             scenario.planner,
             goal_tolerance=scenario.simulation.goal_tolerance,
             offset=schedule.last,
+            step=method.step,
             stopwatch=stopwatch,
         ),
     )
@@ -238,10 +257,15 @@ def _add_planning(
     return perception, planner, tracker, matcher
 
 
+def _tracks(scenario: Scenario) -> bool:
+    """Whether obstacles that move are tracked and avoided; to the paper's method the world is static."""
+    return scenario.obstacles.max_speed > 0.0 and scenario.controller.kind != "star_paper"
+
+
 def _matches(scenario: Scenario) -> bool:
     """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
     localization = scenario.localization
-    return localization.matching and not localization.exact and scenario.controller.kind in CERTIFIED
+    return localization.matching and not localization.exact and scenario.controller.kind in GUIDED
 
 
 def _add_certified_controller(
@@ -261,7 +285,7 @@ def _add_certified_controller(
             scenario.robot,
             scenario.controller,
             offset=offset,
-            law=LAWS[scenario.controller.kind],
+            law=METHODS[scenario.controller.kind].law,
             obstacles=scenario.obstacles if tracker is not None else None,
             lead=delay,
             stopwatch=stopwatch,

@@ -50,12 +50,11 @@ def validate(scenario: Scenario) -> None:
             f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
             "that sees farther than the robot reaches"
         )
-    if controller.certifies:
-        backwards = scenario.obstacles.max_speed > 0.0
-        check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
-        _check_range(scenario, reach)
-        _check_beams(scenario)
-        _check_braking(scenario)
+    backwards = scenario.obstacles.max_speed > 0.0
+    check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
+    _check_range(scenario, reach)
+    _check_beams(scenario)
+    _check_braking(scenario)
 
 
 def _check_beams(scenario: Scenario) -> None:
@@ -76,7 +75,7 @@ def _check_braking(scenario: Scenario) -> None:
     hardest = scenario.robot.max_acceleration
     if hardest > HARDEST_BRAKING:
         raise StarnavError(
-            f"robot.max_acceleration is {hardest:g} m/s^2, with controller.certificate; allowed: at most "
+            f"robot.max_acceleration is {hardest:g} m/s^2, with a certificate; allowed: at most "
             f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
         )
 

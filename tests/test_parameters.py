@@ -153,7 +153,7 @@ def test_a_name_without_a_near_one_gets_no_suggestion():
     [
         (lambda: RobotParameters(radius=-1.0), "robot.radius is -1"),
         (lambda: RobotParameters(max_acceleration=math.nan), "robot.max_acceleration is nan"),
-        (lambda: PlannerParameters(erosion="dics"), "planner.erosion is 'dics'"),
+        (lambda: ControllerParameters(kind="dwb"), "controller.kind is 'dwb'"),
         (lambda: PlannerParameters(margin=-0.2), "planner.margin is -0.2"),
         (lambda: DriveParameters(delay=-1.0), "drive.delay is -1"),
         (lambda: LocalizationParameters(drift=7.0), "localization.drift is 7"),

@@ -195,10 +195,7 @@ def test_timeout_ends_a_trial() -> None:
 
 def test_collision_is_noticed() -> None:
     """A robot that ignores what it sees drives into the cylinder ahead, and the trial says so."""
-    text = SMALL + (
-        "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
-        "planner: {erosion: none, smoothing: none, margin: 0.0, cost_to_go: straight}\nlidar: {noise: 0.0}\n"
-    )
+    text = SMALL + ("controller: {kind: apf}\napf: {repulsive_gain: 0}\n")
     text = text.replace("[1.7, 0.1, 0.4]", "[1.7, 0.0, 0.05]")
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
@@ -214,8 +211,7 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     }
     monkeypatch.setattr(simulation, judge, blind[judge])
     text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\n" + (
-        "controller: {certificate: false, modulation: false, near_wall_term: false}\nsimulation: {timeout: 3.0}\n"
-        "planner: {erosion: none, smoothing: none, margin: 0.0, cost_to_go: straight}\nlidar: {noise: 0.0}\n"
+        "controller: {kind: apf}\napf: {repulsive_gain: 0}\nsimulation: {timeout: 3.0}\n"
     )
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"

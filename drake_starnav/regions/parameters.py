@@ -24,17 +24,6 @@ class StarParameters:
         low=0.0,
         high=1.0,
     )
-    erosion: str = parameter(
-        "disc",
-        "how the robot's radius shrinks the scan: disc (exact configuration space), radial (range - radius), "
-        "none (the paper: the scan itself bounds the star)",
-        choices=("disc", "radial", "none"),
-    )
-    smoothing: str = parameter(
-        "moving_average",
-        "noise filter on the ranges: moving_average within connected runs, gaussian (the paper), or none",
-        choices=("moving_average", "gaussian", "none"),
-    )
     smoothing_beams: int = parameter(3, "half width of the moving average, in beams", low=0, high=50)
     smoothing_slack: float = parameter(
         0.0,
@@ -44,31 +33,7 @@ class StarParameters:
         low=0.0,
         high=1.0,
     )
-    range_clip: float = parameter(
-        1000.0, "ranges beyond this count as no return (the paper: 2.0)", unit="m", above=0.0, high=1000.0
-    )
     bearings: int = parameter(720, "samples of the boundary, rounded up to whole samples a beam", low=36, high=7200)
-    segmentation: str = parameter(
-        "adaptive",
-        "where cubics begin: adaptive (bisection by error), slope (the paper: by the change of the boundary's "
-        "direction), fixed (equal parts)",
-        choices=("adaptive", "slope", "fixed"),
-    )
-    segments: int = parameter(16, "number of cubics when segmentation is fixed", low=1, high=360)
-    fit_tolerance: float = parameter(
-        0.03, "largest overshoot plus undershoot of an adaptive cubic", unit="m", above=0.0, high=1.0
-    )
-    slope_change: float = parameter(
-        0.06283185307179587,
-        "change of direction that begins a new cubic when segmentation is slope",
-        unit="rad",
-        above=0.0,
-        high=3.2,
-    )
-    one_sided_fit: bool = parameter(True, "lower every cubic until it lies inside the measured free range")
-    jump: float = parameter(
-        0.12, "range step between neighbouring samples that separates surfaces", unit="m", above=0.0, high=10.0
-    )
 
 
 @dataclass(frozen=True)
