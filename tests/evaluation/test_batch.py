@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.main import benchmark, simulate
+from drake_starnav.cli.options import command_name
 from drake_starnav.evaluation import read_trials, trial_seed
 from drake_starnav.evaluation.batch import announcement
 from drake_starnav.evaluation.jobs import Case, Job
@@ -208,6 +209,6 @@ def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path
     command = [str(tiny), "--trials", "1", "--jobs", "1", "--json", str(path)]
     assert benchmark(command) == 0
     assert capsys.readouterr().err.startswith("1 trials of 1 cases, 1 at a time: about 2 s\n")
-    assert read_trials(path)[0]["command"] == shlex.join(["benchmark.py", *command])
+    assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
     assert benchmark([*command, "--resume"]) == 0  # nothing to say
     assert "trials of" not in capsys.readouterr().err
