@@ -8,8 +8,21 @@ from drake_starnav.regions.parameters import StarParameters
 
 @dataclass(frozen=True)
 class PlannerParameters(StarParameters):
-    """How scans become a roadmap and the roadmap a short-term goal."""
+    """How scans become a roadmap and the roadmap a short-term goal.
 
+    Attributes:
+        drop_seen_through: discard nodes whose hits a new scan sees through; derived, as are those of `StarParameters`.
+    """
+
+    drop_seen_through: bool = False
+    comfort: float = parameter(
+        0.02,
+        "clearance kept beyond the safety margin where there is room",
+        unit="m",
+        low=0.0,
+        high=1.0,
+        when="larger to keep farther from walls; narrower passages are still entered",
+    )
     node_spacing: float = parameter(
         0.7,
         "distance driven after which a node is added",
@@ -68,10 +81,6 @@ class PlannerParameters(StarParameters):
         unit="m",
         low=0.0,
         high=5.0,
-    )
-    drop_seen_through: bool = parameter(
-        False,
-        "with `contradiction`: discard nodes whose hits a new scan sees through; declared drift or jumps set it",
     )
     retries: int = parameter(
         6, "how often, at one place, failed targets are retried when nothing else leads to the goal", low=0

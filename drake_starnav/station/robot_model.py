@@ -126,8 +126,9 @@ def add_robot(
             f"robot.radius is {robot.radius:g} m, and link {link} of robot model {path} reaches {reach:.3f} m "
             "from the robot's axis; allowed: a radius that holds all of the robot"
         )
-    for wheel in WHEELS:
-        plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
+    if plant.time_step() > 0.0:  # a continuous plant has the servo outside: `WheelServo`
+        for wheel in WHEELS:
+            plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
     base = plant.GetBodyByName("base_link", model)
     height = _wheel_radii(plant, scene_graph, model)[0] - _axles(plant, model)[0][2]
     X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], height])
@@ -276,3 +277,13 @@ def drive_geometry(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelI
         "track": math.hypot(left[0] - right[0], left[1] - right[1]),
         "right_first": _actuators(plant, model)[0] == WHEELS[1],
     }
+
+
+def wheel_rates(plant: MultibodyPlant, model: ModelInstanceIndex) -> np.ndarray:
+    """The matrix that takes the wheels' rates, in the order of their actuators, out of the state of a model."""
+    rows = []
+    for name in _actuators(plant, model):
+        rates = np.zeros(plant.num_velocities())
+        rates[plant.GetJointByName(name, model).velocity_start()] = 1.0
+        rows.append((*np.zeros(plant.num_positions(model)), *plant.GetVelocitiesFromArray(model, rates)))
+    return np.array(rows)

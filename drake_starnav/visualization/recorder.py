@@ -23,7 +23,8 @@ from drake_starnav.visualization.timeline import Tee, Timeline
 if TYPE_CHECKING:
     from drake_starnav.navigation import Navigation
     from drake_starnav.scenario import Scenario
-    from drake_starnav.station.navigation_station import NavigationStation
+    from drake_starnav.station.navigation_station import NavigationStation, Station
+    from drake_starnav.station.robot_interface import RobotInterface
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
 """Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
@@ -138,7 +139,7 @@ def add_visualizers(
         builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
 
 
-def robot_path(station: "NavigationStation") -> str:
+def robot_path(station: "NavigationStation | Station | RobotInterface") -> str:
     """Where in Meshcat the robot's base is."""
     base = station.plant.GetBodyByName("base_link", station.robot_model)
     name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))

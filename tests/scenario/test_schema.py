@@ -32,10 +32,10 @@ def test_explicit_obstacles_read_back_equal() -> None:
 
 
 def test_precedence_is_method_then_file_then_override() -> None:
-    text = "world: !Room {}\nplanner: {margin: 0.07}\ncontroller: {rate: 60}"
+    text = "world: !Room {}\nplanner: {comfort: 0.07}\ncontroller: {rate: 60}"
     scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])
     assert scenario.controller.kind == "star_paper"  # of the method
-    assert scenario.planner.margin == 0.07  # of the file
+    assert scenario.planner.comfort == 0.07  # of the file
     assert parse_scenario(text, name="x", method="star_paper").controller.rate == 60.0  # the file wins over the method
     assert scenario.controller.rate == 80.0  # the override wins over the file
 
@@ -73,7 +73,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
             "world: !Forest {}\ncontroller: {kind: dwb}",
             ["controller.kind", "dwb", "star, mpc, star_paper, dsm"],
         ),
-        ("world: !Forest {}\ndwa: {period: 0}", ["dwa.period", "0 < x"]),
+        ("world: !Forest {}\ndwa: {margin: -1}", ["dwa.margin", "0 <= x"]),
         ("world: !Forest {}\nlocalization: {matching: 3}", ["localization.matching", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
         ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),
