@@ -17,7 +17,7 @@ PLACES = ("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",)
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """For rendering without a graphics card, also as root in a container."""
 PATIENCE = 120.0
-"""Time limit for a page to become ready, s."""
+"""Time limit for a page to become ready or to answer, s."""
 
 
 def find_chromium() -> str | None:
@@ -71,8 +71,9 @@ class BrowserCamera:
                 executable_path=find_chromium(), headless=True, args=list(FLAGS)
             )
             self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
+            self.page.set_default_timeout(1e3 * PATIENCE)
             self.page.goto(self._html.resolve().as_uri())
-            self.page.wait_for_function("viewer.animator.duration > 0", timeout=1e3 * PATIENCE)
+            self.page.wait_for_function("viewer.animator.duration > 0")
         except Error as error:
             self._playwright.stop()  # and with it the browser
             raise StarnavError(

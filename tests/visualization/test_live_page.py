@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.cli.live import LiveRun
 from drake_starnav.scenario import parse_scenario
-from drake_starnav.visualization.browser import FLAGS, browser_missing, find_chromium
+from drake_starnav.visualization.browser import FLAGS, PATIENCE, browser_missing, find_chromium
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
 
@@ -38,6 +38,7 @@ def test_a_browser_starts_pauses_and_sees_the_run(run) -> None:
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), headless=True, args=list(FLAGS))
         page = browser.new_page(viewport={"width": 1100, "height": 800})
+        page.set_default_timeout(1e3 * PATIENCE)
         complaints: list[str] = []
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(run.page.address)

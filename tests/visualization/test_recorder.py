@@ -166,7 +166,7 @@ def page(recording):
         page.on("console", lambda message: message.type == "error" and page.complaints.append(message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.reload()  # what is heard now is heard from the start
-        page.wait_for_function("viewer.animator.duration > 0", timeout=60000)
+        page.wait_for_function("viewer.animator.duration > 0")
         yield page
 
 
