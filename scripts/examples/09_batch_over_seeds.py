@@ -24,7 +24,7 @@ from drake_starnav.visualization.world_figure import PATH, draw_goal, draw_robot
 from drake_starnav.worlds import Forest
 
 SEEDS = range(6)
-FOREST = Forest(width=10.0, height=6.0, min_gap=1.0, max_gap=1.4, timeout=40.0)
+FOREST = Forest(width=10.0, height=6.0, gap=(1.0, 1.4))
 ROBOT, LIDAR = RobotParameters(max_speed=0.6), LidarParameters(beams=180)
 FIELD = PotentialFieldParameters(max_speed=0.6)
 PERIOD = 0.1  # of a step, s
