@@ -174,7 +174,12 @@ def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
     with pytest.raises(StarnavError) as caught:
         standing(RobotParameters(model=path))
     said = str(caught.value)
-    for words in ("(1) frame lidar lies at x 0.15", "lie at x -0.02, 0", "left_wheel turns about 0 -1 0", "right_wheel turns"):
+    for words in (
+        "(1) frame lidar lies at x 0.15",
+        "lie at x -0.02, 0",
+        "left_wheel turns about 0 -1 0",
+        "right_wheel turns",
+    ):
         assert words in said
     assert said.count("changed.urdf") == 1 and "(4)" in said
 
