@@ -75,7 +75,7 @@ def test_where_nothing_is_seen_nothing_is_open():
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_one_short_hit_on_one_of_two_walls_does_not_stop_the_robot_between_them(side):
-    room = 0.015
+    room = MARGIN + 0.005
     walls = [(-2.0, -(RADIUS + room), 6.0, -(RADIUS + room + 0.2)), (-2.0, RADIUS + room, 6.0, RADIUS + room + 0.2)]
     corridor = World(
         "corridor",
