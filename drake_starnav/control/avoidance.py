@@ -35,7 +35,7 @@ from drake_starnav.control.avoidance_rollout import (
     way_cost,
 )
 from drake_starnav.control.certificates import accepted, constraints_of
-from drake_starnav.control.heading_controller import wrapped_angle
+from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, wrapped_angle
 from drake_starnav.control.law import ControlInput, TrackedObstacles
 from drake_starnav.control.moving_certificate import STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
@@ -129,8 +129,7 @@ def avoid_collision(
     discs = Discs(tracks.predicted_trajectories[confirmed], tracks.radius[confirmed], standing, age)
     settings = Settings(
         horizon=obstacles.horizon,
-        heading_gain=controller.heading_gain,
-        slowdown=controller.goal_slowdown if guidance.arrives or not len(path) else np.inf,
+        slowdown=GOAL_SLOWDOWN if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
         margin=obstacles.margin,
         caution=obstacles.caution,
@@ -178,14 +177,14 @@ def _along_the_path(pose, twist, line, known, discs, limits, settings):
 @njit(cache=True)
 def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints):
     """v, omega and least predicted distance of the best rollout, and whether there is one."""
-    gain, slowdown, age = settings.heading_gain, settings.slowdown, discs.age
+    slowdown, age = settings.slowdown, discs.age
     count = len(ways)
     start = start_row(pose, twist, known.hits, settings.radius)
     change, firsts = np.zeros(count), np.empty((count, 2))
     generation = np.empty((count, COLUMNS))
     n = 0
     for m in range(count):
-        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
+        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
         change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits.max_speed + abs(omega - twist[1]) / limits.max_yaw_rate)
         if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, constraints, rows, age):

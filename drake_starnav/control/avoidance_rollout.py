@@ -76,7 +76,6 @@ class Settings(NamedTuple):
     """
 
     horizon: float
-    heading_gain: float
     slowdown: float
     radius: float
     margin: float
@@ -97,19 +96,19 @@ def start_row(pose, twist, hits, radius):
 
 
 @njit(cache=True)
-def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
+def wanted_twist(kind, a, b, row, line, limits, slowdown):
     """The twist that a manoeuvre wants where the robot is."""
     if kind == TWIST:
         return a, b
     if kind == HEADING:
         error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
-        return turning_twist(error, b, gain, limits)
+        return turning_twist(error, b, limits)
     k, last = int(row[WAY_POINT]), len(line) - 1
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
     if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
-    want_v, want_omega = turning_twist(error, a * limits.max_speed, gain, limits)
+    want_v, want_omega = turning_twist(error, a * limits.max_speed, limits)
     if k == last:
         want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, want_omega
@@ -180,7 +179,7 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
+        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.slowdown)
         if _must_brake(
             x, y, yaw, v, trajectories, radius, time, limits, distance, settings.caution, settings.max_speed
         ):

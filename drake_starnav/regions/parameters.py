@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import parameter
-
 
 @dataclass(frozen=True)
 class StarParameters:
@@ -37,9 +35,3 @@ class SafetyParameters:
     safety_range: float = 1.2
     smoothed_beams: int = 0
     average_scans: bool = False
-    scan_memory: int = parameter(
-        5,
-        "number of scans from which the safety star is made",
-        low=1,
-        high=100,
-    )
