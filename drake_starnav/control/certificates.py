@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.braking_certificate import stops_inside
-from drake_starnav.control.moving_certificate import stays_clear_of
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, stays_clear_of
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import (
     ESCAPE_CLEARANCE,
@@ -17,7 +17,6 @@ from drake_starnav.control.point_certificate import (
 )
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 
 class Constraints(NamedTuple):
@@ -43,9 +42,7 @@ class Constraints(NamedTuple):
     hits: KnownHits
 
 
-def constraints_of(
-    star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, obstacles: DynamicObstacleParameters
-) -> Constraints:
+def constraints_of(star: SafetyStar, controller: ControllerParameters, robot: RobotParameters) -> Constraints:
     """The constraints that the parameters ask for, with what the last scans certify."""
     needed = needed_distances(star.half_gaps, robot.radius)
     return Constraints(
@@ -53,7 +50,7 @@ def constraints_of(
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
-        distance=float(robot.radius + obstacles.margin),
+        distance=float(robot.radius + MOVING_MARGIN),
         center=star.center,
         bearing_0=star.bearing_0,
         values=star.values,

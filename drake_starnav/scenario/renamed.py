@@ -2,7 +2,6 @@
 
 RENAMED = {
     "movers": "obstacles",
-    "obstacles.sidestep": "modulation",
     "world.min_movers": "moving_obstacles",
     "world.max_movers": "moving_obstacles",
     "world.timeout": "simulation.timeout",

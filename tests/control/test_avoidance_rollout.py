@@ -36,9 +36,7 @@ from tests.helpers.scans import cast
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
-SETTINGS = Settings(
-    horizon=3.0, slowdown=1.2, radius=0.25, margin=0.03, caution=0.5, comfort=0.4, max_speed=0.0
-)  # fmt: skip
+SETTINGS = Settings(slowdown=1.2, radius=0.25, caution=0.5, max_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 
 
