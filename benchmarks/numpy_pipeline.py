@@ -13,10 +13,9 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import (
     LONGEST_STEP,
     SAMPLE_SPACING,
-    SPEED_SHARES,
     STOPPED_DISTANCE,
-    TURN_SHARES,
 )
+from drake_starnav.control.certificates import PROPOSALS
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, HEADING_GAIN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
@@ -264,11 +263,9 @@ def _free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar,
 def _certified_twist(
     pose: np.ndarray, twist: np.ndarray, v: float, omega: float, hold: float, star: SafetyStar, robot: RobotParameters
 ) -> tuple[float, float]:
-    tried = [(v * share, omega) for share in SPEED_SHARES]
-    tried += [(v * share, omega * turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
-    for candidate in tried:
+    for candidate in PROPOSALS * (v, omega):
         if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
-            return candidate
+            return float(candidate[0]), float(candidate[1])
     standing = twist[0] ** 2 <= 2.0 * robot.max_acceleration * STOPPED_DISTANCE
     return 0.0, omega if standing else 0.0
 

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import certified_twist, stops_inside
+from drake_starnav.control.certificates import NO_DISCS, certified_twist, first_accepted, within_star
 from drake_starnav.control.heading_controller import (
     CREEP_SPEED,
     GOAL_SLOWDOWN,
@@ -123,13 +123,10 @@ def predictive_twist(
     if seen is not None:
         twists = candidates(twist, reactive, robot)
         in_sight = now._replace(guidance=dataclasses.replace(guidance, path=seen))
-        cost = rollout_costs(twists, in_sight, parameters, robot)
-        for k in np.argsort(cost, kind="stable"):
-            v, omega = float(twists[k, 0]), float(twists[k, 1])
-            if stops_inside(
-                *pose, *twist, v, omega, period, parameters.delay, limits, star.center, star.bearing_0, star.values
-            ):
-                return v, omega, True
+        twists = twists[np.argsort(rollout_costs(twists, in_sight, parameters, robot), kind="stable")]
+        k = first_accepted(*pose, *twist, twists, limits, within_star(star, period, parameters.delay), NO_DISCS, 0.0)
+        if k >= 0:
+            return float(twists[k, 0]), float(twists[k, 1]), True
     return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)
 
 

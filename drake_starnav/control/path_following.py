@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.control.braking_certificate import certified_twist
+from drake_starnav.control.certificates import certified_twist
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.heading_controller import (
     CREEP_SPEED,

@@ -18,7 +18,7 @@ from drake_starnav.baselines.sampling_mpc import (
     rollout_costs,
 )
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import certified_twist
+from drake_starnav.control.certificates import certified_twist
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
 from drake_starnav.control.law import ControlInput
 from drake_starnav.control.path_following import desired_twist
