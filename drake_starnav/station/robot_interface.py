@@ -70,6 +70,7 @@ class RobotInterface(Diagram):
         self.lidar = lidar
         self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
         self.model, self.time_step = model, plant.time_step() or time_step
+        self.continuous = plant.time_step() == 0.0
         self.reach = robot_reach(plant, scene_graph, model)[0]
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
