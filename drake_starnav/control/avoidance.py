@@ -96,9 +96,9 @@ def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = Non
 
 def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot: RobotParameters) -> np.ndarray | None:
     """The velocity towards the next way point, modulated around the tracks that count; None without one."""
-    tracks, age, obstacles = tracked
     if not len(path):
         return None
+    tracks, age, _ = tracked
     ahead = path[0] - pose[:2]
     velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
     confirmed = tracks.confirmed

@@ -32,7 +32,7 @@ class StarPerception(LeafSystem):
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
         star: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
         safety_star: abstract, `SafetyStar` from the last scans; one that certifies nothing
-            if the last scan is older than the delay and SCAN_PATIENCE scan periods.
+            if the last scan is older than the delay and three scan periods.
 
     Updates periodically at the lidar's rate, `offset` seconds after it, if there is a new scan with at least
     one beam that is not lost; the last scans are abstract state. `perceive` does the work. A lidar whose view is too
