@@ -9,9 +9,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Outpu
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, ZeroOrderHold
 
 from drake_starnav.baselines import known_obstacles, paper
+from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import Law, control_step
 from drake_starnav.control.parameters import GUIDED
-from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step

@@ -12,9 +12,10 @@ import numpy as np
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps, point_hits
 from drake_starnav.regions.erosion import bearing_count, eroded_range, free_limit, sight_limit
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.utils.snapshot import snapshot
 
+SCAN_PATIENCE = 3.0
+"""A safety star lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this enter the near-wall term, m."""
 BLIND_SIDE = math.radians(60.0)
@@ -104,7 +105,6 @@ def safety_star(
     pose: np.ndarray,
     radius: float,
     reach: float,
-    parameters: StarParameters,
 ) -> SafetyStar:
     """The safety star about the latest scan.
 
@@ -115,9 +115,8 @@ def safety_star(
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
-        parameters: number of bearings.
     """
-    samples = bearing_count(scan, parameters)
+    samples = bearing_count(scan)
     bearing_0 = float(pose[2]) + scan.angle_min
     center = np.array(pose[:2], dtype=float)
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
