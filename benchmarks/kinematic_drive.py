@@ -74,7 +74,7 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
     """The safety star with the scan added to the memory."""
     scan, pose, reach = moment.scan, moment.pose, CONTROLLER.safety_range
     memory = moment.before.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, CONTROLLER.scan_memory)
-    return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
+    return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach), memory
 
 
 def command(moment: CommandMoment) -> np.ndarray:

@@ -105,17 +105,15 @@ def test_with_averaged_scans_narrow_doors_are_passed(left, settings) -> None:
     assert trial.min_clearance_m > 0.005
 
 
-@pytest.mark.parametrize("contradiction, longest", [(0.2, 0.0), (0.0, 20.0)])
-def test_a_fence_of_thin_posts_is_passed_without_a_stop(contradiction: float, longest: float) -> None:
+def test_a_fence_of_thin_posts_is_passed_without_a_stop() -> None:
     # from afar no beam hits the posts, so that the first regions reach through them
     posts = [(5.0 + 0.5 * (k % 2), y, 0.02) for k, y in enumerate(np.arange(-2.6, 2.7, 0.8))]
     world = World("fence", (0.0, 0.3, 0.0), (7.5, -0.2), cylinders=np.array(posts), bounds=(-1.0, -3.0, 8.5, 3.0))
-    scenario = parse_scenario(f"world: !Forest {{}}\nplanner: {{contradiction: {contradiction}}}\n", name="fence")
-    trial = run_trial(scenario, world=world)
+    trial = run_trial(parse_scenario("world: !Forest {}\n", name="fence"), world=world)
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.01
-    assert trial.stuck_s <= longest
-    assert (trial.time_s < 13.0) == (contradiction > 0.0)
+    assert trial.stuck_s == 0.0
+    assert trial.time_s < 13.0
 
 
 def test_the_memory_of_geometries_is_given_back() -> None:

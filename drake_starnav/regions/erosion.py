@@ -15,6 +15,10 @@ from drake_starnav.regions.bearing_hits import BearingHits, half_gaps, scan_hits
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.passages import opened_passages
 
+BEARINGS = 720
+"""Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m."""
+SMOOTHING_BEAMS = 3
+"""Half width of the moving average over the planner's ranges, in beams."""
 SMOOTHING_JUMP = 0.12
 """Range step between beams at which smoothing stops, m."""
 SMOOTHING_LIMIT = 0.04
@@ -35,18 +39,23 @@ class FreeRange(NamedTuple):
     margin: float
 
 
-def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
-    """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved."""
-    beams, slack = parameters.smoothing_beams, parameters.smoothing_slack
+def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
+    """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved.
+
+    Args:
+        scan: the ranges.
+        slack: additional range step within a surface, and additional change, m.
+        beams: half width of the moving average.
+    """
     return _moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
 
 
-def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
+def bearing_count(scan: LaserScan) -> int:
     """Number of samples M: a multiple of the beams of a full-circle scan, so that samples lie on beams."""
     if not scan.full_circle:
-        return parameters.bearings
+        return BEARINGS
     beams = len(scan.ranges)
-    return beams * math.ceil(parameters.bearings / beams)
+    return beams * math.ceil(BEARINGS / beams)
 
 
 def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, side: float = 0.0) -> np.ndarray:
@@ -103,11 +112,11 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
-        parameters: margin, least_margin, bearings.
+        parameters: margin, least_margin.
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    samples, margin = bearing_count(scan, parameters), parameters.margin
+    samples, margin = bearing_count(scan), parameters.margin
     hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
     limit = free_limit(scan, samples, scan.range_max, radius + margin)
     sight = sight_limit(scan, limit, radius + margin)

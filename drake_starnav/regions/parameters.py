@@ -18,8 +18,6 @@ class StarParameters:
     margin: float = 0.0315
     least_margin: float = 0.0115
     smoothing_slack: float = 0.0
-    smoothing_beams: int = parameter(3, "half width of the moving average, in beams", low=0, high=50)
-    bearings: int = parameter(720, "samples of the boundary, rounded up to whole samples a beam", low=36, high=7200)
 
 
 @dataclass(frozen=True)

@@ -123,9 +123,10 @@ def perceive(
         if noise is not None:
             history = history.remembered(scan.points(pose))
             near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
-        distance = smoothed_distances(scan, region_parameters)
+        distance = smoothed_distances(scan, region_parameters.smoothing_slack)
         if controller.smoothed_beams > 0:
-            near = _smoothed(near, controller.smoothed_beams, region_parameters.smoothing_slack)
+            smooth = smoothed_distances(near, region_parameters.smoothing_slack, controller.smoothed_beams)
+            near = dataclasses.replace(near, ranges=np.where(near.hits, smooth, near.ranges))
         profile = free_range(scan, distance, robot_radius, region_parameters)
         with stopwatch.measure("fit"):
             region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
@@ -135,12 +136,6 @@ def perceive(
         if controller.average_scans and near.motion is None:
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             known = earlier.remembered(near, pose, *kept)
-        safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, region_parameters)
+        safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range)
         safety = dataclasses.replace(safety, previous=before.safety.time)
     return Perceived(Observation(region, scan, pose), safety, memory, history)
-
-
-def _smoothed(scan: LaserScan, beams: int, slack: float) -> LaserScan:
-    """The scan with the ranges of its hits averaged over `beams` to each side, within surfaces, by `slack` (m)."""
-    parameters = StarParameters(smoothing_beams=beams, smoothing_slack=slack)
-    return dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed_distances(scan, parameters), scan.ranges))

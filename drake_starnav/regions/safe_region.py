@@ -12,7 +12,6 @@ import numpy as np
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps, point_hits
 from drake_starnav.regions.erosion import bearing_count, eroded_range, free_limit, sight_limit
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.utils.snapshot import snapshot
 
 NEAR_HIT_RANGE = 1.0
@@ -104,7 +103,6 @@ def safety_star(
     pose: np.ndarray,
     radius: float,
     reach: float,
-    parameters: StarParameters,
 ) -> SafetyStar:
     """The safety star about the latest scan.
 
@@ -115,9 +113,8 @@ def safety_star(
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
-        parameters: number of bearings.
     """
-    samples = bearing_count(scan, parameters)
+    samples = bearing_count(scan)
     bearing_0 = float(pose[2]) + scan.angle_min
     center = np.array(pose[:2], dtype=float)
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing

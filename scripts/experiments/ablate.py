@@ -157,7 +157,12 @@ ABLATIONS = (
         "method 6",
         replaced={f"{PLANNER}._unless_obstructed": replacements.first_argument},
     ),
-    Ablation("no_inspection", "dead ends are judged from afar", "method 6", ("planner.inspection_detour=20",)),
+    Ablation(
+        "no_inspection",
+        "dead ends are judged from afar",
+        "method 6",
+        replaced={"drake_starnav.planning.recovery.INSPECTION_DETOUR": math.inf},
+    ),
     Ablation(
         "any_bend",
         "no limit to the turn by modulation",

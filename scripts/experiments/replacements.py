@@ -93,7 +93,7 @@ def uncertified_twist(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, 
 def shortened_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
     """For `free_range`: ranges less the radius."""
     inflated = radius + parameters.margin
-    return sight_range(scan, distance, parameters, radius=inflated)._replace(margin=parameters.margin)
+    return sight_range(scan, distance, radius=inflated)._replace(margin=parameters.margin)
 
 
 def two_sided_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:

@@ -17,7 +17,6 @@ from drake_starnav.control.braking_certificate import (
 )
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import covers
 from drake_starnav.robot import RobotParameters
@@ -28,7 +27,6 @@ from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, s
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
-STARS = StarParameters()
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD = 0.02
 OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
@@ -37,7 +35,7 @@ OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
 def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose)
     memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, SAFE, REACH, STARS), memory
+    return safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH), memory
 
 
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:

@@ -18,7 +18,6 @@ from drake_starnav.control.point_certificate import (
     needed_distances,
 )
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -39,9 +38,9 @@ def accepts(star: SafetyStar, want: tuple[float, float], rows: np.ndarray = NOTH
 
 def seen(wall: float) -> SafetyStar:
     """What is certified in a hall whose column's face is `wall` (m) ahead."""
-    scan, pose, stars = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3), StarParameters()
+    scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
     memory = ScanMemory().remembered(scan, pose, 2.0, 1)
-    return safety_star(memory, scan, smoothed_distances(scan, stars), pose, ROBOT.radius + 0.01, 1.2, stars)
+    return safety_star(memory, scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2)
 
 
 def test_either_certificate_may_refuse() -> None:

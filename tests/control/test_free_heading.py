@@ -11,7 +11,6 @@ from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import control_step
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
@@ -29,7 +28,7 @@ def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, shor
     beam = round((bearing - pose[2] - scan.angle_min) / scan.angle_increment) % len(scan.ranges)
     measured = dataclasses.replace(scan, ranges=scan.ranges - short * (np.arange(len(scan.ranges)) == beam))
     memory = ScanMemory().remembered(measured, pose, 2.0, 1)
-    return safety_star(memory, measured, scan.distances, pose, RADIUS + MARGIN, 1.2, StarParameters())
+    return safety_star(memory, measured, scan.distances, pose, RADIUS + MARGIN, 1.2)
 
 
 def way_is_open(star: SafetyStar, position: np.ndarray, angle: float) -> bool:

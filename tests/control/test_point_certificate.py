@@ -15,7 +15,6 @@ from drake_starnav.control.point_certificate import (
     needed_distances,
 )
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.worlds.world import World
@@ -26,13 +25,13 @@ ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
 MARGIN, PERIOD = 0.005, 0.02
-REACH, STARS = 2.0, StarParameters()
+REACH = 2.0
 
 
 def sensed(world: World, pose: np.ndarray, memory: ScanMemory, reach: float = REACH) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose, beams=720)
     memory = memory.remembered(scan, pose, reach, 5)
-    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, RADIUS, reach, STARS), memory
+    return safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, reach), memory
 
 
 def clear_twist(

@@ -42,7 +42,7 @@ def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[Regi
     scan, stars = cast(world, pose), StarParameters()
     memory = memory.remembered(scan, pose, PARAMETERS.safety_range + 2.0 * RADIUS, PARAMETERS.scan_memory)
     safe = RADIUS + PARAMETERS.safety_margin
-    star = safety_star(memory, scan, smoothed_distances(scan, stars), pose, safe, PARAMETERS.safety_range, stars)
+    star = safety_star(memory, scan, smoothed_distances(scan), pose, safe, PARAMETERS.safety_range)
     return RegionStack.of([scan_region(scan, pose, RADIUS, stars)]), star, memory
 
 

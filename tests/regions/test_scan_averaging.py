@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import ScanMemory, safety_star
 from drake_starnav.regions.scan_averaging import SAME_SURFACE, averaged
 from drake_starnav.worlds.world import World
@@ -130,6 +129,6 @@ def test_between_two_walls_the_way_stays_open_in_spite_of_the_noise():
             ("nearest", raw, scan),
             ("averaged", earlier.remembered(mean, pose, REACH, COUNT), mean),
         ):
-            star = safety_star(known, latest, latest.distances, pose, RADIUS + margin, 1.2, StarParameters())
+            star = safety_star(known, latest, latest.distances, pose, RADIUS + margin, 1.2)
             opened[name] += star.values[round(-star.bearing_0 / (2.0 * math.pi) * len(star.values))] > 0.2
     assert opened["nearest"] < 5 and opened["averaged"] > 40
