@@ -140,11 +140,13 @@ def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 def safety_values(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float) -> np.ndarray:
     """As the values of `stars.safety.safety_star`; the latest scan is added to the memory here."""
-    older = SCAN_MEMORY - 1
+    counts = memory.counts
+    old = sum(counts[max(len(counts) + 1 - SCAN_MEMORY, 0) :])
+    kept = slice(len(memory.points) - old, None)
     near = scan.hits & (scan.distances < reach + 2.0 * radius)
     latest = scan.points_at(scan.distances, near, pose)
-    points = np.vstack((*memory.points[-older:], latest)) - pose[:2]
-    gaps = np.concatenate((*memory.half_gaps[-older:], half_gaps(scan, scan.distances)[near]))
+    points = np.vstack((memory.points[kept], latest)) - pose[:2]
+    gaps = np.concatenate((memory.half_gaps[kept], half_gaps(scan, scan.distances)[near]))
     samples = len(scan.ranges) * math.ceil(BEARINGS / len(scan.ranges))
     step = 2.0 * math.pi / samples
     distance = np.hypot(points[:, 0], points[:, 1])

@@ -138,6 +138,6 @@ def perceive(
         if controller.average_scans and near.motion is None:
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             known = earlier.remembered(near, pose, *kept)
-        safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range)
-        safety = dataclasses.replace(safety, previous=before.safety.time)
+        reach, previous = controller.safety_range, before.safety.time
+        safety = safety_star(known, near, distance, pose, safe_radius, reach, previous)
     return Perceived(Observation(region, scan, pose), safety, memory, history)

@@ -165,6 +165,22 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
     assert region.margin == found.margin
 
 
+def opened(scan: LaserScan) -> np.ndarray:
+    """The free range with its passages, from erosions of the whole scan."""
+    free, narrowest = eroded(scan, MARGIN), eroded(scan, LEAST)
+    if with_passages(free, narrowest)[1]:
+        for narrow in (eroded(scan, 0.5 * (MARGIN + LEAST)), narrowest):
+            free, _ = with_passages(free, narrow)
+    return free
+
+
+@settings(max_examples=100)
+@given(seeds)
+def test_the_narrower_robot_is_only_looked_at_where_a_passage_can_be(seed):
+    scan = cast(scattered(np.random.default_rng(seed), discs=12, walls=10, clear=0.3))
+    np.testing.assert_array_equal(profile(scan).values, opened(scan))
+
+
 def runs(flags: np.ndarray) -> list[np.ndarray]:
     """The indices of each run of set flags, around the end of the array."""
     if flags.all() or not flags.any():

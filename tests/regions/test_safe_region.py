@@ -36,7 +36,7 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
     points = star.center + np.random.default_rng(seed).uniform(-1.3, 1.3, (800, 2))
     inside = np.array([covers(star.center, star.bearing_0, star.values, *p) for p in points])
     assert inside.any() and not inside.all()
-    hits = np.vstack(memory.points)
+    hits = memory.points
     assert segment_distance(hits[None], star.center, points[inside][:, None]).min() > SAFE - 1e-9
     assert np.hypot(*(points[inside] - star.center).T).max() <= REACH
 
@@ -45,7 +45,8 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
 @given(seeds)
 def test_more_scans_never_certify_more(seed):
     star, memory, scan, pose = driven(seed)
-    latest = ScanMemory(memory.points[-1:], memory.half_gaps[-1:])
+    first = -memory.counts[-1]
+    latest = ScanMemory(memory.points[first:], memory.half_gaps[first:], memory.counts[-1:])
     alone = safety_star(latest, scan, smoothed_distances(scan), pose, SAFE, REACH)
     assert (star.values <= alone.values + 1e-12).all()
 
@@ -57,16 +58,16 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         memories = [ScanMemory()]
         for scan in scans:
             memories.append(memories[-1].remembered(scan, np.zeros(3), 3.5, count))
-        assert [len(m.points) for m in memories] == [min(k, count) for k in range(5)]
+        assert [len(m.counts) for m in memories] == [min(k, count) for k in range(5)]
         memory = memories[-2]
-        assert tuple(float(np.hypot(*p[0])) for p in memory.points) == kept
-        assert [len(p) for p in memories[-1].points][-1] == 0  # 4 m is beyond the reach that matters
-        assert all(len(p) == len(g) for p, g in zip(memory.points, memory.half_gaps, strict=True))
+        assert tuple(np.hypot(*memory.points[::4].T).tolist()) == kept and set(memory.counts) == {4}
+        assert memories[-1].counts[-1] == 0  # 4 m is beyond the reach that matters
+        assert len(memory.points) == len(memory.half_gaps) == sum(memory.counts)
 
 
 def test_the_star_holds_all_remembered_hits():
     star, memory, _, _ = driven(5)
-    np.testing.assert_array_equal(star.hits, np.vstack(memory.points))
+    np.testing.assert_array_equal(star.hits, memory.points)
     assert star.seen and len(star.half_gaps) == len(star.hits)
 
 
