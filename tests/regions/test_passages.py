@@ -168,7 +168,7 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
     assert clear[moves].min(initial=np.inf) > RADIUS + found.margin - 1e-9
     assert clear[moves & (found.values == plain)].min(initial=np.inf) > RADIUS + MARGIN - 1e-9
     region = scan_region(scan, np.zeros(3), RADIUS, PARAMETERS)
-    smoothed = free_range(scan, smoothed_distances(scan, PARAMETERS), RADIUS, PARAMETERS)
+    smoothed = free_range(scan, smoothed_distances(scan), RADIUS, PARAMETERS)
     np.testing.assert_array_equal(region.free_range, smoothed.values)
     assert region.margin == smoothed.margin
 
