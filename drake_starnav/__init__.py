@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.geometry.trajectory import Motion as Motion
     from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
     from drake_starnav.lidar.sensor_model import LidarParameters as LidarParameters
+    from drake_starnav.navigation import Navigation as Navigation
     from drake_starnav.navigation import add_navigation as add_navigation
     from drake_starnav.navigation import make_diagram as make_diagram
     from drake_starnav.planning import PlannerParameters as PlannerParameters
@@ -49,6 +50,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
     from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
+    from drake_starnav.systems.twist_shield import TwistShield as TwistShield
     from drake_starnav.tracking import DynamicObstacleParameters as DynamicObstacleParameters
     from drake_starnav.tracking import Tracks as Tracks
     from drake_starnav.visualization.recorder import Recorder as Recorder
@@ -89,6 +91,7 @@ _PUBLIC = {
     "ScanMatcher": "systems.scan_matcher",
     "CertifiedController": "systems.certified_controller",
     "BaselineController": "systems.baseline_controller",
+    "TwistShield": "systems.twist_shield",
     "WheelSpeedCommand": "station.wheel_speed_command",
     "CollisionMonitor": "station.collision_monitor",
     "ArrivalMonitor": "station.arrival_monitor",
@@ -100,6 +103,7 @@ _PUBLIC = {
     "RobotInterface": "station.navigation_station",
     "add_robot": "station.robot_model",
     "plant_config": "station.navigation_station",
+    "Navigation": "navigation",
     "add_navigation": "navigation",
     "make_diagram": "navigation",
     "Trial": "simulation",

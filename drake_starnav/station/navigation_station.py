@@ -68,7 +68,7 @@ class RobotInterface(Diagram):
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
-        self.lidar = lidar
+        self.plant, self.scene_graph, self.robot_model, self.lidar = plant, scene_graph, model, lidar
         self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
         self.time_step, self.reach = plant.time_step(), robot_reach(plant, scene_graph, model)[0]
         builder = DiagramBuilder()

@@ -10,7 +10,9 @@ from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatV
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.systems.connecting import outputs
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
 from drake_starnav.visualization.film import Actor, Film
@@ -21,8 +23,7 @@ from drake_starnav.visualization.timeline import Tee, Timeline
 
 if TYPE_CHECKING:
     from drake_starnav.navigation import Navigation
-    from drake_starnav.scenario import Scenario
-    from drake_starnav.station.navigation_station import NavigationStation
+    from drake_starnav.station.navigation_station import NavigationStation, RobotInterface
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
 """Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
@@ -50,14 +51,16 @@ class Recorder:
         self._html, self._view = html, view
         self.film: Film | None = None
 
-    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: "Scenario") -> None:
+    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: Scenario | None = None) -> None:
         """Start a Meshcat and add its visualizers.
 
         Args:
             builder: to which they are added.
-            navigation: what `add_navigation` put into the same builder.
-            scenario: whose parameters `recording` and `robot` are used.
+            navigation: what `add_navigation` put into the same builder, or `Navigation(world, station)` with what else
+                there is to draw.
+            scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
         """
+        scenario = scenario or Scenario(navigation.world.name, None)
         self._meshcat = quiet_meshcat()
         self._timeline = Timeline()
         self._navigation, self._scenario = navigation, scenario
@@ -69,12 +72,12 @@ class Recorder:
         frame_camera(self._meshcat, self._navigation.world.extent)
         start_recording(self._meshcat, self._scenario.recording)
 
-    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+    def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
         """End the recording and write it.
 
         Args:
             lines: of the caption, below the scenario's name.
-            motion: of the robot.
+            motion: of the robot; without it there is no `film`.
 
         Raises:
             StarnavError: the file cannot be written.
@@ -84,8 +87,9 @@ class Recorder:
         caption = Caption(self._scenario.name, lines, with_moving_obstacles({**LAYERS, "trail": trail}, world))
         cameras = Cameras(camera_presets(world), self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
-        robot = Actor(motion, self._scenario.robot.radius)
-        self.film = Film(caption, world, self._timeline, (robot,))
+        if motion is not None:
+            robot = Actor(motion, self._scenario.robot.radius)
+            self.film = Film(caption, world, self._timeline, (robot,))
 
 
 def quiet_meshcat() -> Meshcat:
@@ -96,7 +100,7 @@ def quiet_meshcat() -> Meshcat:
 def add_visualizers(
     builder: DiagramBuilder,
     navigation: "Navigation",
-    scenario: "Scenario",
+    scenario: Scenario,
     meshcat: Meshcat,
     timeline: Timeline | None = None,
     keep: bool = True,
@@ -109,11 +113,12 @@ def add_visualizers(
         timeline: where to remember what is drawn as well, if anywhere.
         keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
     """
-    station, controller = navigation.station, navigation.controller
+    station = navigation.station
+    query = outputs(station).get("cheat.geometry_query") or station.scene_graph.get_query_output_port()
     period = 1.0 / scenario.recording.frames_per_second
     MeshcatVisualizer.AddToBuilder(
         builder,
-        station.GetOutputPort("cheat.geometry_query"),
+        query,
         meshcat,
         MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
     )
@@ -121,20 +126,21 @@ def add_visualizers(
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
     )
+    goal, planner = navigation.goal, navigation.planner
     for port, name in (
         (navigation.localization("pose"), "pose"),
         (station.GetOutputPort("lidar.scan"), "scan"),
         (navigation.localization("scan_pose"), "scan_pose"),
-        (navigation.goal.get_output_port(), "goal"),
-        (controller.GetOutputPort("twist_command"), "twist"),
+        (None if goal is None else goal.get_output_port(), "goal"),
+        (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
+        (None if planner is None else outputs(planner).get("roadmap"), "roadmap"),
     ):
-        builder.Connect(port, visualizer.GetInputPort(name))
-    if navigation.planner is not None:
-        builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
+        if port is not None:
+            builder.Connect(port, visualizer.GetInputPort(name))
 
 
-def robot_path(station: "NavigationStation") -> str:
+def robot_path(station: "NavigationStation | RobotInterface") -> str:
     """Where in Meshcat the robot's base is."""
     base = station.plant.GetBodyByName("base_link", station.robot_model)
     name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))

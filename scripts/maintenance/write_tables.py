@@ -47,6 +47,7 @@ from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.visualization.slider_goal import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds import WORLD_KINDS, World
@@ -83,6 +84,7 @@ def all_systems() -> list[System]:
         StarRoadmapPlanner(robot, planner, offset=0.01),
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
+        TwistShield(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
