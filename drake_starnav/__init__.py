@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.scenario import Scenario as Scenario
     from drake_starnav.scenario import load_scenario as load_scenario
     from drake_starnav.scenario import parse_scenario as parse_scenario
+    from drake_starnav.scenario import save_scenario as save_scenario
     from drake_starnav.scenario import scenario_names as scenario_names
     from drake_starnav.scenario.faults import DriveParameters as DriveParameters
     from drake_starnav.scenario.faults import LocalizationParameters as LocalizationParameters
@@ -37,12 +38,15 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.simulation import run_trial as run_trial
     from drake_starnav.station.arrival_monitor import ArrivalMonitor as ArrivalMonitor
     from drake_starnav.station.collision_monitor import CollisionMonitor as CollisionMonitor
+    from drake_starnav.station.lidar_config import ApplyLidarConfig as ApplyLidarConfig
+    from drake_starnav.station.lidar_config import LidarConfig as LidarConfig
     from drake_starnav.station.lidar_sensor import LidarMount as LidarMount
     from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
     from drake_starnav.station.navigation_station import NavigationStation as NavigationStation
     from drake_starnav.station.navigation_station import RobotInterface as RobotInterface
     from drake_starnav.station.navigation_station import plant_config as plant_config
     from drake_starnav.station.robot_model import add_robot as add_robot
+    from drake_starnav.station.scenario_config import ScenarioConfig as ScenarioConfig
     from drake_starnav.station.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.certified_controller import CertifiedController as CertifiedController
@@ -82,9 +86,13 @@ _PUBLIC = {
     "Scenario": "scenario",
     "load_scenario": "scenario",
     "parse_scenario": "scenario",
+    "save_scenario": "scenario",
+    "ScenarioConfig": "station.scenario_config",
     "scenario_names": "scenario",
     "LidarSensor": "station.lidar_sensor",
     "LidarMount": "station.lidar_sensor",
+    "LidarConfig": "station.lidar_config",
+    "ApplyLidarConfig": "station.lidar_config",
     "ObstacleTracker": "systems.obstacle_tracker",
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",

@@ -17,8 +17,9 @@ from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.margins import with_margins
+from drake_starnav.station.drake_configs import scenario_plant_config
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, delay_steps
+from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, delay_steps, plant_config
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
@@ -171,6 +172,7 @@ def add_navigation(
                 scenario.lidar,
                 localization=scenario.localization,
                 drive=scenario.drive,
+                plant=scenario_plant_config(scenario, plant_config(step)),
                 time_step=step,
                 seed=seed,
             ),

@@ -6,6 +6,7 @@ and meaning stand beside its default, so that one check and one generated table 
 
 import dataclasses
 import difflib
+import functools
 import math
 import typing
 from collections.abc import Callable, Iterable
@@ -76,6 +77,22 @@ def allowed_text(field: dataclasses.Field) -> str:
 def is_finite(value: float) -> bool:
     """Whether arithmetic with a number is possible; a whole number may be too large for that."""
     return abs(value) <= LARGEST
+
+
+@functools.cache
+def plain_struct(cls: type) -> Any:
+    """A mutable twin of a frozen parameter dataclass: the same name, fields and defaults, unchecked until it is used.
+
+    Drake's `yaml_load_typed` sets one attribute after the other, which a frozen dataclass does not allow.
+    """
+    kinds = typing.get_type_hints(cls)
+    fields = []
+    for given in dataclasses.fields(cls):
+        default: Any = {"default": given.default}
+        if given.default_factory is not dataclasses.MISSING:
+            default = {"default_factory": given.default_factory}
+        fields.append((given.name, kinds[given.name], dataclasses.field(**default, metadata=given.metadata)))
+    return dataclasses.make_dataclass(cls.__name__, fields, namespace={"__doc__": cls.__doc__})
 
 
 def check_parameters(parameters: Any, place: str) -> None:

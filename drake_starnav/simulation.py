@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypedDict, Unpack
 
 import numpy as np
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
@@ -22,6 +22,7 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor
+from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.systems.connecting import outputs
@@ -155,6 +156,7 @@ def run_trial(
             obstacle), a file not written, or a system of yours not wired.
     """
     check_method(scenario, method)
+    settings = scenario_simulator_config(scenario)
     check_outputs([None if path is None else Path(path) for path in (html, csv)])
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
@@ -175,7 +177,10 @@ def run_trial(
         made = diagram = builder.Build()
         for each in observers:
             each.start()
-        run = _simulated(diagram, navigation, log, scenario.simulation.timeout or world.timeout, progress)
+        simulator = Simulator(diagram)
+        if scenario.simulator_config:
+            ApplySimulatorConfig(settings, simulator)
+        run = _simulated(simulator, navigation, log, scenario.simulation.timeout or world.timeout, progress)
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
         figures = _figures(scenario, world, shortest, run)
         by = type(own["controller"]).__name__ if own.get("controller") else method
@@ -223,14 +228,13 @@ def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Sce
 
 
 def _simulated(
-    diagram: Diagram,
+    simulator: Simulator,
     navigation: Navigation,
     log: VectorLogSink,
     timeout: float,
     progress: Callable[[float, float], None] | None,
 ) -> _Run:
-    """Simulate a built diagram until something ends the trial; `timeout` in s."""
-    simulator = Simulator(diagram)
+    """Simulate until something ends the trial; `timeout` in s."""
     start = time.perf_counter()
     message = _advance(simulator, timeout, progress)
     wall = time.perf_counter() - start

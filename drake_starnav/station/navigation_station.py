@@ -156,6 +156,7 @@ class NavigationStation(Diagram):
         *,
         localization: LocalizationParameters | None = None,
         drive: DriveParameters | None = None,
+        plant: MultibodyPlantConfig | None = None,
         time_step: float = 0.005,
         seed: int = 0,
     ) -> None:
@@ -166,6 +167,7 @@ class NavigationStation(Diagram):
             lidar: the sensor.
             localization: error of the believed pose; none by default.
             drive: faults of the drive; none by default.
+            plant: its settings, instead of `plant_config(time_step)`.
             time_step: of the plant, s.
             seed: of the sensor's noise and of the faults.
         """
@@ -173,8 +175,10 @@ class NavigationStation(Diagram):
         if not time_step > 0.0:
             raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
         builder = DiagramBuilder()
-        plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, time_step)
-        self.plant: MultibodyPlant = plant
+        settings = plant or plant_config(time_step)
+        self.plant: MultibodyPlant
+        self.plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, settings)
+        plant = self.plant
         self.scene_graph: SceneGraph = scene_graph
         self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
         model = plant, scene_graph, self.robot_model
@@ -206,14 +210,14 @@ def delay_steps(drive: DriveParameters, time_step: float) -> int:
 
 
 def add_plant(
-    builder: DiagramBuilder, world: World, robot: RobotParameters, time_step: float
+    builder: DiagramBuilder, world: World, robot: RobotParameters, settings: MultibodyPlantConfig
 ) -> tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId]:
     """Add a plant and scene graph with the robot, the ground and the obstacles of a world; the plant is finalized.
 
     Returns:
         plant, scene graph, the robot's model instance, and the ground's geometry.
     """
-    plant, scene_graph = AddMultibodyPlant(plant_config(time_step), builder)
+    plant, scene_graph = AddMultibodyPlant(settings, builder)
     model = add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)
     if world.model is None:

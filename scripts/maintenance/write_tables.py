@@ -253,6 +253,11 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
     parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
+    parts.append(
+        "## plant_config, simulator_config\n\n"
+        "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over our settings of the plant (but for\n"
+        "`time_step`: see `simulation.time_step`) and Drake's defaults of the simulator. The margins assume ours.\n"
+    )
     methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
     said = "A method sets the parameters below; a scenario's own values override them."
     parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
