@@ -54,16 +54,6 @@ class RobotParameters:
         when="no more than the floor gives: the certificate trusts it to brake",
     )
     max_yaw_acceleration: float = parameter(4.0, "largest change of turning rate", unit="rad/s^2", low=0.01, high=200.0)
-    close_speed: float = parameter(
-        0.8, "with speed_per_clearance: largest speed where the hull would touch", unit="m/s", above=0.0, high=10.0
-    )
-    speed_per_clearance: float = parameter(
-        0.0,
-        "largest speed gained per metre of clearance; 0: clearance does not limit it",
-        unit="1/s",
-        low=0.0,
-        high=1000.0,
-    )
     mass_error: float = parameter(
         0.0, "by which share the simulated base is heavier than its model says", low=-0.9, high=10.0
     )
@@ -80,9 +70,3 @@ class RobotParameters:
             float(self.max_acceleration),
             float(self.max_yaw_acceleration),
         )
-
-    def speed_limit(self, clearance: float) -> float:
-        """Largest speed at a distance `clearance` (m) of the hull from the nearest obstacle, m/s."""
-        if self.speed_per_clearance <= 0.0:
-            return self.max_speed
-        return min(self.max_speed, self.close_speed + self.speed_per_clearance * max(clearance, 0.0))

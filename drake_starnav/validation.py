@@ -3,7 +3,7 @@
 import dataclasses
 
 from drake_starnav.control.parameters import CERTIFIED
-from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.errors import StarnavError
 from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared
@@ -42,7 +42,6 @@ def check_interface(scenario: Scenario, station: NavigationStation | RobotInterf
 def validate(scenario: Scenario) -> None:
     """Raise a `StarnavError` where the controller's guarantees would not hold."""
     controller, lidar = scenario.controller, scenario.lidar
-    _check_path(scenario)
     if controller.kind not in CERTIFIED:
         return
     reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
@@ -52,32 +51,11 @@ def validate(scenario: Scenario) -> None:
             "that sees farther than the robot reaches"
         )
     if controller.certifies:
-        backwards = scenario.obstacles.max_speed > 0.0 or controller.certified_by == "points"
+        backwards = scenario.obstacles.max_speed > 0.0
         check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
         _check_range(scenario, reach)
         _check_beams(scenario)
         _check_braking(scenario)
-    if controller.kind == "mpc":
-        for name, value, allowed in (
-            ("controller.certified_by", controller.certified_by, "star"),
-            ("robot.speed_per_clearance", scenario.robot.speed_per_clearance, 0.0),
-        ):
-            if value != allowed:
-                raise UnsupportedError(f"{name} is {value} with controller.kind mpc; allowed: {allowed}")
-
-
-def _check_path(scenario: Scenario) -> None:
-    controller = scenario.controller
-    planned = controller.kind in CERTIFIED or controller.target == "short_term_goal"
-    if scenario.planner.path != "fastest" or not planned:
-        return
-    if controller.kind != "star":
-        raise UnsupportedError(f"planner.path is fastest with controller.kind {controller.kind}; allowed: shortest")
-    if controller.look_ahead == 0.0:
-        raise StarnavError(
-            "planner.path is fastest with controller.look_ahead 0, and its way points are a cell apart; allowed: "
-            "planner.path shortest, or to look ahead, as by 1.5 m"
-        )
 
 
 def _check_beams(scenario: Scenario) -> None:

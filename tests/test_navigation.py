@@ -75,7 +75,6 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
         ("star", ["lidar.angle_min=-1.5", "lidar.angle_max=1.5"], "a view that reaches 90 degrees to each side"),
         ("star", ["lidar.angle_min=-0.3", "lidar.angle_max=4.4"], "a view that reaches 90 degrees to each side"),
         ("star", ["lidar.angle_min=1.6", "lidar.angle_max=4.7"], "a view that reaches 90 degrees to each side"),
-        ("star", [*HALF, "controller.certified_by=points"], "a view that reaches 130 degrees to each side"),
         ("star", [*HALF, "obstacles.max_speed=0.5"], "a view that reaches 130 degrees to each side"),
         (
             "star",
@@ -84,22 +83,11 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
         ),
         ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with controller.certificate"),
         ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28 m"),
-        ("mpc", ["controller.certified_by=points"], "controller.certified_by is points with controller.kind mpc"),
-        ("mpc", ["planner.path=fastest"], "planner.path is fastest with controller.kind mpc; allowed: shortest"),
-        ("star", ["planner.path=fastest"], "planner.path is fastest with controller.look_ahead 0"),
-        ("foa_roadmap", ["planner.path=fastest"], "planner.path is fastest with controller.kind foa"),
-        ("mpc", ["robot.speed_per_clearance=1"], "robot.speed_per_clearance is 1.0 with controller.kind mpc"),
     ],
 )
 def test_what_the_controller_would_not_keep_is_refused(method: str, changes: list[str], words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         make_diagram(posts(method=method, overrides=changes))
-
-
-def test_the_fastest_path_needs_a_look_ahead_and_nothing_where_there_is_no_planner() -> None:
-    fastest = ["planner.path=fastest", "controller.look_ahead=1.5"]
-    assert make_diagram(posts(overrides=fastest)).get_name() == "posts"
-    assert make_diagram(posts(method="foa", overrides=fastest)).get_name() == "posts"
 
 
 def test_a_narrow_view_is_enough_without_the_certificate_and_half_a_turn_with_it() -> None:

@@ -19,7 +19,7 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
-NONE, BY_STAR, BY_POINTS, UNSEEN = range(4)
+NONE, BY_STAR, UNSEEN = range(3)
 """Which certificate applies to static obstacles; UNSEEN accepts nothing, since nothing was seen."""
 
 
@@ -27,9 +27,9 @@ class Constraints(NamedTuple):
     """The constraints that the certificates check a command against.
 
     Attributes:
-        kind: NONE, BY_STAR, BY_POINTS or UNSEEN.
+        kind: NONE, BY_STAR or UNSEEN.
         hold, delay: how long a command is followed, and after what time, s.
-        margin, margin_per_speed: to static obstacles, m and s.
+        margin: to static obstacles, m.
         distance: to dynamic obstacles, from the robot's centre, m.
         center, bearing_0, values: of the safety star.
         hits: on static obstacles.
@@ -39,7 +39,6 @@ class Constraints(NamedTuple):
     hold: float
     delay: float
     margin: float
-    margin_per_speed: float
     distance: float
     center: np.ndarray
     bearing_0: float
@@ -56,14 +55,13 @@ def constraints_of(
     elif not star.seen:
         kind = UNSEEN
     else:
-        kind = BY_STAR if controller.certified_by == "star" else BY_POINTS
+        kind = BY_STAR
     needed = needed_distances(star.half_gaps, robot.radius)
     return Constraints(
         kind=kind,
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
-        margin_per_speed=float(controller.margin_per_speed),
         distance=float(robot.radius + obstacles.margin),
         center=star.center,
         bearing_0=star.bearing_0,
@@ -97,15 +95,10 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, constraints):
 
     A robot outside the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
-    kind, hold, delay, margin, per_speed, _, center, bearing_0, values, known = constraints
+    kind, hold, delay, margin, _, center, bearing_0, values, known = constraints
     if kind in (NONE, UNSEEN):
         return kind == NONE
-    if kind == BY_STAR and stops_inside(
-        x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values
-    ):
+    if stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
         return True
-    enough = margin + per_speed * abs(want_v)
-    if kind == BY_STAR:
-        enough = min(enough, clearance_at(x, y, known.hits, known.needed))
-    enough = max(enough, ESCAPE_CLEARANCE)
+    enough = max(min(margin, clearance_at(x, y, known.hits, known.needed)), ESCAPE_CLEARANCE)
     return keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough)

@@ -104,28 +104,11 @@ class ControllerParameters(SafetyParameters):
     change_weight: float = parameter(
         0.15, "what a change of speed or turning rate by its whole range costs", unit="s", low=0.0, high=10.0
     )
-    look_ahead: float = parameter(
-        0.0,
-        "aim at the farthest point of the path within this distance that the robot can drive straight to; 0: at the "
-        "next way point",
-        unit="m",
-        low=0.0,
-        high=10.0,
-    )
     certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
-    margin_per_speed: float = parameter(
-        0.0, "further clearance per speed that certified_by: points keeps", unit="s", low=0.0, high=1.0
-    )
-    certified_by: str = parameter(
-        "star",
-        "what a motion must stay clear of: star (inside the safety star, in straight sight of the last scan) or points "
-        "(of every remembered hit, which lets the robot through narrower and winding gaps)",
-        choices=("star", "points"),
-    )
     free_heading_range: float = parameter(
         0.8,
         "largest turn of the guiding vector to the nearest bearing that the safety star leaves open, where it leaves "
-        "no way along the vector; 0: none; certified_by: star only",
+        "no way along the vector; 0: none",
         unit="rad",
         low=0.0,
         high=3.2,

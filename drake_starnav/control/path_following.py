@@ -8,7 +8,6 @@ from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
 from drake_starnav.control.law import Command, ControlInput
-from drake_starnav.control.look_ahead import look_ahead
 from drake_starnav.control.modulation import (
     limited_turn,
     modulated_direction,
@@ -16,7 +15,6 @@ from drake_starnav.control.modulation import (
     nearest_point_direction,
 )
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import clear_twist, clearance_at, needed_distances
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
 from drake_starnav.robot import RobotParameters
@@ -100,10 +98,7 @@ def control_step(now: ControlInput, parameters: ControllerParameters, robot: Rob
     direction, desired, errors = desired_twist(now, parameters, robot)
     period = 1.0 / parameters.rate
     accepted = True
-    if parameters.certificate and parameters.certified_by == "points":
-        v, omega, accepted = clear_twist(pose, twist, desired, direction, star, parameters, robot)
-        desired = np.array((v, omega))
-    elif parameters.certificate:
+    if parameters.certificate:
         v, omega, accepted = certified_twist(pose, twist, desired, period, robot.limits, star, parameters.delay)
         desired = np.array((v, omega))
     return Command(limited_twist(twist, desired, robot, period), direction, accepted, errors)
@@ -119,30 +114,21 @@ def desired_twist(
     pose, twist, errors, guidance, star = now
     direction, distance = np.zeros(2), 0.0
     desired = np.zeros(2)
-    clearance = math.inf
     path = guidance.path if guidance.distance_to_goal(pose[:2]) > GOAL_REACHED else guidance.path[:0]
     last = len(path) == 1
-    if len(path) and parameters.look_ahead > 0.0:
-        needed = needed_distances(star.half_gaps, robot.radius)
-        least = parameters.safety_margin + LOOK_AHEAD_SPARE
-        ahead, clearance, last = look_ahead(pose[:2], path, star.hits, needed, parameters.look_ahead, least)
-        path = ahead[None, :]
     if len(path):
         direction, distance = guiding_vector(
             pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius, robot.max_speed
         )
     if direction.any():
-        if parameters.certificate and parameters.certified_by == "star":
+        if parameters.certificate:
             direction = free_heading(pose[:2], direction, star, parameters.free_heading_range)
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if guidance.arrives and last else math.inf
-        if robot.speed_per_clearance > 0.0:
-            needed = needed_distances(star.half_gaps, robot.radius)
-            clearance = min(clearance, float(clearance_at(pose[0], pose[1], star.hits, needed)))
         if parameters.tracking == "law":
             desired = turning_law(heading, robot.max_speed, parameters, robot)
             slowest = parameters.goal_slowdown * stop_at + CREEP_SPEED
-            desired[0] = min(desired[0], robot.speed_limit(clearance), slowest)
+            desired[0] = min(desired[0], robot.max_speed, slowest)
         else:
             desired, errors = _pid(heading, twist, errors, 1.0 / parameters.rate)
     return direction, desired, errors

@@ -1,6 +1,5 @@
 """Regions -> where to go next."""
 
-from drake_starnav.planning.fastest_step import fastest_step
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import plan_step
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -12,6 +11,5 @@ __all__ = [
     "PlannerState",
     "PlannerStatus",
     "StarRoadmap",
-    "fastest_step",
     "plan_step",
 ]

@@ -105,12 +105,6 @@ class PlannerParameters(StarParameters):
         high=20.0,
         when="raise it if the robot oscillates between two paths",
     )
-    path: str = parameter(
-        "shortest",
-        "the path to follow: shortest (inside the union of regions, to the best frontier) or fastest (down the "
-        "time-to-go on the distance grid; for fast robots in narrow places; needs `controller.look_ahead`)",
-        choices=("shortest", "fastest"),
-    )
     string_pulling: bool = parameter(
         True, "shorten the path inside the union of the regions (the paper drives from node to node)"
     )

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.fastest_path import ProgressMonitor
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -44,7 +43,6 @@ class PlannerState:
         retries: shape (k, 3), positions (x, y) in W and scan times at which the roadmap was rebuilt to retry failed
             targets, m and s.
         plans: number of paths planned.
-        progress_monitor: progress monitor of the fastest path.
         began_with_map: whether the roadmap already had nodes when the goal was set.
         plan_position: position of the robot when the latest path was planned, shape (2,).
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
@@ -61,7 +59,6 @@ class PlannerState:
     progress_time: float
     retries: np.ndarray
     plans: int
-    progress_monitor: ProgressMonitor = field(default_factory=ProgressMonitor)
     began_with_map: bool = False
     plan_position: np.ndarray = field(default_factory=lambda: NOWHERE)
     optimistic_path: np.ndarray = field(default_factory=lambda: NO_PATH)
@@ -92,7 +89,6 @@ class PlannerState:
             target=None,
             progress_position=NOWHERE,
             retries=NO_RETRIES,
-            progress_monitor=ProgressMonitor(),
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )

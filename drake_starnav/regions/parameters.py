@@ -97,13 +97,6 @@ class SafetyParameters:
         low=1,
         high=100,
     )
-    scan_spacing: float = parameter(
-        0.0,
-        "distance between the positions of remembered scans; 0: the last scans, wherever taken",
-        unit="m",
-        low=0.0,
-        high=5.0,
-    )
     smoothed_beams: int = parameter(
         0,
         "half width, in beams, of a moving average over the ranges of the safety star, which reduces the error of the "

@@ -23,8 +23,7 @@ AVERAGED = 0.5
 """With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Smallest fields of view with the certificate, rad; the wide one where the robot may reverse: with points or moving
-obstacles."""
+"""Smallest fields of view with the certificate, rad; the wide one among moving obstacles: there the robot may reverse."""
 FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
@@ -126,7 +125,7 @@ def perceive(
         with stopwatch.measure("fit"):
             region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, region_parameters)
         safe_radius = robot_radius + controller.safety_margin
-        kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory, controller.scan_spacing
+        kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory
         memory = known = before.memory.remembered(near, pose, *kept)
         if controller.average_scans and near.motion is None:
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)

@@ -68,18 +68,14 @@ class ScanMemory:
     Attributes:
         points: per scan, shape (n, 2), W, m.
         half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
-        places: per scan, position where it was taken, shape (2,), W, m.
         reach: all hits of the last scan within this distance are kept, m.
     """
 
     points: tuple[np.ndarray, ...] = ()
     half_gaps: tuple[np.ndarray, ...] = ()
-    places: tuple[np.ndarray, ...] = ()
     reach: float = math.inf
 
-    def remembered(
-        self, scan: LaserScan, pose: np.ndarray, reach: float, count: int, spacing: float = 0.0
-    ) -> "ScanMemory":
+    def remembered(self, scan: LaserScan, pose: np.ndarray, reach: float, count: int) -> "ScanMemory":
         """The memory with one more scan and at most `count` scans.
 
         Args:
@@ -87,21 +83,16 @@ class ScanMemory:
             pose: (x, y, yaw) of S in W when it was taken.
             reach: farther hits are dropped, m.
             count: number of scans to keep.
-            spacing: the scan before the latest is kept only if it was taken this far from its predecessor, m.
         """
         distance = scan.distances
         gap = half_gaps(scan, distance)
         reach = min(reach, scan.range_max)
         near = (distance < reach) & scan.hits
         points = scan.points_at(np.maximum(distance, NEAREST), near, pose)
-        last = len(self.points)
-        if last > 1 and math.dist(self.places[-1], self.places[-2]) < spacing:
-            last -= 1
-        kept = slice(max(last - max(count - 1, 0), 0), last)
+        kept = slice(max(len(self.points) - max(count - 1, 0), 0), None)
         return ScanMemory(
             (*self.points[kept], points),
             (*self.half_gaps[kept], gap[near]),
-            (*self.places[kept], np.array(pose[:2], dtype=float)),
             reach,
         )
 

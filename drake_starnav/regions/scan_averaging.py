@@ -44,7 +44,6 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
     memory = ScanMemory(
         tuple(points[keep] for points, keep in zip(memory.points, kept, strict=True)),
         tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=True)),
-        memory.places,
     )
     return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
 

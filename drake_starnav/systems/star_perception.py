@@ -90,9 +90,8 @@ class StarPerception(LeafSystem):
         if not np.isfinite(pose).all():
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         if before.observation.region is None and self._controller.certifies:
-            backwards = scan.motion is not None or self._controller.certified_by == "points"
             view = scan.angle_min, scan.angle_max, scan.angle_increment, len(scan.ranges)
-            check_view(*view, backwards=backwards)
+            check_view(*view, backwards=scan.motion is not None)
         seen = perceive(before, scan, pose, self._settings, self._stopwatch)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()

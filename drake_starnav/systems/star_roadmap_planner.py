@@ -5,7 +5,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, fastest_step, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
 from drake_starnav.robot import RobotParameters
@@ -103,10 +103,7 @@ class StarRoadmapPlanner(LeafSystem):
             now = PlannerInput(
                 seen, position, goal, context.get_time(), self._planner, self._robot.radius, self._goal_tolerance
             )
-            if self._planner.path == "fastest":
-                after = fastest_step(before, now, self._robot)
-            else:
-                after = plan_step(before, now)
+            after = plan_step(before, now)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
         if after is before and len(after.path):

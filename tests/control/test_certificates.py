@@ -44,12 +44,11 @@ def seen(wall: float) -> SafetyStar:
     return safety_star(memory, scan, smoothed_distances(scan, stars), pose, ROBOT.radius + 0.01, 1.2, stars)
 
 
-@pytest.mark.parametrize("by", ["star", "points"])
-def test_either_certificate_may_refuse(by: str) -> None:
-    assert accepts(seen(2.0), (0.8, 0.0), v=0.7, certified_by=by)
-    assert not accepts(seen(0.5), (0.8, 0.0), v=0.7, certified_by=by)  # what stays
-    assert not accepts(seen(2.0), (0.8, 0.0), AHEAD, v=0.7, certified_by=by)  # what moves
-    assert accepts(seen(2.0), (-0.3, 0.0), AHEAD, certified_by=by)
+def test_either_certificate_may_refuse() -> None:
+    assert accepts(seen(2.0), (0.8, 0.0), v=0.7)
+    assert not accepts(seen(0.5), (0.8, 0.0), v=0.7)  # what stays
+    assert not accepts(seen(2.0), (0.8, 0.0), AHEAD, v=0.7)  # what moves
+    assert accepts(seen(2.0), (-0.3, 0.0), AHEAD)
 
 
 def test_without_a_scan_nothing_is_accepted_and_without_a_certificate_everything_that_stays() -> None:
@@ -59,12 +58,10 @@ def test_without_a_scan_nothing_is_accepted_and_without_a_certificate_everything
 
 
 @settings(max_examples=200, deadline=None)
-@given(seeds, st.sampled_from(["star", "points"]), st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
-def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, by: str, margin: float, delay: float) -> None:
+@given(seeds, st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
+def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, margin: float, delay: float) -> None:
     rng = np.random.default_rng(seed)
-    controller = ControllerParameters(
-        certified_by=by, safety_margin=margin, margin_per_speed=0.05, delay=delay, rate=10.0
-    )
+    controller = ControllerParameters(safety_margin=margin, delay=delay, rate=10.0)
     hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
     hits = hits[np.hypot(*hits.T) > 0.3]
     star = SafetyStar(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, reach=0.8)
@@ -72,11 +69,9 @@ def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, by: str
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
     desired, age = rng.uniform((-0.3, -2.0), (0.8, 2.0)), rng.uniform(0.0, 0.3)
     known = KnownHits(hits, needed_distances(star.half_gaps, ROBOT.radius), np.zeros(2), 0.8 - ROBOT.radius)
-    enough = margin + 0.05 * abs(desired[0])
-    if by == "star":
-        enough = min(enough, clearance_at(*pose[:2], hits, known.needed))
+    enough = min(margin, clearance_at(*pose[:2], hits, known.needed))
     stands = keeps_clear(*pose, *twist, *desired, 0.1, delay, LIMITS, known, max(enough, ESCAPE_CLEARANCE))
-    stands = stands or (by == "star" and certified(pose, twist, desired, 0.1, LIMITS, star, delay))
+    stands = stands or certified(pose, twist, desired, 0.1, LIMITS, star, delay)
     moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + OBSTACLES.margin, age), delay)
     constraints = constraints_of(star, controller, ROBOT, OBSTACLES)
     assert accepted(*pose, *twist, *desired, LIMITS, constraints, rows, age) == (stands and moves)
@@ -95,12 +90,10 @@ def test_the_standard_has_every_margin() -> None:
     assert constraints.hits.needed == pytest.approx([math.hypot(ROBOT.radius, 0.05)])
 
 
-@pytest.mark.parametrize("by", ["star", "points"])
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
-def test_without_a_margin_two_millimetres_are_kept(by: str, clearance: float, passes: bool) -> None:
+def test_without_a_margin_two_millimetres_are_kept(clearance: float, passes: bool) -> None:
     star = beside(math.hypot(ROBOT.radius, 0.05) - ROBOT.radius + clearance)
-    without = {"certified_by": by, "safety_margin": 0.0, "margin_per_speed": 0.0}
-    assert accepts(star, (0.3, 0.0), **without) == passes
+    assert accepts(star, (0.3, 0.0), safety_margin=0.0) == passes
 
 
 def test_outside_of_the_star_only_the_way_away_from_the_wall_is_accepted() -> None:

@@ -201,42 +201,6 @@ def test_without_a_certificate_nothing_is_held_back():
     assert free.certified and free.twist[0] > 0.5
 
 
-def near(x: float, y: float) -> SafetyStar:
-    """Room to move, with one hit at (x, y)."""
-    return dataclasses.replace(OPEN, hits=np.array(((x, y),)), half_gaps=np.zeros(1), seen=True)
-
-
-def test_clearance_limits_the_speed_if_the_robot_says_so():
-    careful = RobotParameters(close_speed=0.2, speed_per_clearance=1.0)
-    for clearance, speed in ((0.1, 0.3), (0.3, 0.5), (2.0, careful.max_speed)):
-        twist = np.zeros(2)
-        for _ in range(200):
-            guidance = Guidance(np.array(((5.0, 0.0),)), False, RegionStack.of(()))
-            star = near(0.0, careful.radius + clearance)
-            now = ControlInput(np.zeros(3), twist, np.zeros(2), guidance, star)
-            twist = control_step(now, PARAMETERS, careful).twist
-        assert twist[0] == pytest.approx(speed)
-    assert settled(star=near(0.0, ROBOT.radius + 0.1))[0] == pytest.approx(ROBOT.max_speed)
-
-
-def test_looking_ahead_it_aims_past_the_next_way_point():
-    path = ((0.2, 0.0), (0.4, 0.1), (1.0, 0.8))
-    ahead = dataclasses.replace(PARAMETERS, look_ahead=1.5)
-    np.testing.assert_allclose(step(path=path).guiding_vector, (1.0, 0.0), atol=1e-9)
-    aimed = step(path=path, parameters=ahead).guiding_vector
-    np.testing.assert_allclose(aimed, np.array((1.0, 0.8)) / np.hypot(1.0, 0.8), atol=1e-9)
-    near_goal = ((0.2, 0.0), (0.4, 0.0))
-    fast, slow = (settled(path=near_goal, parameters=ahead, arrives=arrives)[0] for arrives in (False, True))
-    assert slow < fast, "it slows down for a goal that it looks ahead to"
-
-
-def test_certified_by_points_it_stops_at_a_hit():
-    by_points = dataclasses.replace(PARAMETERS, certified_by="points")
-    ahead = near(ROBOT.radius + PARAMETERS.safety_margin, 0.0)
-    assert step(star=ahead, parameters=by_points).twist[0] <= 0.0
-    assert step(star=near(2.0, 0.0), parameters=by_points).twist[0] > 0.0
-
-
 @pytest.mark.parametrize("acceleration", [0.5, 1.0, 4.0])
 def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
     robot = RobotParameters(max_yaw_rate=6.0, max_yaw_acceleration=acceleration)

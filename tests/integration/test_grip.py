@@ -11,8 +11,6 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import clear_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.safe_region import SafetyStar
@@ -26,29 +24,23 @@ OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=Tr
 PERIOD = 0.02
 
 
-def driven(robot: RobotParameters, seed: int, by: str = "star", count: int = 500) -> np.ndarray:
+def driven(robot: RobotParameters, seed: int, count: int = 500) -> np.ndarray:
     """Commands of somebody who changes his mind twice a second, through the certificate, shape (count, 2)."""
     rng, twist, wanted, twists = np.random.default_rng(seed), np.zeros(2), np.zeros(2), []
-    parameters = ControllerParameters(certified_by=by)
     for _ in range(count):
         if rng.random() < 0.04:
             wanted = np.array((robot.max_speed, robot.max_yaw_rate)) * rng.uniform((0.2, -1.0), (1.0, 1.0))
-        if by == "star":
-            v, omega, _ = certified_twist(np.zeros(3), twist, wanted, PERIOD, robot.limits, OPEN)
-        else:
-            v, omega, _ = clear_twist(np.zeros(3), twist, wanted, np.array((1.0, 0.0)), OPEN, parameters, robot)
+        v, omega, _ = certified_twist(np.zeros(3), twist, wanted, PERIOD, robot.limits, OPEN)
         twist = limited_twist(twist, np.array((v, omega)), robot, PERIOD)
         twists.append(twist)
     return np.array(twists)
 
 
-@given(
-    st.integers(0, 1000), st.sampled_from(("star", "points")), st.sampled_from(((1.0, 8.0), (3.0, 8.0), (5.0, 1.728)))
-)
-def test_no_command_asks_for_more_than_wheels_grip(seed, by, grip):
+@given(st.integers(0, 1000), st.sampled_from(((1.0, 8.0), (3.0, 8.0), (5.0, 1.728))))
+def test_no_command_asks_for_more_than_wheels_grip(seed, grip):
     acceleration, across = grip
     robot = RobotParameters(max_speed=5.0, max_acceleration=acceleration, max_yaw_rate=5.0, max_yaw_acceleration=15.0)
-    twists = driven(robot, seed, by, count=150)
+    twists = driven(robot, seed, count=150)
     assert np.abs(twists[:, 0] * twists[:, 1]).max() <= across + 1e-6
 
 

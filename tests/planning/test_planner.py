@@ -1,17 +1,15 @@
 """The planner in a closed loop with a robot that moves along the path exactly."""
 
 import dataclasses
-from functools import partial
 
 import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, fastest_step, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
-from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
 from tests.helpers.scans import RADIUS, cast
@@ -202,14 +200,13 @@ def test_a_target_that_was_driven_to_is_seen_or_given_up():
             assert seen or (roadmap.blacklisted_probes == probe).all(axis=1).any()
 
 
-@pytest.mark.parametrize("step", [plan_step, partial(fastest_step, robot=RobotParameters(radius=RADIUS))])
-def test_a_scan_with_another_number_of_beams_than_those_before_is_refused(step):
+def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():
     state, pose = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
     with pytest.raises(StarnavError, match="361 beams.*360 beams.*allowed: the same number"):
         for beams in (360, 360, 361):
             scan = cast(BAFFLES, pose, beams=beams)
             seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-            state = step(state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, RADIUS))
+            state = plan_step(state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, RADIUS))
             pose = pose + (2.0 * PARAMETERS.node_spacing, 0.0, 0.0)
     assert len(state.roadmap) == 2
 
