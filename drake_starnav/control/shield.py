@@ -6,7 +6,6 @@ from drake_starnav.control.braking_certificate import certified_twist
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.law import Command, ControlInput, Law
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.point_certificate import clear_twist
 from drake_starnav.robot import RobotParameters
 
 NOWHERE = np.zeros(2)
@@ -21,12 +20,9 @@ def shielded(desired: np.ndarray) -> Law:
 
     def step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
         period = 1.0 / parameters.rate
-        if parameters.certified_by == "points":
-            v, omega, accepted = clear_twist(now.pose, now.twist, desired, NOWHERE, now.star, parameters, robot)
-        else:
-            v, omega, accepted = certified_twist(
-                now.pose, now.twist, desired, period, robot.limits, now.star, parameters.delay
-            )
+        v, omega, accepted = certified_twist(
+            now.pose, now.twist, desired, period, robot.limits, now.star, parameters.delay
+        )
         return Command(limited_twist(now.twist, np.array((v, omega)), robot, period), NOWHERE, accepted, now.errors)
 
     return step

@@ -14,9 +14,9 @@ ROBOT = RobotParameters()
 HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
 
 
-def driven(desired, star: SafetyStar, periods: int = 200, by: str = "star") -> tuple[np.ndarray, list[bool]]:
+def driven(desired, star: SafetyStar, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
     """Where a perfect robot gets in so many periods, and which commands were certified."""
-    parameters = ControllerParameters(certified_by=by)
+    parameters = ControllerParameters()
     pose, twist, certified, period = np.zeros(3), np.zeros(2), [], 1.0 / parameters.rate
     for _ in range(periods):
         now = ControlInput(pose, twist, np.zeros(2), Guidance.none(), star)
@@ -29,23 +29,21 @@ def driven(desired, star: SafetyStar, periods: int = 200, by: str = "star") -> t
     return pose, certified
 
 
-def wall(by: str) -> SafetyStar:
+def wall() -> SafetyStar:
     """A wall at x = 1 m, and free space up to 0.7 m for the robot's centre."""
     bearings = 2.0 * np.pi * np.arange(720) / 720
     values = np.where(np.cos(bearings) > 0.0, np.minimum(0.7 / np.maximum(np.cos(bearings), 1e-9), 5.0), 5.0)
     return SafetyStar(np.zeros(2), 0.0, values, HITS, HITS, np.full(81, 0.025), seen=True, reach=5.0)
 
 
-@pytest.mark.parametrize("by", ["star", "points"])
-def test_it_stops_before_a_wall_that_the_twist_leads_to(by: str) -> None:
-    pose, certified = driven((0.8, 0.0), wall(by), by=by)
+def test_it_stops_before_a_wall_that_the_twist_leads_to() -> None:
+    pose, certified = driven((0.8, 0.0), wall())
     assert 0.6 < pose[0] < 0.75
     assert certified[0]
 
 
-@pytest.mark.parametrize("by", ["star", "points"])
-def test_a_free_twist_passes_within_the_limits(by: str) -> None:
-    pose, certified = driven((-9.0, 0.0), wall(by), periods=100, by=by)
+def test_a_free_twist_passes_within_the_limits() -> None:
+    pose, certified = driven((-9.0, 0.0), wall(), periods=100)
     assert all(certified)
     assert pose[0] == pytest.approx(-(0.8 * 2.0 - 0.5 * 0.8**2), abs=0.02)
 
