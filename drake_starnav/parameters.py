@@ -8,6 +8,7 @@ import dataclasses
 import difflib
 import functools
 import math
+import os
 import typing
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -133,8 +134,8 @@ def convert(value: Any, kind: Any, place: str) -> Any:
         return value
     if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value) if not abs(value) > LARGEST else math.inf if value > 0 else -math.inf
-    if kind is str and isinstance(value, str):
-        return value
+    if kind is str and isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
     if typing.get_origin(kind) is list and isinstance(value, list):
         return value  # its owner checks the entries
     names = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}

@@ -241,7 +241,7 @@ def parse_scenario(
     place: str = "scenario",
     method: str = "star",
     overrides: Sequence[str] = (),
-    folder: Path | None = None,
+    folder: str | Path | None = None,
 ) -> Scenario:
     """A scenario from YAML text.
 
@@ -253,7 +253,7 @@ def parse_scenario(
     """
     sections = _read(text, place)
     if folder is not None:
-        _make_paths_absolute(sections, folder)
+        _make_paths_absolute(sections, Path(folder))
     for override in overrides:
         _override(sections, override)
     _make_paths_absolute(sections, Path.cwd())

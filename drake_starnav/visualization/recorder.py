@@ -9,6 +9,7 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Role
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
@@ -90,6 +91,24 @@ class Recorder:
         if motion is not None:
             robot = Actor(motion, self._scenario.robot.radius)
             self.film = Film(caption, world, self._timeline, (robot,))
+
+    def save_png(self, path: str | os.PathLike, time: float, width: int = int(PAGE[0])) -> None:
+        """Write a still of the finished run, seen from above; it needs no browser.
+
+        Args:
+            path: of the file.
+            time: of the run, s.
+            width: of the picture, pixels.
+
+        Raises:
+            StarnavError: the run has not been finished with the robot's motion, or the file cannot be written.
+        """
+        from drake_starnav.visualization.clips import write_png
+        from drake_starnav.visualization.plot import PlotCamera  # Matplotlib is an extra
+
+        if self.film is None:
+            raise StarnavError("the recorder has no film; allowed: after finish(lines, motion)")
+        write_png(Path(path), PlotCamera(self.film, width=width).picture(time))
 
 
 def quiet_meshcat() -> Meshcat:

@@ -17,11 +17,19 @@ from pydrake.systems.controllers import PidController
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Multiplexer
 
-from drake_starnav import NavigationStation, add_navigation, parse_scenario
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav import (
+    ArrivalMonitor,
+    CollisionMonitor,
+    NavigationStation,
+    add_navigation,
+    draw_goal,
+    draw_robot,
+    parse_scenario,
+    save_figure,
+    world_axes,
+)
 
+BLUE, ORANGE = "#0072B2", "#D55E00"
 MAX_SPEED = 0.5  # m/s
 AHEAD = 0.1  # of the axle: the point that is pulled, m
 SCENARIO = parse_scenario(
@@ -103,9 +111,9 @@ def main(png: Path | None) -> None:
     if png is not None:
         world = navigation.world
         figure, axis = world_axes(world, "Short-term goals tracked by Drake's PidController")
-        axis.plot(*trail[:2], color=PATH, label="driven")
-        axis.plot(*chosen, "o", color=START, markersize=4, label="short-term goals")
-        draw_robot(axis, trail[:, -1], SCENARIO.robot.radius, PATH)
+        axis.plot(*trail[:2], color=BLUE, label="driven")
+        axis.plot(*chosen, "o", color=ORANGE, markersize=4, label="short-term goals")
+        draw_robot(axis, trail[:, -1], SCENARIO.robot.radius, BLUE)
         draw_goal(axis, world.goal)
         save_figure(figure, png)
 
