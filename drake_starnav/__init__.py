@@ -60,6 +60,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station.world_geometry import add_world as add_world
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.certified_controller import CertifiedController as CertifiedController
+    from drake_starnav.systems.convex_sets import convex_cover as convex_cover
     from drake_starnav.systems.obstacle_tracker import ObstacleTracker as ObstacleTracker
     from drake_starnav.systems.release import release as release
     from drake_starnav.systems.scan_matcher import ScanMatcher as ScanMatcher
@@ -109,6 +110,7 @@ _PUBLIC = {
     "LidarMount": "station.lidar_sensor",
     "LidarConfig": "station.lidar_config",
     "ApplyLidarConfig": "station.lidar_config",
+    "convex_cover": "systems.convex_sets",
     "ObstacleTracker": "systems.obstacle_tracker",
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
