@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PassThrough
 
@@ -21,10 +21,10 @@ from drake_starnav.navigation import add_navigation
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.margins import with_margins
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.validation import validate
 from drake_starnav.worlds.clearance import clearance
@@ -152,8 +152,7 @@ class KinematicMotion:
     """The robot follows its ramps exactly; the scan is of the world's shapes, and taken at the lidar's rate."""
 
     def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
-        error = error_budget(Declared.of(scenario))
-        margins = with_margins(scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar)
+        margins = with_margins(scenario)
         self._scenario, self._world, self._seed, self._shield = scenario, world, seed, shield
         self._settings = PerceptionSettings(*margins, scenario.robot.radius)
         self._controller, self._shapes = margins[1], visible_shapes(world)
@@ -195,13 +194,13 @@ class PlantMotion:
     def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
         builder = DiagramBuilder()
         action, nobody = PassThrough(2), ConstantVectorSource([0.0, 0.0])
-        navigation = add_navigation(
-            builder, scenario, seed=seed, world=world, planner=nobody, controller=action, shield=shield
-        )
+        station = scenario_station(builder, scenario, world, seed)
+        own: dict[str, Any] = {"planner": nobody, "controller": action, "shield": shield}
+        navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, **own)
         add_collision_monitor(builder, navigation)
         builder.ExportInput(action.get_input_port(), "action")
         self._station, self._diagram = navigation.station, builder.Build()
-        self._simulator = Simulator(self._diagram)
+        self._simulator = make_simulator(self._diagram, settings=scenario.simulator_config)
         self.touched, self._action = False, self._diagram.GetInputPort("action")
         self._action.FixValue(self._simulator.get_mutable_context(), np.zeros(2))
         self._simulator.Initialize()
@@ -217,8 +216,8 @@ class PlantMotion:
         return self._out("lidar.scan")
 
     def _out(self, name: str) -> Any:
-        context = self._station.GetMyContextFromRoot(self._simulator.get_context())
-        return self._station.GetOutputPort(name).Eval(context)
+        port = self._station.GetOutputPort(name)
+        return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))
 
     def drive(self, action: np.ndarray) -> None:
         """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""

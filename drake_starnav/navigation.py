@@ -2,24 +2,25 @@
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
-from drake_starnav.baselines import known_obstacles
+from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.control import Law, control_step
-from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.control.parameters import CERTIFIED, GUIDED
 from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
+from drake_starnav.planning import PlanStep, plan_step
+from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.margins import with_margins
-from drake_starnav.station.drake_configs import scenario_plant_config
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, delay_steps, plant_config
+from drake_starnav.station.navigation_station import STATION_OUTPUTS, NavigationStation, Station
+from drake_starnav.station.robot_interface import RobotInterface, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
@@ -35,8 +36,21 @@ from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
-LAWS: dict[str, Law] = {"star": control_step, "mpc": predictive_step}
-"""By `controller.kind`, of CERTIFIED."""
+
+class Method(NamedTuple):
+    """The functions of a method that follows the planner's guidance."""
+
+    law: Law
+    perceive: Perceive = perceive
+    step: PlanStep = plan_step
+
+
+METHODS = {
+    "star": Method(control_step),
+    "mpc": Method(predictive_step),
+    "star_paper": Method(paper.control_step, paper.perceive, paper.plan_step),
+}
+"""By `controller.kind`, of GUIDED."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
     "known_obstacles",
@@ -64,7 +78,7 @@ class Navigation:
     """
 
     world: World
-    station: NavigationStation | RobotInterface
+    station: NavigationStation | Station | RobotInterface
     goal: Any = None  # systems of any kind, or None: a union would ask for a check at each use
     perception: StarPerception | None = None
     planner: Any = None
@@ -104,7 +118,7 @@ def add_navigation(
     *,
     seed: int = 0,
     world: World | None = None,
-    station: NavigationStation | RobotInterface | None = None,
+    station: NavigationStation | Station | RobotInterface | None = None,
     stopwatch: Stopwatch | None = None,
     goal: System | None = None,
     planner: System | None = None,
@@ -116,11 +130,11 @@ def add_navigation(
     A planner or controller of your own is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`,
     `pose`, `state`, `goal`, `star`, `safety_star` and `tracks`, as of the systems that output them, and for a
     controller the planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already
-    stay so. The certificate guarantees nothing about a controller without the shield, and its checks are not made.
+    stay so. The certificate guarantees nothing about a controller without the shield.
 
-    The lidar scans at multiples of its period; perception follows one step of the plant later, planner and controller
-    two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes the
-    unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
+    The lidar scans at multiples of its period; perception follows one tick (`simulation.time_step`) later, planner and
+    controller two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes
+    the unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
     the tracker takes the first of these steps and the others follow one later.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.
@@ -130,7 +144,8 @@ def add_navigation(
         scenario: the parameters.
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
-        station: already in the builder, instead of a new one: e.g. the equipment of one of several robots in a plant.
+        station: already in the builder, as by `add_station`, instead of a `NavigationStation`; or the equipment of one
+            of several robots in a plant.
         stopwatch: records wall-clock times, if given.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
@@ -143,7 +158,7 @@ def add_navigation(
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
             parameters; the builder has systems of the same names; or your system has not the ports it needs.
     """
-    scenario = _with_own_systems(scenario, planner, controller, shield)
+    _check_own_systems(scenario, planner, controller, shield)
     validate(scenario)
     for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in (goal, planner, controller):
@@ -158,10 +173,7 @@ def add_navigation(
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
-    error = error_budget(Declared.of(scenario))
-    planner_parameters, controller_parameters = with_margins(
-        scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
-    )
+    planner_parameters, controller_parameters = with_margins(scenario)
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
         station = builder.AddNamedSystem(
@@ -172,19 +184,19 @@ def add_navigation(
                 scenario.lidar,
                 localization=scenario.localization,
                 drive=scenario.drive,
-                plant=scenario_plant_config(scenario, plant_config(step)),
+                settings=scenario.plant_config,
                 time_step=step,
                 seed=seed,
             ),
         )
     goal = add_system(builder, "goal", goal or ConstantVectorSource(world.goal), "goal")
-    if scenario.controller.kind in CERTIFIED or scenario.controller.target == "short_term_goal":
+    if scenario.controller.kind in GUIDED or scenario.controller.target == "short_term_goal":
         made = _add_planning(builder, scenario, Navigation(world, station, goal), planner, stopwatch)
     else:
         made = Navigation(world, station, goal)
     if controller is not None:
         made = _add_own_controller(builder, scenario, made, controller, shield)
-    elif scenario.controller.kind in CERTIFIED:
+    elif scenario.controller.kind in GUIDED:
         made = _add_certified_controller(builder, scenario, made, stopwatch)
     else:
         made = _add_baseline(builder, scenario, made, stopwatch)
@@ -195,32 +207,25 @@ def add_navigation(
     return made
 
 
-def _with_own_systems(scenario: Scenario, planner: System | None, controller: System | None, shield: bool) -> Scenario:
-    """The scenario as it is checked and wired with systems of the user's, or a `StarnavError` if it excludes them."""
+def _check_own_systems(scenario: Scenario, planner: System | None, controller: System | None, shield: bool) -> None:
+    """Raise a `StarnavError` where a scenario excludes systems of the user's."""
     settings = scenario.controller
     if shield and controller is None:
         raise StarnavError("shield is True without a controller of your own; allowed: with one")
-    if shield and not settings.certificate:
-        raise StarnavError(
-            "shield is True and controller.certificate false; allowed: true, as the shield is made of it"
-        )
-    if controller is not None and settings.kind not in CERTIFIED:
+    if controller is not None and not settings.certifies:
         raise StarnavError(
             f"controller.kind is {settings.kind} with a controller of your own; allowed: {', '.join(CERTIFIED)}"
         )
-    if planner is not None and settings.kind not in CERTIFIED and settings.target != "short_term_goal":
+    if planner is not None and settings.kind not in GUIDED and settings.target != "short_term_goal":
         raise StarnavError(
             f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
             "allowed: controller.target short_term_goal"
         )
-    if controller is None or shield:
-        return scenario
-    return dataclasses.replace(scenario, controller=dataclasses.replace(settings, certificate=False))
 
 
 @dataclass(frozen=True)
 class _Schedule:
-    """First update of each system, s, one step of the plant after its inputs; None for a system that is absent."""
+    """First update of each system, s, one tick after its inputs; None for a system that is absent."""
 
     tracker: float | None
     perception: float
@@ -230,7 +235,7 @@ class _Schedule:
     @staticmethod
     def of(scenario: Scenario) -> "_Schedule":
         step, lidar = scenario.simulation.time_step, scenario.lidar
-        moving, matching = scenario.obstacles.max_speed > 0.0, _matches(scenario)
+        moving, matching = _tracks(scenario), _matches(scenario)
         first = step + lidar.release_offset
         perception = first + step if moving else first
         return _Schedule(
@@ -249,6 +254,7 @@ def _add_planning(
     stopwatch: Stopwatch | None,
 ) -> Navigation:
     lidar, schedule, station = scenario.lidar, _Schedule.of(scenario), made.station
+    method = METHODS.get(scenario.controller.kind, METHODS["star"])  # a baseline may head for short-term goals
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if schedule.tracker is not None:
         tracker = builder.AddNamedSystem(
@@ -266,6 +272,7 @@ def _add_planning(
             scenario.controller,
             lidar,
             offset=schedule.perception,
+            perceive=method.perceive,
             stopwatch=stopwatch,
         ),
     )
@@ -290,6 +297,7 @@ def _add_planning(
             scenario.planner,
             goal_tolerance=scenario.simulation.goal_tolerance,
             offset=schedule.last,
+            step=method.step,
             stopwatch=stopwatch,
         )
     planner = add_system(builder, "planner", planner, "planner")
@@ -312,10 +320,15 @@ def _sources(made: Navigation) -> dict[str, OutputPort]:
     return sources if made.planner is None else outputs(made.planner) | sources
 
 
+def _tracks(scenario: Scenario) -> bool:
+    """Whether obstacles that move are tracked and avoided; to the paper's method the world is static."""
+    return scenario.obstacles.max_speed > 0.0 and scenario.controller.kind != "star_paper"
+
+
 def _matches(scenario: Scenario) -> bool:
     """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
     localization = scenario.localization
-    return localization.matching and not localization.exact and scenario.controller.kind in CERTIFIED
+    return localization.matching and not localization.exact and scenario.controller.kind in GUIDED
 
 
 def _add_certified_controller(
@@ -327,7 +340,7 @@ def _add_certified_controller(
             scenario.robot,
             scenario.controller,
             offset=_Schedule.of(scenario).last,
-            law=LAWS[scenario.controller.kind],
+            law=METHODS[scenario.controller.kind].law,
             obstacles=scenario.obstacles if made.tracker is not None else None,
             lead=_lead(scenario),
             stopwatch=stopwatch,
@@ -452,9 +465,8 @@ def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = Non
         for index in range(system.num_output_ports()):
             port = system.get_output_port(index)
             builder.ExportOutput(port, f"{name}.{port.get_name()}")
-    for index in range(navigation.station.num_output_ports()):
-        port = navigation.station.get_output_port(index)
-        builder.ExportOutput(port, port.get_name())
+    for name in STATION_OUTPUTS:
+        builder.ExportOutput(navigation.station.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
     return diagram

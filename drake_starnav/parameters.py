@@ -4,13 +4,15 @@ A parameter is a field of a frozen dataclass, declared with `parameter(...)`: it
 and meaning stand beside its default, so that one check and one generated table serve every room.
 """
 
+import contextlib
 import dataclasses
 import difflib
 import functools
 import math
 import os
+import types
 import typing
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,15 @@ LARGEST = 1e300
 """Numbers whose size is larger count as infinite."""
 LONGEST_NAME = 200
 """Characters of an unknown name that a message shows."""
+_KINDS = {
+    bool: "true or false",
+    int: "a whole number",
+    float: "a number",
+    str: "a text",
+    tuple[int, int]: "[least, most], two whole numbers",
+    tuple[float, float]: "[least, most], two numbers",
+}
+"""Types of parameters, in words."""
 
 
 class Declaration(typing.TypedDict, total=False):
@@ -47,12 +58,19 @@ class Declaration(typing.TypedDict, total=False):
 def parameter(default: Any, help: str, **declared: typing.Unpack[Declaration]) -> Any:
     """A dataclass field that carries its own documentation and limits.
 
+    A field of type `tuple[int, int]` or `tuple[float, float]` is a range [least, most]; the limits hold for both ends.
+
     Args:
         default: the default value.
         help: its meaning, in one sentence.
         declared: its unit and limits, see `Declaration`.
     """
     return dataclasses.field(default=default, metadata={"help": help, **declared})
+
+
+def declared(cls: Any) -> list[dataclasses.Field]:
+    """The fields of a dataclass, or of an instance of one, that `parameter` made; others are derived, never read."""
+    return [field for field in dataclasses.fields(cls) if field.metadata]
 
 
 def allowed_text(field: dataclasses.Field) -> str:
@@ -71,8 +89,10 @@ def allowed_text(field: dataclasses.Field) -> str:
     right = f" <= {meta['high']:g}" if meta.get("high") is not None else ""
     if field.type in (str, "str"):
         return "a path" if meta.get("path") else "a text"
-    kind = "whole number" if field.type in (int, "int") else "finite number"
-    return f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
+    is_range = typing.get_origin(field.type) is tuple
+    kind = "whole number" if field.type in (int, "int", tuple[int, int]) else "finite number"
+    text = f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
+    return f"[least, most], {text}" if is_range else text
 
 
 def is_finite(value: float) -> bool:
@@ -84,15 +104,20 @@ def is_finite(value: float) -> bool:
 def plain_struct(cls: type) -> Any:
     """A mutable twin of a frozen parameter dataclass: the same name, fields and defaults, unchecked until it is used.
 
-    Drake's `yaml_load_typed` sets one attribute after the other, which a frozen dataclass does not allow.
+    Drake's `yaml_load_typed` sets one attribute after the other, which a frozen dataclass does not allow. Tuples are
+    lists in it.
     """
     kinds = typing.get_type_hints(cls)
     fields = []
-    for given in dataclasses.fields(cls):
-        default: Any = {"default": given.default}
+    for given in declared(cls):
+        kind: Any = kinds[given.name]
+        default: dict[str, Any] = {"default": given.default}
         if given.default_factory is not dataclasses.MISSING:
             default = {"default_factory": given.default_factory}
-        fields.append((given.name, kinds[given.name], dataclasses.field(**default, metadata=given.metadata)))
+        elif typing.get_origin(kind) is tuple:  # which Drake does not read
+            kind = types.GenericAlias(list, typing.get_args(kind)[:1])
+            default = {"default_factory": functools.partial(list, given.default)}
+        fields.append((given.name, kind, dataclasses.field(**default, metadata=given.metadata)))
     return dataclasses.make_dataclass(cls.__name__, fields, namespace={"__doc__": cls.__doc__})
 
 
@@ -106,28 +131,40 @@ def check_parameters(parameters: Any, place: str) -> None:
         place: dotted name of the instance for the message, e.g. "lidar".
     """
     kinds = typing.get_type_hints(type(parameters))
-    for field in dataclasses.fields(parameters):
+    for field in declared(parameters):
         meta = field.metadata
-        if not meta:
-            continue
         given = getattr(parameters, field.name)
         try:
-            value = convert(given.item() if isinstance(given, np.generic) else given, kinds[field.name], place)
-            good = not meta.get("choices") or value in meta["choices"]
+            value = convert(given, kinds[field.name], place)
+            good = _within_limits(value, meta)
         except StarnavError:
             value, good = given, False
-        if good and isinstance(value, (int, float)) and not isinstance(value, bool):
-            good = is_finite(value)
-            good = good and not (meta.get("low") is not None and value < meta["low"])
-            good = good and not (meta.get("high") is not None and value > meta["high"])
-            good = good and not (meta.get("above") is not None and value <= meta["above"])
         if not good:
-            raise StarnavError(f"{place}.{field.name} is {shown(given)}; allowed: {allowed_text(field)}")
+            written = list(given) if isinstance(given, tuple) else given
+            raise StarnavError(f"{place}.{field.name} is {shown(written)}; allowed: {allowed_text(field)}")
         object.__setattr__(parameters, field.name, value)
 
 
+def _within_limits(value: Any, meta: Mapping[str, Any]) -> bool:
+    """Whether a converted value is what its field's metadata declare; a range also has to be in order."""
+    if isinstance(value, tuple):
+        return value[0] <= value[1] and all(_within_limits(end, meta) for end in value)
+    if meta.get("choices"):
+        return value in meta["choices"]
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return True
+    return (
+        is_finite(value)
+        and not (meta.get("low") is not None and value < meta["low"])
+        and not (meta.get("high") is not None and value > meta["high"])
+        and not (meta.get("above") is not None and value <= meta["above"])
+    )
+
+
 def convert(value: Any, kind: Any, place: str) -> Any:
-    """The YAML value `value` as a parameter of type `kind`, or a `StarnavError` that names `place`."""
+    """The value, as YAML or NumPy gives it, as a parameter of type `kind`, or a `StarnavError` that names `place`."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if kind is bool and isinstance(value, bool):
         return value
     if kind is int and isinstance(value, int) and not isinstance(value, bool):
@@ -138,8 +175,10 @@ def convert(value: Any, kind: Any, place: str) -> Any:
         return os.fspath(value)
     if typing.get_origin(kind) is list and isinstance(value, list):
         return value  # its owner checks the entries
-    names = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
-    raise StarnavError(f"{place} is {shown(value)}; allowed: {names.get(kind, 'a list')}")
+    if typing.get_origin(kind) is tuple and isinstance(value, (list, tuple)) and len(value) == 2:
+        with contextlib.suppress(StarnavError):
+            return tuple(convert(end, typing.get_args(kind)[0], place) for end in value)
+    raise StarnavError(f"{place} is {shown(value)}; allowed: {_KINDS.get(kind, 'a list')}")
 
 
 def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Callable[[str], str] | None = None) -> Any:
@@ -150,7 +189,8 @@ def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Cal
         mapping: key -> value, as read from YAML; None for all defaults.
         place: dotted name for messages.
         base: an instance whose values serve as defaults.
-        nearest: from the dotted name of an unknown key to the name that a valid one is suggested for; the key itself.
+        nearest: from the dotted name of an unknown key to the name that a valid one is suggested for, dotted if it is
+            a key of another section; the key itself if it is None.
 
     Raises:
         StarnavError: unknown key (with the nearest valid one), wrong type, or value out of range.
@@ -164,7 +204,8 @@ def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Cal
     for key, value in mapping.items():
         if key not in _names(cls):
             name = str(key) if nearest is None else nearest(f"{place}.{key}")
-            raise unknown_name(f"key {place}.{key}", name, _names(cls))
+            elsewhere = [name] if nearest is not None and "." in name else []
+            raise unknown_name(f"key {place}.{key}", name, [*_names(cls), *elsewhere])
         values[key] = convert(value, kinds[key], f"{place}.{key}")
     instance = dataclasses.replace(base, **values) if base is not None else cls(**values)
     check_parameters(instance, place)
@@ -177,8 +218,8 @@ def unknown_name(what: str, name: str, valid: Iterable[str]) -> StarnavError:
     what = what if len(what) <= LONGEST_NAME else f"{what[: LONGEST_NAME - 3]}..."
     near = difflib.get_close_matches(name[:LONGEST_NAME], valid, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}? " if near else ""
-    return StarnavError(f"unknown {what}: {hint}allowed: {', '.join(valid)}")
+    return StarnavError(f"unknown {what}: {hint}allowed: {', '.join(valid) or 'none'}")
 
 
 def _names(cls: type) -> list[str]:
-    return [f.name for f in dataclasses.fields(cls)]
+    return [f.name for f in declared(cls)]

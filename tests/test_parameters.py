@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.parameters import allowed_text, build, check_parameters, convert, is_finite, parameter, unknown_name
+from drake_starnav.parameters import (
+    allowed_text,
+    build,
+    check_parameters,
+    convert,
+    declared,
+    is_finite,
+    parameter,
+    unknown_name,
+)
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.robot import RobotParameters
@@ -28,6 +37,8 @@ class Example:
     kind: str = parameter("round", "which", choices=("round", "square"))
     name: str = parameter("a", "what it is called")
     offset: float = parameter(0.0, "any number", unit="m")
+    counts: tuple[int, int] = parameter((1, 4), "how few and how many", low=0, high=9)
+    gap: tuple[float, float] = parameter((0.5, 1.0), "how narrow and how wide", unit="m", above=0.0)
 
 
 def field(name: str) -> dataclasses.Field:
@@ -43,6 +54,8 @@ def field(name: str) -> dataclasses.Field:
         ("active", "true or false"),
         ("kind", "one of round, square"),
         ("offset", "a finite number m"),
+        ("counts", "[least, most], 0 <= x <= 9"),
+        ("gap", "[least, most], 0 < x m"),
     ],
 )
 def test_what_is_allowed_in_words(name, text):
@@ -52,8 +65,8 @@ def test_what_is_allowed_in_words(name, text):
 @pytest.mark.parametrize("cls", SHIPPED)
 def test_shipped_parameters_document_themselves_and_allow_their_defaults(cls):
     check_parameters(cls(), "defaults")
-    assert build(cls, dataclasses.asdict(cls()), "copy") == cls()
-    for f in dataclasses.fields(cls):
+    assert build(cls, {f.name: getattr(cls(), f.name) for f in declared(cls)}, "copy") == cls()
+    for f in declared(cls):
         assert f.metadata["help"] and allowed_text(f)
         if f.type is float or f.type is int:
             assert any(f.metadata.get(limit) is not None for limit in ("low", "above", "high")), f.name
@@ -89,6 +102,14 @@ def test_limits_are_exclusive_above_and_inclusive_high(value):
         ({"active": 1}, r"example\.active is 1; allowed: true or false"),
         ({"kind": "oval"}, r"example\.kind is 'oval'; allowed: one of round, square"),
         ({"name": 3}, r"example\.name is 3; allowed: a text"),
+        ({"counts": [5, 4]}, r"example\.counts is \[5, 4\]; allowed: \[least, most\], 0 <= x <= 9"),
+        ({"counts": [5, 10]}, r"example\.counts is \[5, 10\]; allowed: \[least, most\], 0 <= x <= 9"),
+        ({"counts": [5]}, r"example\.counts is \[5\]; allowed: \[least, most\], two whole numbers"),
+        ({"counts": 5}, r"example\.counts is 5; allowed: \[least, most\], two whole numbers"),
+        ({"counts": [1, 2.0]}, r"example\.counts is \[1, 2\.0\]; allowed: \[least, most\], two whole numbers"),
+        ({"gap": [0.5, "wide"]}, r"example\.gap is \[0\.5, 'wide'\]; allowed: \[least, most\], two numbers"),
+        ({"gap": [0.0, 1.0]}, r"example\.gap is \[0\.0, 1\.0\]; allowed: \[least, most\], 0 < x m"),
+        ({"gap": [float("nan"), 1.0]}, r"example\.gap is \[nan, 1\.0\]; allowed: \[least, most\], 0 < x m"),
         ({"offset": float("nan")}, r"example\.offset is nan; allowed: a finite number"),
         ({"sped": 1.0}, r"unknown key example\.sped: did you mean speed\? allowed: speed, share"),
         ({7: 1.0}, r"unknown key example\.7: allowed"),
@@ -128,6 +149,15 @@ def test_scalars_of_numpy_become_those_of_python():
     assert [type(getattr(example, name)) for name in ("speed", "share", "count", "active")] == [float, float, int, bool]
 
 
+def test_ranges_become_tuples_of_their_kind():
+    example = build(Example, {"counts": [2, 2], "gap": [1, 2]}, "example")
+    assert example == Example(counts=(2, 2), gap=(1.0, 2.0)) and hash(example)
+    assert [type(end) for end in (*example.counts, *example.gap)] == [int, int, float, float]
+    given = Example(counts=[np.int64(1), 3])
+    check_parameters(given, "example")
+    assert given == Example(counts=(1, 3))
+
+
 def test_fields_that_are_no_parameters_are_not_checked():
     @dataclass
     class Plain:
@@ -153,8 +183,8 @@ def test_a_name_without_a_near_one_gets_no_suggestion():
     [
         (lambda: RobotParameters(radius=-1.0), "robot.radius is -1"),
         (lambda: RobotParameters(max_acceleration=math.nan), "robot.max_acceleration is nan"),
-        (lambda: PlannerParameters(erosion="dics"), "planner.erosion is 'dics'"),
-        (lambda: PlannerParameters(margin=-0.2), "planner.margin is -0.2"),
+        (lambda: ControllerParameters(kind="dwb"), "controller.kind is 'dwb'"),
+        (lambda: PlannerParameters(comfort=-0.2), "planner.comfort is -0.2"),
         (lambda: DriveParameters(delay=-1.0), "drive.delay is -1"),
         (lambda: LocalizationParameters(drift=7.0), "localization.drift is 7"),
         (lambda: LidarParameters(quantisation=2.0), "lidar.quantisation is 2"),

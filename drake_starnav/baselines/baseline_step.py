@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.baselines.dsm_circles import DsmParameters, dsm_velocity
-from drake_starnav.baselines.dwa import DwaParameters, dwa_twist
+from drake_starnav.baselines.dwa import PERIOD, DwaParameters, dwa_twist
 from drake_starnav.baselines.foa import FoaParameters, foa_cluster_velocity, foa_velocity
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
@@ -67,7 +67,7 @@ def baseline_step(
         return limited_twist(situation.twist, np.zeros(2), robot, period), np.zeros(2)
     if isinstance(settings, DwaParameters):
         v, omega = dwa_twist(situation.pose, situation.twist, situation.target, situation.points, robot, settings)
-        heading = yaw + omega * settings.period
+        heading = yaw + omega * PERIOD
         return limited_twist(situation.twist, np.array((v, omega)), robot, period), _unit(heading)
     velocity = _velocity(situation, settings, controller, robot)
     speed = math.hypot(velocity[0], velocity[1])
@@ -96,9 +96,8 @@ def _velocity(
     if isinstance(settings, DsmParameters):
         known = situation.obstacles
         return dsm_velocity(
-            position, nominal, known.circles, robot_radius=radius, tail_effect=settings.tail_effect,
-            reference_points=known.reference_points,
-        )  # fmt: skip
+            position, nominal, known.circles, robot_radius=radius, reference_points=known.reference_points
+        )
     velocity = foa_cluster_velocity if settings.clusters else foa_velocity
     return velocity(position, nominal, situation.points, control_radius=radius)
 

@@ -32,7 +32,6 @@ LEAST_COSINE = 1e-3
 class DsmParameters:
     """Modulation around circles that are all known."""
 
-    tail_effect: bool = parameter(False, "also bend a velocity that leads away from an obstacle")
     margin: float = parameter(
         0.06, "clearance that is modulated for beyond the robot's radius", unit="m", low=0.0, high=1.0
     )
@@ -50,7 +49,7 @@ def dsm_velocity(
     circles: np.ndarray,
     *,
     robot_radius: float,
-    tail_effect: bool,
+    tail_effect: bool = False,
     circle_velocities: np.ndarray | None = None,
     reference_points: np.ndarray | None = None,
 ) -> np.ndarray:

@@ -23,24 +23,22 @@ from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.robot import RobotParameters
 
+PERIOD = 0.25
+"""Time that a command is held, s: the size of the window, and part of every stopping distance; the paper's."""
+SAMPLES = (11, 21)
+"""Speeds and turning rates across the window; an odd number keeps the present one."""
+HEADING_WEIGHT, CLEARANCE_WEIGHT, SPEED_WEIGHT = 1.0, 0.5, 0.5
+"""Of facing the goal after the arc, of the way to the first hit along it, and of going fast; see docs/baselines.md."""
+CLEARANCE_LIMIT = 2.0
+"""Clearance from which on more is no better, m."""
 STRAIGHT = 1e-6
 """An arc with a smaller curvature than this is a line, 1/m."""
 
 
 @dataclass(frozen=True)
 class DwaParameters:
-    """The dynamic window, its samples, and what makes an arc good."""
+    """The dynamic window; its samples and weights are constants."""
 
-    period: float = parameter(
-        0.25, "time that a command is held: the size of the window, and part of every stopping distance",
-        unit="s", above=0.0, high=2.0,
-    )  # fmt: skip
-    speed_samples: int = parameter(11, "speeds across the window", low=2, high=201)
-    yaw_rate_samples: int = parameter(21, "turning rates across the window; odd keeps the present one", low=3, high=401)
-    heading_weight: float = parameter(1.0, "weight of facing the goal after the arc", low=0.0, high=100.0)
-    clearance_weight: float = parameter(0.5, "weight of the way to the first hit along the arc", low=0.0, high=100.0)
-    speed_weight: float = parameter(0.5, "weight of going fast", low=0.0, high=100.0)
-    clearance_limit: float = parameter(2.0, "clearance from which on more is no better", unit="m", above=0.0, high=50.0)
     margin: float = parameter(0.02, "clearance kept beyond the robot's radius", unit="m", low=0.0, high=1.0)
 
     def __post_init__(self) -> None:
@@ -66,7 +64,7 @@ def dwa_twist(
         goal: shape (2,), W, m.
         points: the hits, shape (n, 2), W, m.
         robot: radius and limits.
-        parameters: window, samples and weights.
+        parameters: its margin.
 
     Returns:
         (v, omega), m/s and rad/s.
@@ -85,10 +83,10 @@ def dwa_twist(
         points,
         (robot.max_speed, robot.max_yaw_rate, robot.max_acceleration, robot.max_yaw_acceleration),
         robot.radius + parameters.margin,
-        parameters.period,
-        (parameters.speed_samples, parameters.yaw_rate_samples),
-        (parameters.heading_weight, parameters.clearance_weight, parameters.speed_weight),
-        parameters.clearance_limit,
+        PERIOD,
+        SAMPLES,
+        (HEADING_WEIGHT, CLEARANCE_WEIGHT, SPEED_WEIGHT),
+        CLEARANCE_LIMIT,
     )
     return float(v), float(omega)
 

@@ -19,23 +19,23 @@ from numba import njit
 from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.parameters import check_parameters, parameter
 
+ATTRACTIVE_GAIN = 1.0
+"""Khatib's k: speed per metre to the goal, 1/s."""
+INFLUENCE_DISTANCE = 1.0
+"""Khatib's rho_0: distance from the hull beyond which a hit does not repel, m; see docs/baselines.md."""
 MIN_DISTANCE = 1e-3
 """Distances from the hull are at least this, so that the repulsion of a touched obstacle is finite, m."""
 
 
 @dataclass(frozen=True)
 class PotentialFieldParameters:
-    """Gains of the two potentials."""
+    """How strongly hits repel, and how fast the robot drives."""
 
-    attractive_gain: float = parameter(1.0, "speed per metre to the goal", unit="1/s", above=0.0, high=100.0)
     max_speed: float = parameter(
         0.6, "largest speed, of the attraction alone and of the sum", unit="m/s", above=0.0, high=10.0
     )
     repulsive_gain: float = parameter(
         0.0003, "Khatib's eta: larger turns away sooner", unit="m^4/s", low=0.0, high=100.0
-    )
-    influence_distance: float = parameter(
-        1.0, "distance from the hull beyond which a hit does not repel", unit="m", above=0.0, high=50.0
     )
 
     def __post_init__(self) -> None:
@@ -60,7 +60,7 @@ def potential_field_velocity(
         goal: shape (2,), W, m.
         points: the hits, shape (n, 2), W, m.
         robot_radius: m.
-        parameters: gains.
+        parameters: gain of the repulsion, and largest speed.
 
     Returns:
         shape (2,), W, m/s.
@@ -73,10 +73,8 @@ def potential_field_velocity(
     goal = vector(goal, 2, place + "goal")
     points = rows(points, 2, place + "points")
     robot_radius = positive(robot_radius, place + "robot_radius")
-    attraction = _limited(parameters.attractive_gain * (goal - position), parameters.max_speed)
-    repulsion = parameters.repulsive_gain * np.array(
-        _repulsion(*position, points, robot_radius, parameters.influence_distance)
-    )
+    attraction = _limited(ATTRACTIVE_GAIN * (goal - position), parameters.max_speed)
+    repulsion = parameters.repulsive_gain * np.array(_repulsion(*position, points, robot_radius, INFLUENCE_DISTANCE))
     return _limited(attraction + repulsion, parameters.max_speed)
 
 

@@ -3,17 +3,15 @@
 RENAMED = {
     "movers": "obstacles",
     "planner.closer_look": "inspection_detour",
-    "planner.gates": "virtual_frontiers",
-    "planner.retire_dead_ends": "blacklist",
-    "planner.retired_radius": "blacklist_radius",
     "controller.max_swerve": "free_heading_range",
     "obstacles.sidestep": "modulation",
-    "world.min_movers": "min_moving_obstacles",
-    "world.max_movers": "max_moving_obstacles",
+    "world.min_movers": "moving_obstacles",
+    "world.max_movers": "moving_obstacles",
+    "world.timeout": "simulation.timeout",
 }
-"""Section, or section and key -> the name now. An old key is never read."""
+"""Section, or section and key -> the name now, dotted if it is in another section. An old key is never read."""
 
 
 def name_now(key: str) -> str:
-    """What to look for among the valid names in place of an unknown section, or "section.key"; without the section."""
+    """What to look for among the valid names in place of an unknown section or "section.key", as in `RENAMED`."""
     return RENAMED.get(key, key.rpartition(".")[2])

@@ -1,5 +1,6 @@
 """The parts of a scenario that are structs of Drake's own."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
@@ -8,33 +9,32 @@ from pydrake.systems.analysis import SimulatorConfig
 
 from drake_starnav.errors import StarnavError, said_by, shown
 from drake_starnav.parameters import unknown_name
-from drake_starnav.scenario import Scenario
 
 
-def scenario_plant_config(scenario: Scenario, defaults: MultibodyPlantConfig) -> MultibodyPlantConfig:
+def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantConfig) -> MultibodyPlantConfig:
     """The settings of the plant: defaults, and over them what the scenario's `plant_config` holds.
 
     Raises:
         StarnavError: unknown key, or a value that Drake does not allow.
     """
-    if "time_step" in scenario.plant_config:
+    if "time_step" in settings:
         raise StarnavError(
-            f"plant_config.time_step is {shown(scenario.plant_config['time_step'])}; allowed: simulation.time_step, "
+            f"plant_config.time_step is {shown(settings['time_step'])}; allowed: simulation.time_step, "
             "as the schedule of the loop follows from it"
         )
-    return _laid_over(scenario.plant_config, defaults, "plant_config")
+    return _laid_over(settings, defaults, "plant_config")
 
 
-def scenario_simulator_config(scenario: Scenario, defaults: SimulatorConfig | None = None) -> SimulatorConfig:
+def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig | None = None) -> SimulatorConfig:
     """The settings of the simulator: defaults, and over them what the scenario's `simulator_config` holds.
 
     Raises:
         StarnavError: unknown key, or a value that Drake does not allow.
     """
-    return _laid_over(scenario.simulator_config, defaults or SimulatorConfig(), "simulator_config")
+    return _laid_over(settings, defaults or SimulatorConfig(), "simulator_config")
 
 
-def _laid_over(mapping: dict[str, Any], defaults: Any, place: str) -> Any:
+def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str) -> Any:
     known = yaml_load(data=yaml_dump_typed(defaults))
     for key in mapping:
         if key not in known:
@@ -42,6 +42,6 @@ def _laid_over(mapping: dict[str, Any], defaults: Any, place: str) -> Any:
     if not mapping:
         return defaults
     try:
-        return yaml_load_typed(data=yaml_dump(mapping), defaults=defaults)
+        return yaml_load_typed(data=yaml_dump(dict(mapping)), defaults=defaults)
     except (RuntimeError, ValueError, TypeError) as error:
-        raise StarnavError(f"{place} is {shown(mapping)}: {said_by(error)}; allowed: what Drake reads") from None
+        raise StarnavError(f"{place} is {shown(dict(mapping))}: {said_by(error)}; allowed: what Drake reads") from None

@@ -4,7 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, Union
 
-from drake_starnav.parameters import build, plain_struct
+from drake_starnav.parameters import build, declared, plain_struct
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, SECTIONS
 from drake_starnav.worlds import WORLD_KINDS
@@ -61,8 +61,9 @@ class ScenarioConfig(_Sections):
 
 def _twin(parameters: Any) -> Any:
     kind: Any = type(parameters)
-    return plain_struct(kind)(**_values(parameters))
+    values = _values(parameters)
+    return plain_struct(kind)(**{key: list(x) if isinstance(x, tuple) else x for key, x in values.items()})
 
 
 def _values(parameters: Any) -> dict[str, Any]:
-    return {field.name: getattr(parameters, field.name) for field in dataclasses.fields(parameters)}
+    return {field.name: getattr(parameters, field.name) for field in declared(parameters)}

@@ -51,14 +51,6 @@ def check_robot_radius(robot_radius: float) -> None:
         raise StarnavError(f"robot_radius is {robot_radius}; allowed: 0 < x m")
 
 
-def check_order(kind: Any, lower: str, upper: str) -> None:
-    """Raise `StarnavError` if the parameter `lower` of a generator exceeds its parameter `upper`."""
-    low, high = getattr(kind, lower), getattr(kind, upper)
-    if low > high:
-        name = type(kind).__name__
-        raise StarnavError(f"{name}.{lower} is {low:g}, {name}.{upper} is {high:g}; allowed: {lower} <= {upper}")
-
-
 def random_yaw(rng: np.random.Generator) -> float:
     """Any heading, rad, in [-pi, pi)."""
     return float(rng.uniform(-math.pi, math.pi))

@@ -19,7 +19,8 @@ BLUE = "#0072B2"
 SEEDS = range(6)
 SCENARIO = parse_scenario(
     """
-    world: !Forest {width: 10, height: 6, min_gap: 1.0, max_gap: 1.4, timeout: 60}
+    world: !Forest {width: 10, height: 6, gap: [1.0, 1.4]}
+    simulation: {timeout: 60}
     robot: {max_speed: 0.6}
     lidar: {beams: 180}
     """,

@@ -1,20 +1,31 @@
 """Choose the baselines' parameters: python scripts/experiments/tune_baselines.py --out out/tuning
 
 Every combination of a small grid drives the same trials, with a batch seed that no benchmark uses. The robot follows
-each twist exactly, which ranks parameters as well as the full simulation does, and is many times faster.
+each twist exactly, which ranks parameters as well as the full simulation does, and is many times faster. Names in
+capitals are constants of a baseline's module, which are replaced for a combination.
 """
 
 import argparse
+import contextlib
 import itertools
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from tqdm import tqdm
 
-from drake_starnav.baselines import DsmParameters, KnownObstacles, Situation, baseline_step, known_obstacles
+from drake_starnav.baselines import (
+    DsmParameters,
+    KnownObstacles,
+    Situation,
+    baseline_step,
+    dwa,
+    known_obstacles,
+    potential_field,
+)
 from drake_starnav.cli.options import check_numbers, exit_code
 from drake_starnav.evaluation import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
@@ -33,23 +44,24 @@ SCENARIOS = ("forest", "paper_forest")
 Grid = dict[str, tuple[str, ...]]
 GRIDS: dict[str, Grid] = {
     "dsm": {
-        "dsm.tail_effect": ("false", "true"),
         "dsm.margin": ("0.01", "0.03", "0.06", "0.1"),
         "dsm.max_speed": ("0.3", "0.4", "0.6", "0.8"),
     },
     "foa": {"foa.margin": ("0.0", "0.03", "0.06", "0.1"), "foa.max_speed": ("0.3", "0.4", "0.6", "0.8")},
     "dwa": {
-        "dwa.period": ("0.25", "0.5"),
-        "dwa.clearance_weight": ("0.5", "1.0"),
-        "dwa.speed_weight": ("0.1", "0.5"),
+        "dwa.PERIOD": ("0.25", "0.5"),
+        "dwa.CLEARANCE_WEIGHT": ("0.5", "1.0"),
+        "dwa.SPEED_WEIGHT": ("0.1", "0.5"),
     },
     "apf": {
         "apf.repulsive_gain": ("0.0003", "0.001", "0.003", "0.01"),
-        "apf.influence_distance": ("0.3", "0.6", "1.0"),
+        "apf.INFLUENCE_DISTANCE": ("0.3", "0.6", "1.0"),
         "apf.max_speed": ("0.6", "0.8"),
     },
 }
-"""By method, the tried values of its parameters. The other FOA methods use the values chosen for FOA."""
+"""By method, the tried values of its parameters and constants. The other FOA methods use the values chosen for FOA."""
+MODULES = {"dwa": dwa, "apf": potential_field}
+"""Those whose constants are tuned, by method."""
 
 
 _worlds: dict[tuple[str, int], World] = {}
@@ -89,18 +101,30 @@ def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
     return "timeout", TIMEOUT
 
 
+@contextlib.contextmanager
+def replaced_constants(chosen: Sequence[str]) -> Iterator[list[str]]:
+    """Replaces constants, e.g. by "dwa.PERIOD=0.5"; yields the rest of what is chosen, overrides of a scenario."""
+    overrides = []
+    with contextlib.ExitStack() as replaced:
+        for text in chosen:
+            key, _, value = text.partition("=")
+            method, _, name = key.partition(".")
+            if name.isupper():
+                replaced.enter_context(mock.patch.object(MODULES[method], name, float(value)))
+            else:
+                overrides.append(text)
+        yield overrides
+
+
 def tune(method: str, trials: int) -> str:
     """The table of one method's grid, the best first: most trials reached, then least time."""
     rows = []
     grid = GRIDS[method]
     choices = list(itertools.product(*([f"{key}={value}" for value in values] for key, values in grid.items())))
     for chosen in tqdm(choices, desc=method, disable=None, leave=False):
-        ends = {
-            name: [
-                drive(load_scenario(name, method=method, overrides=chosen), trial_seed(SEED, k)) for k in range(trials)
-            ]
-            for name in SCENARIOS
-        }
+        with replaced_constants(chosen) as overrides:
+            scenarios = [load_scenario(name, method=method, overrides=overrides) for name in SCENARIOS]
+            ends = {s.name: [drive(s, trial_seed(SEED, k)) for k in range(trials)] for s in scenarios}
         times = [time for results in ends.values() for outcome, time in results if outcome == "reached"]
         time = float(np.mean(times)) if times else math.inf
         cells = [" ".join(chosen)]

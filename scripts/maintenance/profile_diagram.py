@@ -16,7 +16,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_starnav.cli.options import exit_code
 from drake_starnav.navigation import Navigation, add_navigation
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.station.navigation_station import add_plant, plant_config
+from drake_starnav.station.plant import add_plant
 from drake_starnav.station.robot_model import drive_geometry
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
@@ -33,9 +33,7 @@ def whole_diagram(scenario: Scenario, seed: int, stopwatch: Stopwatch) -> tuple[
 def plant_alone(scenario: Scenario, world: World, times: np.ndarray, twists: np.ndarray) -> Diagram:
     """Plant and scene graph, driven by recorded twists."""
     builder = DiagramBuilder()
-    plant, scene_graph, model, _ = add_plant(
-        builder, world, scenario.robot, plant_config(scenario.simulation.time_step)
-    )
+    plant, scene_graph, model, _ = add_plant(builder, world, scenario.robot, scenario.simulation.time_step)
     geometry = drive_geometry(plant, scene_graph, model)
     turn = 0.5 * geometry["track"] * twists[1]
     wheels = np.vstack((twists[0] - turn, twists[0] + turn)) / geometry["wheel_radius"]

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.baselines import DwaParameters, dwa_twist
+from drake_starnav.baselines.dwa import PERIOD
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 
@@ -17,7 +18,7 @@ NOTHING = np.zeros((0, 2))
 def stopping_path(pose, v, omega):
     """Positions on the arc of (v, omega), held for a period and then braked to a stop, shape (k, 2)."""
     stop_time = max(v / ROBOT.max_acceleration, abs(omega) / ROBOT.max_yaw_acceleration)
-    times = np.linspace(0.0, PARAMETERS.period + 0.5 * stop_time, 400)  # as if at full speed: the same way
+    times = np.linspace(0.0, PERIOD + 0.5 * stop_time, 400)  # as if at full speed: the same way
     headings = pose[2] + omega * times
     steps = np.diff(times)[:, None] * v
     middle = 0.5 * (headings[1:] + headings[:-1])
@@ -37,12 +38,12 @@ def test_the_chosen_arc_is_admissible_and_in_the_window(seed):
     v, omega = dwa_twist(pose, twist, rng.uniform(-5.0, 5.0, 2), points, ROBOT, PARAMETERS)
 
     assert 0.0 <= v <= ROBOT.max_speed and abs(omega) <= ROBOT.max_yaw_rate
-    assert abs(v - twist[0]) <= ROBOT.max_acceleration * PARAMETERS.period + 1e-9
-    assert abs(omega - twist[1]) <= ROBOT.max_yaw_acceleration * PARAMETERS.period + 1e-9
+    assert abs(v - twist[0]) <= ROBOT.max_acceleration * PERIOD + 1e-9
+    assert abs(omega - twist[1]) <= ROBOT.max_yaw_acceleration * PERIOD + 1e-9
     path = stopping_path(pose, v, omega)
     clearance = np.hypot(*(path[:, None] - points).transpose(2, 0, 1)).min(initial=math.inf)
     braking = max(twist[0] / ROBOT.max_acceleration, abs(twist[1]) / ROBOT.max_yaw_acceleration)
-    kept = max(0.0, 1.0 - PARAMETERS.period / braking)
+    kept = max(0.0, 1.0 - PERIOD / braking)
     assert clearance >= radius - 1e-4 or (v, omega) == pytest.approx(tuple(kept * twist), abs=1e-12)
 
 
@@ -73,7 +74,7 @@ def test_turns_towards_a_goal_at_its_side(side):
 def test_brakes_in_front_of_a_wall_and_then_only_turns():
     wall = np.column_stack((np.full(101, 0.5), np.linspace(-1.0, 1.0, 101)))
     v, _ = dwa_twist([0.0, 0.0, 0.0], [0.8, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)
-    assert v == pytest.approx(0.8 - ROBOT.max_acceleration * PARAMETERS.period)  # nothing is admissible: full braking
+    assert v == pytest.approx(0.8 - ROBOT.max_acceleration * PERIOD)  # nothing is admissible: full braking
     wall[:, 0] = ROBOT.radius + PARAMETERS.margin + 1e-3
     v, _ = dwa_twist([0.0, 0.0, 0.0], [0.0, 0.0], [5.0, 0.0], wall, ROBOT, PARAMETERS)
     assert v == pytest.approx(0.0)
@@ -89,8 +90,8 @@ def test_can_stop_at_the_goal():
     pose, twist = np.zeros(3), np.zeros(2)
     for _ in range(200):
         twist = np.array(dwa_twist(pose, twist, [2.0, 1.0], NOTHING, ROBOT, PARAMETERS))
-        middle = pose[2] + 0.5 * twist[1] * PARAMETERS.period
-        pose = pose + PARAMETERS.period * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
+        middle = pose[2] + 0.5 * twist[1] * PERIOD
+        pose = pose + PERIOD * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
         if math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1:
             break
     assert math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1
@@ -120,5 +121,5 @@ def test_bad_input_names_the_argument(change, message):
 
 
 def test_bad_parameters_are_refused_when_they_are_made():
-    with pytest.raises(StarnavError, match=r"dwa.period is 0.0; allowed: 0 < x <= 2 s"):
-        DwaParameters(period=0.0)
+    with pytest.raises(StarnavError, match=r"dwa.margin is -1.0; allowed: 0 <= x <= 1 m"):
+        DwaParameters(margin=-1.0)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.baselines import PotentialFieldParameters, potential_field_velocity
+from drake_starnav.baselines.potential_field import INFLUENCE_DISTANCE
 from drake_starnav.errors import StarnavError
 
 PARAMETERS = PotentialFieldParameters(repulsive_gain=0.01, max_speed=0.8)
@@ -23,7 +24,7 @@ def test_far_from_hits_it_heads_for_the_goal():
 
 def test_repels_as_khatib_s_potential_does():
     free = PotentialFieldParameters(max_speed=10.0)
-    rho, eta, influence = 0.4, free.repulsive_gain, free.influence_distance
+    rho, eta, influence = 0.4, free.repulsive_gain, INFLUENCE_DISTANCE
 
     def potential(x):
         return 0.5 * eta * (1.0 / (x - RADIUS) - 1.0 / influence) ** 2

@@ -8,14 +8,14 @@ from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
-from drake_starnav.station.navigation_station import plant_config
+from drake_starnav.station.plant import plant_config
 
 WORLD = "world: !Obstacles {goal: [2.0, 0.0]}\n"
 
 
 def test_settings_are_laid_over_ours() -> None:
     scenario = parse_scenario(WORLD + "plant_config: {penetration_allowance: 0.002}", name="x")
-    config = scenario_plant_config(scenario, plant_config(0.005))
+    config = scenario_plant_config(scenario.plant_config, plant_config(0.005))
     assert (config.penetration_allowance, config.contact_model, config.time_step) == (0.002, "point", 0.005)
     scenario = parse_scenario(WORLD, name="x", overrides=["plant_config.contact_model=hydroelastic_with_fallback"])
     station = make_diagram(scenario).GetSubsystemByName("station")
@@ -24,9 +24,9 @@ def test_settings_are_laid_over_ours() -> None:
 
 def test_the_simulator_of_a_trial_has_them() -> None:
     scenario = parse_scenario(WORLD + "simulator_config: {publish_every_time_step: true}", name="x")
-    assert scenario_simulator_config(scenario).publish_every_time_step
+    assert scenario_simulator_config(scenario.simulator_config).publish_every_time_step
     assert run_trial(scenario).outcome == "reached"
-    assert scenario_simulator_config(parse_scenario(WORLD, name="x")).accuracy == SimulatorConfig().accuracy
+    assert scenario_simulator_config({}).accuracy == SimulatorConfig().accuracy
 
 
 @pytest.mark.parametrize(

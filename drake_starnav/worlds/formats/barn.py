@@ -41,6 +41,6 @@ class Barn(NumberedWorld):
             start=start,
             goal=goal,
             cylinders=np.array(cylinders),
-            timeout=self.timeout,
+            timeout=self.TIMEOUT,
             optimal_time=length / BENCHMARK_SPEED,
         )

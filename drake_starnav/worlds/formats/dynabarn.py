@@ -42,7 +42,7 @@ class DynaBarn(NumberedWorld):
             start=start,
             goal=goal,
             polygons=_walls(entry["walls"], f"{place}: walls"),
-            timeout=self.timeout,
+            timeout=self.TIMEOUT,
             moving_obstacles=_moving_obstacles(file, check_list(entry["plugins"], f"{place}: plugins"), place),
         )
 

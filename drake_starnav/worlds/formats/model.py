@@ -25,7 +25,6 @@ class Model:
     start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
     goal: list[float] = listing([], "[x, y], m; it must be given")
     weld: bool = parameter(True, "weld bodies that no joint holds where they stand; false lets them move")
-    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The world without its obstacles' footprints: only Drake can read them from the file.
@@ -52,4 +51,4 @@ class Model:
             if not os.path.isfile(path):
                 raise StarnavError(f"model {path}: no such file; {allowed}")
             name, model = path.name.partition(".")[0], ModelFile(str(path), self.weld)
-        return World(name=name, start=start, goal=goal, timeout=self.timeout, model=model)
+        return World(name=name, start=start, goal=goal, model=model)

@@ -18,6 +18,8 @@ from drake_starnav.worlds.rectangles import solid_rectangles
 from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
 from drake_starnav.worlds.world import MOST_SHAPES, World
 
+_TIMEOUT = 600.0  # s; a map may be of a whole floor of a building
+_SPARE = 0.1  # m, random places, and the way between them, are this much wider than the robot
 _TRIES = 200  # random starts, before the map counts as too small
 
 
@@ -35,11 +37,7 @@ class RosMap:
     )
     start: list[float] = listing([], "[x, y, yaw] of the robot in the map's frame, m and rad; empty for a random one")
     goal: list[float] = listing([], "[x, y] in the map's frame, m; empty for a random one")
-    margin: float = parameter(
-        0.1, "random places, and the way between them, are this much wider than the robot", unit="m", low=0.0, high=5.0
-    )
     min_distance: float = parameter(2.0, "least distance of random start and goal", unit="m", low=0.0, high=1000.0)
-    timeout: float = parameter(600.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The map's walls, with a start and a goal between which there is a way for the robot.
@@ -67,13 +65,13 @@ class RosMap:
         solid = grid.cells != FREE if closed else grid.cells == OCCUPIED
         start, goal = list(self.start), list(self.goal)
         if not (start and goal):
-            places = _Places(grid, solid, closed, robot_radius + self.margin)
+            places = _Places(grid, solid, closed, robot_radius + _SPARE)
             ends = self._draw(places, start, goal, rng) if len(places.centers) else None
             if ends is None:
                 raise StarnavError(
                     f"map {path}: no start and goal {self.min_distance:g} m apart with a way for robot_radius "
-                    f"{robot_radius:g} m and {self.margin:g} m to spare; allowed: more free space, or a smaller robot, "
-                    "world.min_distance or world.margin"
+                    f"{robot_radius:g} m and {_SPARE:g} m to spare; allowed: more free space, or a smaller robot or "
+                    "world.min_distance"
                 )
             start, goal = ends
         world = World(
@@ -81,7 +79,7 @@ class RosMap:
             start=(start[0], start[1], start[2]),
             goal=(goal[0], goal[1]),
             polygons=_polygons(grid, solid, closed, (start[:2], goal), robot_radius, path),
-            timeout=self.timeout,
+            timeout=_TIMEOUT,
         )
         if self.start or self.goal:
             check_free_ends(world, robot_radius, "RosMap")

@@ -92,8 +92,9 @@ class NumberedWorld:
 
     file: str = parameter("", "shipped file of worlds by name, or the path of a JSON file", path=True)
     id: int = parameter(0, "number of the world in the file", low=0)
-    timeout: float = parameter(100.0, "time a trial may take", unit="s", above=0.0)
 
+    TIMEOUT: ClassVar[float] = 100.0
+    """Time a trial may take, s, that of the BARN challenge."""
     KEYS: ClassVar[tuple[str, ...]] = ()
     """Of an entry."""
 

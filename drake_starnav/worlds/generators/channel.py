@@ -9,9 +9,12 @@ import numpy as np
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.outlines import place, rectangle
 from drake_starnav.worlds.rectangles import solid_rectangles
-from drake_starnav.worlds.solvable import check_order, check_robot_radius, random_yaw
+from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
 from drake_starnav.worlds.world import World
 
+_LENGTHS = (2.0, 5.0)  # m, of a lane
+_LANES = (3, 8)  # fewest and most of a serpentine or a spiral
+_WALLS = (0.03, 0.4)  # m, thickness between two lanes
 _SHAPES = ("corridor", "u_turn", "serpentine", "spiral")
 _SLOWEST = 0.05
 """The time limit allows for this mean speed, m/s."""
@@ -28,12 +31,6 @@ class Channel:
         choices=("any", *_SHAPES),
     )
     clearance: float = parameter(0.05, "free space on each side of the robot", unit="m", above=0.0, high=2.0)
-    min_length: float = parameter(2.0, "shortest lane", unit="m", low=1.0, high=100.0)
-    max_length: float = parameter(5.0, "longest lane", unit="m", low=1.0, high=100.0)
-    min_lanes: int = parameter(3, "fewest lanes of a serpentine or a spiral", low=3, high=50)
-    max_lanes: int = parameter(8, "most lanes of a serpentine or a spiral", low=3, high=50)
-    min_wall: float = parameter(0.03, "thinnest wall between two lanes", unit="m", above=0.0, high=5.0)
-    max_wall: float = parameter(0.4, "thickest wall between two lanes", unit="m", above=0.0, high=5.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The channel for a robot of this radius (m); it is passable by construction.
@@ -42,13 +39,11 @@ class Channel:
             StarnavError: a parameter is out of its limits.
         """
         check_parameters(self, "Channel")
-        for quantity in ("length", "lanes", "wall"):
-            check_order(self, f"min_{quantity}", f"max_{quantity}")
         check_robot_radius(robot_radius)
         shape = str(rng.choice(_SHAPES)) if self.shape == "any" else self.shape
-        length = rng.uniform(self.min_length, self.max_length)
-        lanes = int(rng.integers(self.min_lanes, self.max_lanes + 1))
-        wall = rng.uniform(self.min_wall, self.max_wall)
+        length = rng.uniform(*_LENGTHS)
+        lanes = int(rng.integers(*_LANES, endpoint=True))
+        wall = rng.uniform(*_WALLS)
         width = 2.0 * (robot_radius + self.clearance)
         line = _middle_line(shape, length, lanes, width + wall)
         angle = rng.uniform(-math.pi, math.pi)

@@ -9,7 +9,10 @@ from drake_starnav.worlds.outlines import rectangle
 from drake_starnav.worlds.solvable import first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
+_WIDTH = 1.5  # m
+_LANE = 8.0  # m, length of a lane, turns included
 _WALL = 0.1  # m, thickness of the walls between lanes
+_TIMEOUT = 60.0  # s for each 10 m: the time limit allows for a mean speed of 0.17 m/s along the middle line
 
 
 @dataclass(frozen=True)
@@ -17,35 +20,32 @@ class Corridor:
     """Lanes of 8 m side by side, joined at alternating ends; fins from random sides make the lanes wind."""
 
     length: float = parameter(40.0, "length of the corridor's middle line", unit="m", low=10.0, high=300.0)
-    width: float = parameter(1.5, "width of the corridor", unit="m", low=0.5, high=4.0)
-    lane: float = parameter(8.0, "length of one lane, turns included", unit="m", low=6.0, high=100.0)
     fin: float = parameter(0.4, "share of the width that a fin takes; 0 for smooth walls", low=0.0, high=0.9)
-    timeout: float = parameter(60.0, "time a trial may take for each 10 m of length", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """A corridor that the robot can pass; see `first_solvable`."""
         return first_solvable(self, self._draw, rng, robot_radius)
 
     def _draw(self, rng: np.random.Generator) -> World:
-        pitch = self.width + _WALL
-        lanes = max(1, round(self.length / (self.lane - self.width + pitch)))
+        pitch = _WIDTH + _WALL
+        lanes = max(1, round(self.length / (_LANE - _WIDTH + pitch)))
         # the middle line: straight runs of lane - width, and a step of one pitch between two lanes
         run = (self.length - (lanes - 1) * pitch) / lanes
-        lane = run + self.width
+        lane = run + _WIDTH
         polygons = []
         for k in range(1, lanes):
             y = k * pitch - _WALL
-            left, right = (0.0, run) if k % 2 else (self.width, lane)
+            left, right = (0.0, run) if k % 2 else (_WIDTH, lane)
             polygons.append(rectangle(left, y, right, y + _WALL))
         for k in range(lanes):
-            bottom, top = k * pitch, k * pitch + self.width
-            reach = self.fin * self.width
-            x = self.width + rng.uniform(0.5, 1.5)
-            while reach > 0.0 and x < lane - self.width - 0.5:
+            bottom, top = k * pitch, k * pitch + _WIDTH
+            reach = self.fin * _WIDTH
+            x = _WIDTH + rng.uniform(0.5, 1.5)
+            while reach > 0.0 and x < lane - _WIDTH - 0.5:
                 low = rng.random() < 0.5
                 polygons.append(rectangle(x, bottom if low else top - reach, x + _WALL, bottom + reach if low else top))
-                x += rng.uniform(1.2, 2.5) * self.width
-        half = self.width / 2.0
+                x += rng.uniform(1.2, 2.5) * _WIDTH
+        half = _WIDTH / 2.0
         goal_x = lane - half if lanes % 2 else half
         return World(
             name="corridor",
@@ -53,5 +53,5 @@ class Corridor:
             goal=(goal_x, (lanes - 1) * pitch + half),
             polygons=tuple(polygons),
             bounds=(0.0, 0.0, lane, lanes * pitch - _WALL),
-            timeout=self.timeout * self.length / 10.0,
+            timeout=_TIMEOUT * self.length / 10.0,
         )

@@ -12,9 +12,11 @@ from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.generators.wandering import wander
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
+from drake_starnav.worlds.solvable import first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
+_TIMEOUT = 90.0  # s; after that the moving obstacles return the way they came
+_HEIGHT = 12.0  # m, extent along y
 _RADII = (0.2, 0.3)  # m, of the moving obstacles
 _COLUMNS, _COLUMN_RADII = (3, 6), (0.15, 0.4)  # least and greatest number, and radii, m
 _WALLS, _WALL_LENGTHS, _WALL_THICKNESS = (1, 3), (1.5, 3.0), 0.12  # m
@@ -30,12 +32,10 @@ class Crowd:
     """A room with columns and walls, crossed from left to right among discs that move and never yield."""
 
     width: float = parameter(12.0, "extent along x, from start to goal", unit="m", low=8.0, high=100.0)
-    height: float = parameter(12.0, "extent along y", unit="m", low=6.0, high=100.0)
-    min_moving_obstacles: int = parameter(10, "fewest discs that move", low=0, high=1000)
-    max_moving_obstacles: int = parameter(20, "most discs that move", low=0, high=1000)
-    min_speed: float = parameter(0.3, "of the slowest; each disc keeps its speed", unit="m/s", above=0.0, high=5.0)
-    max_speed: float = parameter(0.8, "of the fastest", unit="m/s", above=0.0, high=5.0)
-    timeout: float = parameter(90.0, "time a trial may take", unit="s", above=0.0)
+    moving_obstacles: tuple[int, int] = parameter((10, 20), "fewest and most discs that move", low=0, high=1000)
+    speed: tuple[float, float] = parameter(
+        (0.3, 0.8), "of the slowest and the fastest; each disc keeps its speed", unit="m/s", above=0.0, high=5.0
+    )
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """A room that the robot could cross if nothing moved (see `first_solvable`), and its moving obstacles.
@@ -43,37 +43,35 @@ class Crowd:
         Half of them go straight until an obstacle blocks them, the others wander. None touches a static obstacle, is
         near the robot at the start, or stays on the goal for long; they pass through each other.
         """
-        check_order(self, "min_moving_obstacles", "max_moving_obstacles")
-        check_order(self, "min_speed", "max_speed")
         world = first_solvable(self, self._draw, rng, robot_radius)
-        count = int(rng.integers(self.min_moving_obstacles, self.max_moving_obstacles + 1))
+        count = int(rng.integers(*self.moving_obstacles, endpoint=True))
         radii = rng.uniform(*_RADII, count)
         paths = tuple(self._draw_path(world, radius, robot_radius, rng) for radius in radii)
         return dataclasses.replace(world, moving_obstacles=MovingObstacles(radii, paths))
 
     def _draw(self, rng: np.random.Generator) -> World:
         count = rng.integers(*_COLUMNS, endpoint=True)
-        places = rng.uniform((2.0, 1.0), (self.width - 2.0, self.height - 1.0), (count, 2))
+        places = rng.uniform((2.0, 1.0), (self.width - 2.0, _HEIGHT - 1.0), (count, 2))
         walls = []
         for _ in range(rng.integers(*_WALLS, endpoint=True)):
-            middle = rng.uniform((3.0, 2.0), (self.width - 3.0, self.height - 2.0))
+            middle = rng.uniform((3.0, 2.0), (self.width - 3.0, _HEIGHT - 2.0))
             half, thick = 0.5 * rng.uniform(*_WALL_LENGTHS), 0.5 * _WALL_THICKNESS
             walls.append(place(rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
-        start_y, goal_y = rng.uniform(0.8, self.height - 0.8, 2)
+        start_y, goal_y = rng.uniform(0.8, _HEIGHT - 0.8, 2)
         return World(
             name="crowd",
             start=(rng.uniform(0.6, 1.4), start_y, random_yaw(rng)),
             goal=(self.width - rng.uniform(0.6, 1.4), goal_y),
             cylinders=np.column_stack((places, rng.uniform(*_COLUMN_RADII, len(places)))),
             polygons=tuple(walls),
-            bounds=(0.0, 0.0, self.width, self.height),
-            timeout=self.timeout,
+            bounds=(0.0, 0.0, self.width, _HEIGHT),
+            timeout=_TIMEOUT,
         )
 
     def _draw_path(self, world: World, radius: float, robot_radius: float, rng: np.random.Generator) -> np.ndarray:
-        speed, winding = rng.uniform(self.min_speed, self.max_speed), rng.random() < 0.5
+        speed, winding = rng.uniform(*self.speed), rng.random() < 0.5
         for _ in range(_TRIES):
-            position = rng.uniform(radius, (self.width - radius, self.height - radius))
+            position = rng.uniform(radius, (self.width - radius, _HEIGHT - radius))
             room = clearance(world, position[None])[0] - radius
             if room < _ROOM or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue

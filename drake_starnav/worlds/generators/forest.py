@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
+from drake_starnav.worlds.solvable import first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
 _CLEARING = 2.2  # m, no trees in the strips at both ends, where start and goal lie
@@ -20,21 +20,18 @@ class Forest:
     width: float = parameter(20.0, "length of the field, from start to goal", unit="m", low=6.0, high=200.0)
     height: float = parameter(12.0, "breadth of the field", unit="m", low=3.0, high=200.0)
     radius: float = parameter(0.5, "radius of the trees", unit="m", low=0.01, high=5.0)
-    min_trees: int = parameter(40, "fewest trees, if that many find room", low=0, high=10000)
-    max_trees: int = parameter(74, "most trees", low=0, high=10000)
-    min_gap: float = parameter(0.6, "smallest least gap between trees; each forest draws its own", unit="m", low=0.0)
-    max_gap: float = parameter(0.9, "largest least gap between trees", unit="m", low=0.0)
-    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
+    trees: tuple[int, int] = parameter((40, 74), "fewest and most trees, if that many find room", low=0, high=10000)
+    gap: tuple[float, float] = parameter(
+        (0.6, 0.9), "limits of the least gap between trees; each forest draws its own", unit="m", low=0.0
+    )
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """A forest that the robot can cross; see `first_solvable`."""
-        check_order(self, "min_trees", "max_trees")
-        check_order(self, "min_gap", "max_gap")
         return first_solvable(self, self._draw, rng, robot_radius)
 
     def _draw(self, rng: np.random.Generator) -> World:
-        spacing = 2.0 * self.radius + rng.uniform(self.min_gap, self.max_gap)
-        wanted = int(rng.integers(self.min_trees, self.max_trees + 1))
+        spacing = 2.0 * self.radius + rng.uniform(*self.gap)
+        wanted = int(rng.integers(*self.trees, endpoint=True))
         places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (_PLACES, 2))
         trees = np.empty((0, 2))
         while len(trees) < wanted and len(places):
@@ -47,5 +44,4 @@ class Forest:
             goal=(self.width - rng.uniform(0.4, 1.2), goal_y),
             cylinders=np.column_stack((trees, np.full(len(trees), self.radius))),
             bounds=(-_VERGE[0], -_VERGE[1], self.width + _VERGE[0], self.height + _VERGE[1]),
-            timeout=self.timeout,
         )

@@ -7,9 +7,10 @@ import numpy as np
 
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import place, rectangle, trap
-from drake_starnav.worlds.solvable import check_order, first_solvable, random_yaw
+from drake_starnav.worlds.solvable import first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
+_TIMEOUT = 400.0  # s; without a map, a robot may see most of the maze before it finds the goal
 _WALL = 0.12  # m, thickness of the open family's walls
 _SMALLEST_SPHERE = 0.2  # m: the lidar passes over the widest part of smaller ones
 
@@ -25,16 +26,13 @@ class Maze:
         "spheres; any: one of the two by chance",
         choices=("any", "cells", "open"),
     )
-    min_cells: int = parameter(9, "cells: fewest cells along a side", low=2, high=200)
-    max_cells: int = parameter(11, "cells: most cells along a side", low=2, high=200)
-    min_traps: int = parameter(6, "open: fewest free-standing walls, L and U shapes", low=0, high=2000)
-    max_traps: int = parameter(12, "open: most free-standing walls, L and U shapes", low=0, high=2000)
-    timeout: float = parameter(400.0, "time a trial may take", unit="s", above=0.0)
+    cells: tuple[int, int] = parameter((9, 11), "cells: fewest and most cells along a side", low=2, high=200)
+    traps: tuple[int, int] = parameter(
+        (6, 12), "open: fewest and most free-standing walls, L and U shapes", low=0, high=2000
+    )
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """A maze that the robot can solve; see `first_solvable`."""
-        check_order(self, "min_cells", "max_cells")
-        check_order(self, "min_traps", "max_traps")
         return first_solvable(self, self._draw, rng, robot_radius)
 
     def _draw(self, rng: np.random.Generator) -> World:
@@ -42,7 +40,7 @@ class Maze:
         return self._draw_cells(rng) if family == "cells" else self._draw_open(rng)
 
     def _draw_cells(self, rng: np.random.Generator) -> World:
-        n = int(rng.integers(self.min_cells, self.max_cells + 1))
+        n = int(rng.integers(*self.cells, endpoint=True))
         cell = self.size / n
         half = rng.uniform(0.1, 0.15) / 2.0
         right, upper = _spanning_tree_walls(n, rng)
@@ -67,7 +65,7 @@ class Maze:
             goal=tuple(ends[1]),
             polygons=tuple(polygons),
             bounds=(0.0, 0.0, self.size, self.size),
-            timeout=self.timeout,
+            timeout=_TIMEOUT,
         )
 
     def _draw_open(self, rng: np.random.Generator) -> World:
@@ -78,7 +76,7 @@ class Maze:
             door = rng.uniform(0.9, 1.2)
             y = rng.uniform(0.3, size - 0.3 - door)
             polygons += [rectangle(x - half, 0.0, x + half, y), rectangle(x - half, y + door, x + half, size)]
-        for _ in range(rng.integers(self.min_traps, self.max_traps + 1)):
+        for _ in range(rng.integers(*self.traps, endpoint=True)):
             arms = int(rng.choice(3, p=(0.2, 0.3, 0.5)))
             shape = trap(rng.uniform(1.0, 2.6), rng.uniform(0.8, 2.2), _WALL, arms)
             quarter_turns = rng.integers(4) * math.pi / 2.0
@@ -99,7 +97,7 @@ class Maze:
             spheres=np.array(spheres),
             polygons=tuple(polygons),
             bounds=(0.0, 0.0, size, size),
-            timeout=self.timeout,
+            timeout=_TIMEOUT,
         )
 
 

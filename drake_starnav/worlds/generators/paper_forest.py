@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.parameters import parameter
 from drake_starnav.worlds.solvable import first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
@@ -23,6 +22,7 @@ _TREES = np.array(
         (3.60735, -0.432026),
     ]
 )
+_RADIUS = 0.5  # m, of the cylinders
 _BOUNDS = (-4.01, -1.69, 5.02, 3.51)
 
 
@@ -32,9 +32,6 @@ class PaperForest:
 
     Source: arXiv 2403.11484, simulated experiments.
     """
-
-    radius: float = parameter(0.5, "radius of the cylinders", unit="m", low=0.01, high=0.7)
-    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The forest with a start and a goal between which the robot finds a way; see `first_solvable`."""
@@ -46,7 +43,6 @@ class PaperForest:
             name="paper_forest",
             start=(rng.uniform(-3.6, -2.7), start_y, random_yaw(rng)),
             goal=(rng.uniform(4.5, 4.8), goal_y),
-            cylinders=np.column_stack((_TREES, np.full(len(_TREES), self.radius))),
+            cylinders=np.column_stack((_TREES, np.full(len(_TREES), _RADIUS))),
             bounds=_BOUNDS,
-            timeout=self.timeout,
         )

@@ -12,6 +12,10 @@ from drake_starnav.worlds.world import World
 
 _WALL = 0.1
 """Thickness of walls, m."""
+_SIZE = 2.5
+"""Side of a room, m."""
+_SHUT = 0.2
+"""Share of the doors that are walled up, as long as all rooms are joined."""
 _DOOR_POST = 0.1
 """Least distance of a door from both ends of its wall, m."""
 _GOALS = ("wall", "corner", "niche")
@@ -22,9 +26,7 @@ class Rooms:
     """A square of rooms, each with doors to its neighbours; start and goal are in opposite corner rooms."""
 
     count: int = parameter(3, "rooms along a side", low=2, high=50)
-    size: float = parameter(2.5, "side of a room", unit="m", low=1.5, high=20.0)
     door: float = parameter(0.9, "width of a door", unit="m", low=0.3, high=10.0)
-    shut: float = parameter(0.2, "share of the doors that are walled up, as long as all rooms are joined", low=0.0)
     goal: str = parameter(
         "any",
         "where the goal lies: beside a wall, in a corner, in a niche of a wall, or any: one of these by chance",
@@ -33,7 +35,6 @@ class Rooms:
     goal_clearance: float = parameter(
         0.1, "free space between a robot at the goal and the nearest walls", unit="m", above=0.0, high=2.0
     )
-    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The rooms for a robot of this radius (m).
@@ -44,41 +45,40 @@ class Rooms:
         check_parameters(self, "Rooms")
         check_robot_radius(robot_radius)
         self._check_sizes(robot_radius)
-        n, side = self.count, self.count * self.size
-        joined = _joined_rooms(n, self.shut, rng)
+        n, side = self.count, self.count * _SIZE
+        joined = _joined_rooms(n, _SHUT, rng)
         polygons = []
         for axis in (0, 1):
             for i, j in np.ndindex(n - 1, n):
-                wall, along = (i + 1) * self.size, j * self.size
-                gap = along + rng.uniform(_DOOR_POST, self.size - self.door - _DOOR_POST)
-                pieces = [(along, gap), (gap + self.door, along + self.size)] if joined[axis][i, j] else []
-                for first, last in pieces or [(along, along + self.size)]:
+                wall, along = (i + 1) * _SIZE, j * _SIZE
+                gap = along + rng.uniform(_DOOR_POST, _SIZE - self.door - _DOOR_POST)
+                pieces = [(along, gap), (gap + self.door, along + _SIZE)] if joined[axis][i, j] else []
+                for first, last in pieces or [(along, along + _SIZE)]:
                     low, high = (wall - _WALL / 2.0, first), (wall + _WALL / 2.0, last)
                     polygons.append(rectangle(*low, *high) if axis == 0 else rectangle(*low[::-1], *high[::-1]))
         goal, niche = self._goal(rng, robot_radius, side)
         return World(
             name="rooms",
-            start=(0.5 * self.size, 0.5 * self.size, random_yaw(rng)),
+            start=(0.5 * _SIZE, 0.5 * _SIZE, random_yaw(rng)),
             goal=goal,
             polygons=(*polygons, *niche),
             bounds=(0.0, 0.0, side, side),
-            timeout=self.timeout,
         )
 
     def _check_sizes(self, robot_radius: float) -> None:
         """Raise `StarnavError` unless the robot fits through the doors and, in the last room, beside the goal."""
-        width, widest = 2.0 * robot_radius, self.size - 2.0 * _DOOR_POST
+        width, widest = 2.0 * robot_radius, _SIZE - 2.0 * _DOOR_POST
         if not width < self.door <= widest + 1e-9:
             raise StarnavError(
-                f"Rooms.door is {self.door:g} m with robot_radius {robot_radius:g} m and Rooms.size {self.size:g} m; "
+                f"Rooms.door is {self.door:g} m with robot_radius {robot_radius:g} m and rooms of {_SIZE:g} m; "
                 f"allowed: wider than the robot, {width:g} m, and at most {widest:g} m, as its wall has two ends"
             )
         taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
-        most = self.size - 0.5 * _WALL - taken
+        most = _SIZE - 0.5 * _WALL - taken
         if self.goal_clearance > most:
             raise StarnavError(
                 f"Rooms.goal_clearance is {self.goal_clearance:g} m with robot_radius {robot_radius:g} m and "
-                f"Rooms.size {self.size:g} m; allowed: at most {most:g} m, so that the robot fits beside the goal"
+                f"rooms of {_SIZE:g} m; allowed: at most {most:g} m, so that the robot fits beside the goal"
             )
 
     def _goal(
@@ -89,7 +89,7 @@ class Rooms:
         off = robot_radius + self.goal_clearance
         if kind == "corner":
             return (side - off, side - off), []
-        y = side - self.size + rng.uniform(0.35, 0.65) * self.size
+        y = side - _SIZE + rng.uniform(0.35, 0.65) * _SIZE
         if kind == "wall":
             return (side - off, y), []
         depth = robot_radius + off  # the niche is as deep as the robot is wide, and leaves it room on both sides
