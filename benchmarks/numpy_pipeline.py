@@ -19,8 +19,8 @@ from drake_starnav.control.braking_certificate import (
 )
 from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.heading_controller import CREEP_SPEED
-from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE
-from drake_starnav.control.path_following import near_wall_radius
+from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
+from drake_starnav.control.path_following import MAX_BEND, MODULATION_DISTANCE, NEAR_WALL_ZONE, near_wall_radius
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, STRIDE
@@ -28,7 +28,7 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import RegionStack, StarParameters
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import SMOOTHING_JUMP, SMOOTHING_LIMIT
-from drake_starnav.regions.piecewise_cubic import LARGEST_SHARE, SMALLEST_SPLIT
+from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
 from drake_starnav.regions.star_region import LINE_STEP, segment_covered
 from drake_starnav.robot import RobotParameters
@@ -95,11 +95,11 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
     return eroded_range(hits, gap, np.zeros(len(hits)), inflated, scan.range_max - inflated)
 
 
-def adaptive_fit(samples: np.ndarray, parameters: StarParameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """As `stars.piecewise_cubic.fit_piecewise_cubic`: starts, values, slopes; all segments of one depth at once."""
     count = len(samples)
     longest = max(count // LARGEST_SHARE, 1)
-    jumps = np.flatnonzero(np.abs(np.diff(samples)) > parameters.jump) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(samples)) > JUMP) + 1
     bounds = np.concatenate(([0], jumps, [count]))
     starts = np.concatenate([np.arange(a, b, longest) for a, b in zip(bounds[:-1], bounds[1:], strict=True)])
     ends = np.append(starts[1:], count)
@@ -124,8 +124,8 @@ def adaptive_fit(samples: np.ndarray, parameters: StarParameters) -> tuple[np.nd
         fitted = c0[of] + s * (c1[of] + s * (c2[of] + s * c3[of]))
         over = np.maximum.reduceat(fitted - y, first)
         under = np.maximum.reduceat(y - fitted, first)
-        split = (over + under > parameters.fit_tolerance) & (n >= SMALLEST_SPLIT)
-        lowered = fitted - np.maximum(over, 0.0)[of] if parameters.one_sided_fit else fitted
+        split = (over + under > TOLERANCE) & (n >= SMALLEST_SPLIT)
+        lowered = fitted - np.maximum(over, 0.0)[of]
         keep = ~split[of]
         values[index[keep]] = np.maximum(lowered, 0.0)[keep]
         slope = (c1[of] + s * (2.0 * c2[of] + 3.0 * s * c3[of])) / (half[of] * 2.0 * math.pi / count)
@@ -177,12 +177,11 @@ def command(
     ahead = int(np.argmax(away > PASSED_DISTANCE)) if (away > PASSED_DISTANCE).any() else len(path) - 1
     distance = away[ahead]
     direction = offset[ahead] / distance
-    if distance > parameters.modulation_distance:
-        modulated = _modulated(pose[:2], direction, guidance.regions, parameters)
-        direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, parameters.max_bend)
-    direction = _off_walls(
-        pose[:2], direction, star.near_hits, near_wall_radius(parameters, robot.radius), parameters.near_wall_zone
-    )
+    if distance > MODULATION_DISTANCE:
+        modulated = _modulated(pose[:2], direction, guidance.regions)
+        direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
+    radius = near_wall_radius(parameters.safety_margin, robot.radius)
+    direction = _off_walls(pose[:2], direction, star.near_hits, radius, NEAR_WALL_ZONE)
     direction = _free_heading(pose[:2], direction, star, parameters.free_heading_range)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
@@ -204,9 +203,7 @@ def _turned_less(
     return np.array((turned.real, turned.imag))
 
 
-def _modulated(
-    position: np.ndarray, direction: np.ndarray, regions: RegionStack, parameters: ControllerParameters
-) -> np.ndarray:
+def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionStack) -> np.ndarray:
     offset = position - regions.center
     distance = np.hypot(offset[:, 0], offset[:, 1])
     if (distance < CENTER).any():
@@ -218,7 +215,7 @@ def _modulated(
     right = (left + 1) % samples
     phi = (1.0 - share) * regions.values[row, left] + share * regions.values[row, right]
     slope = (1.0 - share) * regions.slopes[row, left] + share * regions.slopes[row, right]
-    gamma = (phi / distance) ** parameters.sigma
+    gamma = (phi / distance) ** SIGMA
     inside = (gamma > 1.0) & (distance <= FARTHEST)
     normal, phi, slope, gamma = (offset / distance[:, None])[inside], phi[inside], slope[inside], gamma[inside]
     cosine, sine = normal.T

@@ -62,7 +62,7 @@ def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
     """`scan_processing` in NumPy: the values of region and safety star, and the near hits."""
     distance = numpy_pipeline.smoothed_distances(moment.scan, PLANNER)
     samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, PLANNER)
-    return numpy_pipeline.adaptive_fit(samples, PLANNER)[1], *numpy_safety(moment, distance)
+    return numpy_pipeline.adaptive_fit(samples)[1], *numpy_safety(moment, distance)
 
 
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +88,7 @@ def package_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray
 
 def package_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The fit with the results that `numpy_pipeline.adaptive_fit` has."""
-    fit = fit_piecewise_cubic(samples, PLANNER)
+    fit = fit_piecewise_cubic(samples)
     return fit.starts, fit.values, fit.slopes
 
 
@@ -138,7 +138,7 @@ def steps(kept: Drive) -> list[Step]:
                 partial(numpy_pipeline.free_range, scan, distance, ROBOT.radius, PLANNER),
             )
         )
-        fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples, PLANNER)))
+        fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples)))
         safe.append((partial(package_safety, moment, distance), partial(numpy_safety, moment, distance)))
         whole.append((partial(package_scan, moment), partial(numpy_scan, moment)))
     return [

@@ -39,8 +39,11 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station.lidar_sensor import LidarMount as LidarMount
     from drake_starnav.station.lidar_sensor import LidarSensor as LidarSensor
     from drake_starnav.station.navigation_station import NavigationStation as NavigationStation
-    from drake_starnav.station.navigation_station import RobotInterface as RobotInterface
-    from drake_starnav.station.navigation_station import plant_config as plant_config
+    from drake_starnav.station.navigation_station import add_station as add_station
+    from drake_starnav.station.plant import make_simulator as make_simulator
+    from drake_starnav.station.plant import plant_config as plant_config
+    from drake_starnav.station.robot_interface import RobotInterface as RobotInterface
+    from drake_starnav.station.robot_interface import connect_robot as connect_robot
     from drake_starnav.station.robot_model import add_robot as add_robot
     from drake_starnav.station.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
@@ -97,9 +100,12 @@ _PUBLIC = {
     "Recorder": "visualization.recorder",
     "Motion": "geometry.trajectory",
     "NavigationStation": "station.navigation_station",
-    "RobotInterface": "station.navigation_station",
+    "add_station": "station.navigation_station",
+    "RobotInterface": "station.robot_interface",
     "add_robot": "station.robot_model",
-    "plant_config": "station.navigation_station",
+    "connect_robot": "station.robot_interface",
+    "plant_config": "station.plant",
+    "make_simulator": "station.plant",
     "add_navigation": "navigation",
     "make_diagram": "navigation",
     "Trial": "simulation",

@@ -2,22 +2,25 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
-from drake_starnav.baselines import known_obstacles
+from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.control import Law, control_step
-from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.control.parameters import GUIDED
 from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
+from drake_starnav.planning import PlanStep, plan_step
+from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.error_budget import Declared, error_budget
 from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, delay_steps
+from drake_starnav.station.navigation_station import STATION_OUTPUTS, NavigationStation, Station
+from drake_starnav.station.robot_interface import RobotInterface, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
@@ -31,8 +34,21 @@ from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
-LAWS: dict[str, Law] = {"star": control_step, "mpc": predictive_step}
-"""By `controller.kind`, of CERTIFIED."""
+
+class Method(NamedTuple):
+    """The functions of a method that follows the planner's guidance."""
+
+    law: Law
+    perceive: Perceive = perceive
+    step: PlanStep = plan_step
+
+
+METHODS = {
+    "star": Method(control_step),
+    "mpc": Method(predictive_step),
+    "star_paper": Method(paper.control_step, paper.perceive, paper.plan_step),
+}
+"""By `controller.kind`, of GUIDED."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
 )  # fmt: skip
@@ -48,7 +64,7 @@ class Navigation:
     """
 
     world: World
-    station: NavigationStation | RobotInterface
+    station: NavigationStation | Station | RobotInterface
     goal: LeafSystem
     perception: StarPerception | None
     planner: StarRoadmapPlanner | None
@@ -74,15 +90,15 @@ def add_navigation(
     *,
     seed: int = 0,
     world: World | None = None,
-    station: NavigationStation | RobotInterface | None = None,
+    station: NavigationStation | Station | RobotInterface | None = None,
     stopwatch: Stopwatch | None = None,
     goal: LeafSystem | None = None,
 ) -> Navigation:
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
 
-    The lidar scans at multiples of its period; perception follows one step of the plant later, planner and controller
-    two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes the
-    unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
+    The lidar scans at multiples of its period; perception follows one tick (`simulation.time_step`) later, planner and
+    controller two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes
+    the unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
     the tracker takes the first of these steps and the others follow one later.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.
@@ -92,7 +108,8 @@ def add_navigation(
         scenario: the parameters.
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
-        station: already in the builder, instead of a new one: e.g. the equipment of one of several robots in a plant.
+        station: already in the builder, as by `add_station`, instead of a `NavigationStation`; or the equipment of one
+            of several robots in a plant.
         stopwatch: records wall-clock times, if given.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
 
@@ -116,10 +133,7 @@ def add_navigation(
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
     step = scenario.simulation.time_step
-    error = error_budget(Declared.of(scenario))
-    planner_parameters, controller_parameters = with_margins(
-        scenario.planner, scenario.controller, error, scenario.localization, scenario.lidar
-    )
+    planner_parameters, controller_parameters = with_margins(scenario)
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
         station = builder.AddNamedSystem(
@@ -141,7 +155,7 @@ def add_navigation(
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
     controller: CertifiedController | BaselineController
-    if scenario.controller.kind in CERTIFIED:
+    if scenario.controller.kind in GUIDED:
         perception, planner, tracker, matcher = _add_planning(builder, scenario, station, goal, stopwatch)
         controller = _add_certified_controller(
             builder, scenario, station, perception, matcher or planner, tracker, stopwatch
@@ -158,7 +172,7 @@ def add_navigation(
 
 @dataclass(frozen=True)
 class _Schedule:
-    """First update of each system, s, one step of the plant after its inputs; None for a system that is absent."""
+    """First update of each system, s, one tick after its inputs; None for a system that is absent."""
 
     tracker: float | None
     perception: float
@@ -168,7 +182,7 @@ class _Schedule:
     @staticmethod
     def of(scenario: Scenario) -> "_Schedule":
         step, lidar = scenario.simulation.time_step, scenario.lidar
-        moving, matching = scenario.obstacles.max_speed > 0.0, _matches(scenario)
+        moving, matching = _tracks(scenario), _matches(scenario)
         first = step + lidar.release_offset
         perception = first + step if moving else first
         return _Schedule(
@@ -182,11 +196,12 @@ class _Schedule:
 def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation | RobotInterface,
+    station: NavigationStation | Station | RobotInterface,
     goal: LeafSystem,
     stopwatch: Stopwatch | None,
 ) -> tuple[StarPerception, StarRoadmapPlanner, ObstacleTracker | None, ScanMatcher | None]:
     lidar, schedule = scenario.lidar, _Schedule.of(scenario)
+    method = METHODS.get(scenario.controller.kind, METHODS["star"])  # a baseline may head for short-term goals
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if schedule.tracker is not None:
         tracker = builder.AddNamedSystem(
@@ -204,6 +219,7 @@ def _add_planning(
             scenario.controller,
             lidar,
             offset=schedule.perception,
+            perceive=method.perceive,
             stopwatch=stopwatch,
         ),
     )
@@ -214,6 +230,7 @@ def _add_planning(
             scenario.planner,
             goal_tolerance=scenario.simulation.goal_tolerance,
             offset=schedule.last,
+            step=method.step,
             stopwatch=stopwatch,
         ),
     )
@@ -238,16 +255,21 @@ def _add_planning(
     return perception, planner, tracker, matcher
 
 
+def _tracks(scenario: Scenario) -> bool:
+    """Whether obstacles that move are tracked and avoided; to the paper's method the world is static."""
+    return scenario.obstacles.max_speed > 0.0 and scenario.controller.kind != "star_paper"
+
+
 def _matches(scenario: Scenario) -> bool:
     """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
     localization = scenario.localization
-    return localization.matching and not localization.exact and scenario.controller.kind in CERTIFIED
+    return localization.matching and not localization.exact and scenario.controller.kind in GUIDED
 
 
 def _add_certified_controller(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation | RobotInterface,
+    station: NavigationStation | Station | RobotInterface,
     perception: StarPerception,
     guide: StarRoadmapPlanner | ScanMatcher,
     tracker: ObstacleTracker | None,
@@ -261,7 +283,7 @@ def _add_certified_controller(
             scenario.robot,
             scenario.controller,
             offset=offset,
-            law=LAWS[scenario.controller.kind],
+            law=METHODS[scenario.controller.kind].law,
             obstacles=scenario.obstacles if tracker is not None else None,
             lead=delay,
             stopwatch=stopwatch,
@@ -291,7 +313,7 @@ def _add_baseline(
     builder: DiagramBuilder,
     scenario: Scenario,
     world: World,
-    station: NavigationStation | RobotInterface,
+    station: NavigationStation | Station | RobotInterface,
     goal: LeafSystem,
     planner: StarRoadmapPlanner | None,
     stopwatch: Stopwatch | None,
@@ -349,9 +371,8 @@ def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = Non
         for index in range(system.num_output_ports()):
             port = system.get_output_port(index)
             builder.ExportOutput(port, f"{name}.{port.get_name()}")
-    for index in range(navigation.station.num_output_ports()):
-        port = navigation.station.get_output_port(index)
-        builder.ExportOutput(port, port.get_name())
+    for name in STATION_OUTPUTS:
+        builder.ExportOutput(navigation.station.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name(scenario.name)
     return diagram

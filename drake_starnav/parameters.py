@@ -65,6 +65,11 @@ def parameter(default: Any, help: str, **declared: typing.Unpack[Declaration]) -
     return dataclasses.field(default=default, metadata={"help": help, **declared})
 
 
+def declared(cls: Any) -> list[dataclasses.Field]:
+    """The fields of a dataclass, or of an instance of one, that `parameter` made; others are derived, never read."""
+    return [field for field in dataclasses.fields(cls) if field.metadata]
+
+
 def allowed_text(field: dataclasses.Field) -> str:
     """What a parameter may be, in words: `0 < x <= 5 m`, `one of a, b`, `true or false`."""
     meta = field.metadata
@@ -102,10 +107,8 @@ def check_parameters(parameters: Any, place: str) -> None:
         place: dotted name of the instance for the message, e.g. "lidar".
     """
     kinds = typing.get_type_hints(type(parameters))
-    for field in dataclasses.fields(parameters):
+    for field in declared(parameters):
         meta = field.metadata
-        if not meta:
-            continue
         given = getattr(parameters, field.name)
         try:
             value = convert(given, kinds[field.name], place)
@@ -195,4 +198,4 @@ def unknown_name(what: str, name: str, valid: Iterable[str]) -> StarnavError:
 
 
 def _names(cls: type) -> list[str]:
-    return [f.name for f in dataclasses.fields(cls)]
+    return [f.name for f in declared(cls)]

@@ -23,7 +23,9 @@ from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor
 from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.planar_localization import planar_states
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.utils.files import check_writable
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
@@ -34,9 +36,9 @@ from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
 MONITOR_PERIOD = 0.02
-"""Arrival and contact are checked this often, s; the clearance is evaluated at every step of the plant afterwards.
-
-Where obstacles move, contact is checked at every step, to determine whether the robot stood."""
+"""Arrival is checked this often, s; contact at every step, and the clearance afterwards, at all logged states."""
+LOG_PERIOD = 0.01
+"""The robot's state is logged this often, s: at the ends of steps that the plant takes anyway."""
 PROGRESS_PERIOD = 0.5
 """Simulated time between two reports of progress, s."""
 SHORTEST_PATH_SLACK = 0.005
@@ -153,7 +155,8 @@ def run_trial(
     builder = DiagramBuilder()
     made: Diagram | DiagramBuilder = builder
     try:
-        navigation = add_navigation(builder, scenario, seed=seed, world=world, stopwatch=stopwatch)
+        station = scenario_station(builder, scenario, world, seed)
+        navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, stopwatch=stopwatch)
         log = _add_monitors(builder, navigation, scenario)
         for each in observers:
             each.add_to(builder, navigation, scenario)
@@ -171,6 +174,20 @@ def run_trial(
         release(made)
 
 
+def scenario_station(builder: DiagramBuilder, scenario: Scenario, world: World, seed: int) -> Station:
+    """What trials drive in: `add_station` with the parameters of a scenario."""
+    return add_station(
+        builder,
+        world,
+        scenario.robot,
+        scenario.lidar,
+        localization=scenario.localization,
+        drive=scenario.drive,
+        time_step=scenario.simulation.time_step,
+        seed=seed,
+    )
+
+
 @dataclass(frozen=True)
 class _Run:
     """What a simulation leaves.
@@ -178,7 +195,7 @@ class _Run:
     Attributes:
         message: why it ended.
         elapsed: when it ended, s.
-        times: of the states, shape (n,), s.
+        times: of the states, shape (n,), s: multiples of `LOG_PERIOD`, and the end.
         driven: shape (n, 5): x, y, yaw, v, omega at these times.
         state_hash: of the logged plant states.
         nodes: in the roadmap.
@@ -199,7 +216,7 @@ def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Sce
     add_collision_monitor(builder, navigation)
     _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
     state = navigation.station.GetOutputPort("cheat.robot_state")
-    return LogVectorOutput(state, builder, scenario.simulation.time_step)
+    return LogVectorOutput(state, builder, LOG_PERIOD)
 
 
 def _simulated(
@@ -210,13 +227,17 @@ def _simulated(
     progress: Callable[[float, float], None] | None,
 ) -> _Run:
     """Simulate a built diagram until something ends the trial; `timeout` in s."""
-    simulator = Simulator(diagram)
+    simulator = make_simulator(diagram)
     start = time.perf_counter()
     message = _advance(simulator, timeout, progress)
     wall = time.perf_counter() - start
     context = simulator.get_context()
-    record = log.FindLog(context)
-    states, station = record.data(), navigation.station
+    record, station = log.FindLog(context), navigation.station
+    times, states = record.sample_times(), record.data()
+    if times[-1] < context.get_time():
+        port = station.GetOutputPort("cheat.robot_state")
+        end = port.Eval(port.get_system().GetMyContextFromRoot(context))
+        times, states = np.append(times, context.get_time()), np.column_stack((states, end))
     nodes = 0
     if navigation.planner is not None:
         roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
@@ -224,7 +245,7 @@ def _simulated(
     return _Run(
         message=message,
         elapsed=context.get_time(),
-        times=record.sample_times().copy(),
+        times=times.copy(),
         driven=planar_states(states.T, station.plant.num_positions(station.robot_model)),
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
         nodes=nodes,
@@ -246,8 +267,9 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     outcome = COLLISION if standing.min() < radius else run.message
     clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
+    even = np.abs(run.times - LOG_PERIOD * np.arange(len(run.times))) < 1e-6  # but for the end, perhaps
     motion = motion_metrics(
-        path, run.driven[:, 3:], clearances, time_step=scenario.simulation.time_step, robot_radius=radius
+        path[even], run.driven[even, 3:], clearances[even], time_step=LOG_PERIOD, robot_radius=radius
     )
     return {
         "outcome": outcome,
@@ -292,17 +314,15 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
 def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
     """End the simulation at the robot's first contact with anything but the ground."""
     station = navigation.station
-    period = station.plant.time_step() if station.moving_obstacle_geometries else MONITOR_PERIOD
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
             robot=station.robot_geometries,
             ground=station.floor,
             moving_obstacles=station.moving_obstacle_geometries,
-            period=period,
         ),
     )
-    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
 
 

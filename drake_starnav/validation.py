@@ -7,16 +7,18 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.regions.perception import check_view
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared
-from drake_starnav.station.navigation_station import NavigationStation, RobotInterface
+from drake_starnav.scenario.margins import with_margins
+from drake_starnav.station.navigation_station import NavigationStation, Station
+from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import TOLERANCE
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
 
 
-def check_interface(scenario: Scenario, station: NavigationStation | RobotInterface) -> None:
+def check_interface(scenario: Scenario, station: NavigationStation | Station | RobotInterface) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
-    robot = station.equipment if isinstance(station, NavigationStation) else station
+    robot = station if isinstance(station, RobotInterface) else station.equipment
     for section in ("lidar", "localization", "drive"):
         has, declared = getattr(robot, section), getattr(scenario, section)
         for field in dataclasses.fields(declared):
@@ -44,18 +46,17 @@ def validate(scenario: Scenario) -> None:
     controller, lidar = scenario.controller, scenario.lidar
     if controller.kind not in CERTIFIED:
         return
-    reach = scenario.robot.radius + max(scenario.planner.margin, controller.safety_margin)
+    _check_beams(scenario)
+    reach = scenario.robot.radius + with_margins(scenario)[0].margin
     if lidar.range_max <= reach:
         raise StarnavError(
             f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
             "that sees farther than the robot reaches"
         )
-    if controller.certifies:
-        backwards = scenario.obstacles.max_speed > 0.0
-        check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
-        _check_range(scenario, reach)
-        _check_beams(scenario)
-        _check_braking(scenario)
+    backwards = scenario.obstacles.max_speed > 0.0
+    check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
+    _check_range(scenario, reach)
+    _check_braking(scenario)
 
 
 def _check_beams(scenario: Scenario) -> None:
@@ -76,7 +77,7 @@ def _check_braking(scenario: Scenario) -> None:
     hardest = scenario.robot.max_acceleration
     if hardest > HARDEST_BRAKING:
         raise StarnavError(
-            f"robot.max_acceleration is {hardest:g} m/s^2, with controller.certificate; allowed: at most "
+            f"robot.max_acceleration is {hardest:g} m/s^2, with a certificate; allowed: at most "
             f"{HARDEST_BRAKING:g} m/s^2, as wheels that brake harder slide"
         )
 

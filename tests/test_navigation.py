@@ -81,8 +81,8 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
             ["lidar.range_max=1.2", "obstacles.max_speed=0.8"],
             "obstacles that move at up to 0.8 m/s; allowed: at ",
         ),
-        ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with controller.certificate"),
-        ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28 m"),
+        ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with a certificate"),
+        ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28"),
     ],
 )
 def test_what_the_controller_would_not_keep_is_refused(method: str, changes: list[str], words: str) -> None:
@@ -92,8 +92,8 @@ def test_what_the_controller_would_not_keep_is_refused(method: str, changes: lis
 
 def test_a_narrow_view_is_enough_without_the_certificate_and_half_a_turn_with_it() -> None:
     assert make_diagram(posts(overrides=HALF)).get_name() == "posts"
-    narrow = ["lidar.angle_min=-1", "lidar.angle_max=1", "controller.certificate=false"]
-    assert make_diagram(posts(overrides=narrow)).get_name() == "posts"
+    narrow = ["lidar.angle_min=-1", "lidar.angle_max=1"]
+    assert make_diagram(posts(method="star_paper", overrides=narrow)).get_name() == "posts"
 
 
 def test_a_world_and_a_seed_may_be_given() -> None:

@@ -13,10 +13,10 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav import simulation
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.geometry.polyline import distance_to_segment
-from drake_starnav.navigation import add_navigation
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
-from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, trial_record
-from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, scenario_station, trial_record
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds import World, make_world
 from tests.helpers.head_on import head_on
 
@@ -195,10 +195,7 @@ def test_timeout_ends_a_trial() -> None:
 
 def test_collision_is_noticed() -> None:
     """A robot that ignores what it sees drives into the cylinder ahead, and the trial says so."""
-    text = SMALL + (
-        "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
-        "planner: {erosion: none, smoothing: none, margin: 0.0, cost_to_go: straight}\nlidar: {noise: 0.0}\n"
-    )
+    text = SMALL + ("controller: {kind: apf}\napf: {repulsive_gain: 0}\n")
     text = text.replace("[1.7, 0.1, 0.4]", "[1.7, 0.0, 0.05]")
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
@@ -214,26 +211,20 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     }
     monkeypatch.setattr(simulation, judge, blind[judge])
     text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\n" + (
-        "controller: {certificate: false, modulation: false, near_wall_term: false}\nsimulation: {timeout: 3.0}\n"
-        "planner: {erosion: none, smoothing: none, margin: 0.0, cost_to_go: straight}\nlidar: {noise: 0.0}\n"
+        "controller: {kind: apf}\napf: {repulsive_gain: 0}\nsimulation: {timeout: 3.0}\n"
     )
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
     assert (trial.min_clearance_m < 0.0) == (judge != "clearance") == (trial.time_s == 3.0)
 
 
-@pytest.mark.parametrize(("name", "period"), [("crowd_room", 0.005), ("room", simulation.MONITOR_PERIOD)])
-def test_among_moving_obstacles_contact_is_looked_for_at_every_step(name: str, period: float, monkeypatch) -> None:
-    class Periodic(CollisionMonitor):
-        def __init__(self, *, period: float, **others) -> None:
-            periods.append(period)
-            super().__init__(period=period, **others)
-
-    periods: list[float] = []
-    monkeypatch.setattr(simulation, "CollisionMonitor", Periodic)
-    builder = DiagramBuilder()
-    simulation.add_collision_monitor(builder, add_navigation(builder, load_scenario(name)))
-    assert periods == [period]
+def test_the_plant_is_continuous_where_nothing_moves_but_robots() -> None:
+    for name, continuous in (("room", True), ("kitchen", True), ("crowd_room", False)):
+        scenario, builder = load_scenario(name), DiagramBuilder()
+        world = make_world_with_footprints(scenario.world, 0, scenario.robot.radius)
+        station = scenario_station(builder, scenario, world, 0)
+        assert (station.plant.time_step() == 0.0) == continuous
+        assert make_simulator(builder.Build()).get_integrator().get_fixed_step_mode() == continuous
 
 
 @pytest.mark.parametrize(("max_speed", "outcome"), [(0.8, "collision"), (0.01, "struck")])

@@ -8,13 +8,13 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import Declared
+from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_model import TOLERANCE
 from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.world import World
 
 ROOM = load_scenario("room")
-REACH = ROOM.robot.radius + max(ROOM.planner.margin, ROOM.controller.safety_margin)
 
 
 @pytest.mark.parametrize(
@@ -28,15 +28,16 @@ REACH = ROOM.robot.radius + max(ROOM.planner.margin, ROOM.controller.safety_marg
 )
 def test_the_lidar_sees_as_far_as_what_moves_may_come_while_the_robot_brakes(changes, seconds) -> None:
     """From full speed it stops in 0.8 s, on 0.32 m; a scan may be a period old."""
-    needed = REACH + 0.32 + 0.6 * seconds
     common = ["obstacles.max_speed=0.6", *changes]
+    scenario = load_scenario("room", overrides=common)
+    needed = scenario.robot.radius + with_margins(scenario)[0].margin + 0.32 + 0.6 * seconds
     validate(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
     with pytest.raises(StarnavError, match=f"allowed: at least {needed:.3g} m"):
         validate(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
 
 
 def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() -> None:
-    overrides = ["robot.max_speed=3", "controller.safety_range=6"]
+    overrides = ["robot.max_speed=3"]
     scenario = load_scenario("room", overrides=overrides)
     distance = Declared.of(scenario).seen_from
     enough = math.ceil(2.0 * math.pi * distance / scenario.robot.radius)
@@ -56,9 +57,9 @@ def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> Non
             check_interface(ROOM, station)
 
 
-@pytest.mark.parametrize("beams, speed, fits", [(36, 0.8, False), (36, 3.0, True), (90, 3.0, True), (360, 3.0, False)])
+@pytest.mark.parametrize("beams, speed, fits", [(36, 0.8, False), (36, 3.0, True), (90, 3.0, False), (360, 3.0, False)])
 def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams, speed, fits):
-    changes = [f"lidar.beams={beams}", f"robot.max_speed={speed}", "controller.safety_range=6"]
+    changes = [f"lidar.beams={beams}", f"robot.max_speed={speed}"]
     scenario = load_scenario("room", overrides=changes)
     if fits:
         with pytest.raises(StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* at most robot.radius"):

@@ -11,6 +11,7 @@ from drake_starnav.errors import shown
 from drake_starnav.evaluation import TrialFile, compare, make_cases, make_header, run_batch
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.summary import number, rate_text
+from drake_starnav.evaluation.workers import Pool
 from drake_starnav.parameters import unknown_name
 from drake_starnav.utils.files import check_outputs, replacing, write_text
 
@@ -72,6 +73,7 @@ def run_experiment(
     variants: Variants,
     options: argparse.Namespace,
     outputs: Mapping[str, Callable[[Results, Sequence[str]], str | bytes]],
+    pool_of: Callable[[Pool, str], Pool] = lambda pool, name: pool,
 ) -> Results:
     """Run the trials of all variants, each in the file <out>/<name>.jsonl, then write what is made of them.
 
@@ -80,10 +82,11 @@ def run_experiment(
         options: scenario, out, and those of `add_batch_options`.
         outputs: by file name in the folder <out>, what makes its content from the trials and the scenarios' names;
             the first is a text, which is also printed. Whether they can be written is checked before any trial runs.
+        pool_of: from the pool of the options and a variant's name to the pool in which that variant's trials run.
     """
     paths = [options.out / name for name in outputs]
     check_outputs(paths, options.scenario)
-    results, scenarios = _run_variants(variants, options)
+    results, scenarios = _run_variants(variants, options, pool_of)
     contents = [content(results, scenarios) for content in outputs.values()]
     for path, content in zip(paths, contents, strict=True):
         if isinstance(content, str):
@@ -97,7 +100,9 @@ def run_experiment(
     return results
 
 
-def _run_variants(variants: Variants, options: argparse.Namespace) -> tuple[Results, list[str]]:
+def _run_variants(
+    variants: Variants, options: argparse.Namespace, pool_of: Callable[[Pool, str], Pool]
+) -> tuple[Results, list[str]]:
     """The trials of each variant, and the scenarios' names."""
     batches = []
     for name, (method, overrides) in variants.items():  # all are made before any runs, so that bad input is found first
@@ -110,8 +115,8 @@ def _run_variants(variants: Variants, options: argparse.Namespace) -> tuple[Resu
                 if file.repaired:
                     print(file.repaired, file=sys.stderr)
                 results[name] = run_batch(
-                    cases, trials=options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet,
-                    title=name,
+                    cases, trials=options.trials, seed=options.seed, pool=pool_of(pool, name), file=file,
+                    quiet=options.quiet, title=name,
                 )  # fmt: skip
     return results, [case.scenario for case in batches[0][2]]
 

@@ -100,13 +100,13 @@ def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
 
     rate = 1.0 if options.real_time_rate is None else options.real_time_rate
     say = (lambda text: None) if options.quiet else print
-    run = LiveRun(scenario, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
-    address = run.meshcat.web_url()
-    print(f"open {address} and press start (s); pause (space), stop (escape), the goal: arrow keys", flush=True)
+    run = LiveRun(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
+    address = run.page.address
+    print(f"open {address} and press play (s); pause (space), stop (escape), the goal: arrow keys", flush=True)
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
         webbrowser.open(address)
     run.run()
-    run.finish(options.method, options.seed)
+    run.finish()
     return NOT_REACHED if run.collided else REACHED
 
 
@@ -180,6 +180,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _list(arguments: Sequence[str]) -> int:
+    if list(arguments) == ["--version"]:
+        from drake_starnav.evaluation.trial_file import versions
+
+        found = versions()
+        print(f"drake_starnav {found['drake_starnav']} (source {found['source']}), Drake {found['drake']}")
+        return REACHED
     if arguments and arguments[0] not in ("-h", "--help"):
         raise unknown_name("command", arguments[0], COMMANDS)
     print(_listing())
@@ -193,7 +199,7 @@ def _listing() -> str:
     width = max(map(len, (*commands, *worlds)))
     return "\n".join(
         (
-            f"usage: {program_name()} COMMAND ...   (COMMAND --help for its options)",
+            f"usage: {program_name()} COMMAND ...   (COMMAND --help for its options)   or --version",
             "",
             "commands",
             *(f"  {name:<{width}}  {text}" for name, text in commands.items()),

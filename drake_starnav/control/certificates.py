@@ -1,4 +1,4 @@
-"""Both certificates at once: against static obstacles, as the controller's parameters choose, and dynamic ones."""
+"""Both certificates at once: against static obstacles and dynamic ones."""
 
 from typing import NamedTuple
 
@@ -19,15 +19,12 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
-NONE, BY_STAR, UNSEEN = range(3)
-"""Which certificate applies to static obstacles; UNSEEN accepts nothing, since nothing was seen."""
-
 
 class Constraints(NamedTuple):
     """The constraints that the certificates check a command against.
 
     Attributes:
-        kind: NONE, BY_STAR or UNSEEN.
+        seen: whether anything was seen; without, nothing is accepted.
         hold, delay: how long a command is followed, and after what time, s.
         margin: to static obstacles, m.
         distance: to dynamic obstacles, from the robot's centre, m.
@@ -35,7 +32,7 @@ class Constraints(NamedTuple):
         hits: on static obstacles.
     """
 
-    kind: int
+    seen: bool
     hold: float
     delay: float
     margin: float
@@ -50,15 +47,9 @@ def constraints_of(
     star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, obstacles: DynamicObstacleParameters
 ) -> Constraints:
     """The constraints that the parameters ask for, with what the last scans certify."""
-    if not controller.certificate:
-        kind = NONE
-    elif not star.seen:
-        kind = UNSEEN
-    else:
-        kind = BY_STAR
     needed = needed_distances(star.half_gaps, robot.radius)
     return Constraints(
-        kind=kind,
+        seen=bool(star.seen),
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
@@ -95,9 +86,9 @@ def stops_clear(x, y, yaw, v, omega, want_v, want_omega, limits, constraints):
 
     A robot outside the safety star, next to a wall, must not come nearer to any hit than it is now.
     """
-    kind, hold, delay, margin, _, center, bearing_0, values, known = constraints
-    if kind in (NONE, UNSEEN):
-        return kind == NONE
+    if not constraints.seen:
+        return False
+    _, hold, delay, margin, _, center, bearing_0, values, known = constraints
     if stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
         return True
     enough = max(min(margin, clearance_at(x, y, known.hits, known.needed)), ESCAPE_CLEARANCE)

@@ -50,16 +50,14 @@ def dynamic_step(
     if tracks.confirmed.any() or len(tracks.standing):
         avoidance = avoid_collision(now, tracked, rows, parameters, robot)
         if avoidance.twist is not None:
-            return Command(
-                limited_twist(twist, avoidance.twist, robot, period), command.guiding_vector, True, command.errors
-            )
+            return Command(limited_twist(twist, avoidance.twist, robot, period), command.guiding_vector, True)
     near_by = Threats(rows, robot.radius + obstacles.margin, age)
     if stays_clear(pose, twist, command.twist, period, limits, near_by, parameters.delay):
         return command
     slower = SLOWER * command.twist
     k = first_accepted(*pose, *twist, slower, limits, constraints_of(now.star, parameters, robot, obstacles), rows, age)
     if k >= 0:
-        return Command(limited_twist(twist, slower[k], robot, period), command.guiding_vector, True, command.errors)
+        return Command(limited_twist(twist, slower[k], robot, period), command.guiding_vector, True)
     standing = abs(twist[0]) < STANDING_SPEED
     braking = limited_twist(twist, np.array((0.0, command.twist[1] if standing else 0.0)), robot, period)
-    return Command(braking, command.guiding_vector, standing, command.errors)
+    return Command(braking, command.guiding_vector, standing)

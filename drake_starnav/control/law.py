@@ -1,7 +1,7 @@
 """The interface of a control law: what it is given each period, and what it commands."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ class ControlInput(NamedTuple):
     Attributes:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded last, m/s and rad/s.
-        errors: (v, heading) errors from the last command.
+        errors: (v, heading) errors of the last command.
         guidance: where to go.
         star: what the last scans certify.
     """
@@ -39,14 +39,14 @@ class Command:
     Attributes:
         twist: (v, omega) to be reached by the end of the period, within the limits, m/s and rad/s.
         guiding_vector: unit vector, shape (2,), W; zero when there is nowhere to go.
-        certified: whether some motion passed the certificate (or it is switched off).
-        errors: (v, heading) errors, for the derivative terms of the next period.
+        certified: whether some motion passed the certificate.
+        errors: (v, heading) errors, for a law with derivative terms.
     """
 
     twist: np.ndarray
     guiding_vector: np.ndarray
     certified: bool
-    errors: np.ndarray
+    errors: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
 
 class TrackedObstacles(NamedTuple):
@@ -64,4 +64,4 @@ class TrackedObstacles(NamedTuple):
 
 
 Law = Callable[[ControlInput, ControllerParameters, RobotParameters], Command]
-"""One period of a controller as a pure function: `path_following.control_step`, `sampling_mpc.predictive_step`."""
+"""One period of a controller as a pure function, as `path_following.control_step` or `sampling_mpc.predictive_step`."""

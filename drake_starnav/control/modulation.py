@@ -13,10 +13,10 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.regions.star_region import RegionStack
 
-WEIGHTS = {"excess": 0, "clipped": 1, "paper": 2}
+SIGMA = 2.0
+"""Exponent of Gamma, as of the paper: what is damped grows with the square of the way to the boundary."""
 CENTER = 0.02
 """Nearer than this to its reference point a region does not modulate, m."""
 FARTHEST = 3.0
@@ -25,34 +25,21 @@ NEAR_WALL_SCALE = 0.03
 """Width of the soft minimum over the nearest hits, m."""
 
 
-def modulated_direction(
-    position: np.ndarray, direction: np.ndarray, regions: RegionStack, parameters: ControllerParameters
-) -> np.ndarray:
-    """The weighted mean direction of the vectors modulated by each region that contains the position.
+def modulated_direction(position: np.ndarray, direction: np.ndarray, regions: RegionStack) -> np.ndarray:
+    """The mean direction of the vectors modulated by each region that contains the position.
+
+    The weights Gamma - 1 are continuous where the position enters or leaves a region.
 
     Args:
         position: shape (2,), W, m.
         direction: unit vector, shape (2,), W.
         regions: those that do not contain the position have no effect.
-        parameters: sigma, weights, gamma_cap, radial_damping.
 
     Returns:
         Unit vector, shape (2,), W; `direction` itself where no region contains the position.
     """
-    x, y = _modulated(
-        *position,
-        *direction,
-        regions.center,
-        regions.bearing_0,
-        regions.values,
-        regions.slopes,
-        regions.reach,
-        parameters.sigma,
-        parameters.gamma_cap,
-        WEIGHTS[parameters.weights],
-        parameters.radial_damping == "both",
-    )
-    return np.array((x, y))
+    arrays = regions.center, regions.bearing_0, regions.values, regions.slopes, regions.reach
+    return np.array(_modulated(*position, *direction, *arrays, SIGMA))
 
 
 def limited_turn(guide: np.ndarray, direction: np.ndarray, limit: float) -> np.ndarray:
@@ -90,48 +77,6 @@ def near_wall_direction(
     return np.array(_near_wall(*position, *direction, hits, radius, zone, push))
 
 
-def nearest_point_direction(
-    position: np.ndarray,
-    direction: np.ndarray,
-    guide: np.ndarray,
-    hits: np.ndarray,
-    robot_radius: float,
-    rho: float,
-    away: bool = False,
-) -> np.ndarray:
-    """The paper's blend p* = (1 - a) p~* + a p~_n* near an obstacle.
-
-    p~_n* is the guiding vector modulated at the nearest hit p_n, where Gamma = 1: its part towards the hit vanishes,
-    its tangential part counts twice. a = min(rho/(|p - p_n| - r), 1), and 1 where |p - p_n| <= r + rho: the printed
-    form is negative inside the robot's radius.
-
-    Args:
-        position: shape (2,), W, m.
-        direction: p~*, unit vector, shape (2,), W.
-        guide: the unmodulated guiding vector, unit, shape (2,), W.
-        hits: shape (n, 2), W, m.
-        robot_radius: r, m.
-        rho: m.
-        away: take the unit vector away from p_n for p~_n*, which the paper leaves undefined.
-
-    Source: paper, eq. (combine).
-    """
-    if not len(hits):
-        return direction
-    offset = hits - position
-    distance = np.hypot(offset[:, 0], offset[:, 1])
-    nearest = int(np.argmin(distance))
-    outward = offset[nearest] / max(distance[nearest], 1e-9)
-    clearance = distance[nearest] - robot_radius
-    share = 1.0 if clearance <= rho else rho / clearance
-    radial = float(guide @ outward)
-    along = guide - radial * outward
-    at_hit = -outward if away else 2.0 * along + (0.0 if radial > 0.0 else radial) * outward
-    blend = (1.0 - share) * direction + share * at_hit
-    length = float(np.hypot(*blend))
-    return blend / length if length > 1e-9 else direction
-
-
 @njit(cache=True)
 def boundary_at(values, slopes, bearing_0, theta):
     """Phi and Phi' at a bearing, linear between samples."""
@@ -146,54 +91,53 @@ def boundary_at(values, slopes, bearing_0, theta):
 
 
 @njit(cache=True)
-def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma, cap, weights, damp_inward):
+def boundary_frame(x, y, center, bearing_0, values, slopes, reach, sigma):
+    """Gamma, r_hat and t of a region at (x, y); Gamma is 0 where the region does not count, infinite at its centre."""
+    dx, dy = x - center[0], y - center[1]
+    distance = math.sqrt(dx * dx + dy * dy)
+    if distance > min(reach, FARTHEST):
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    if distance < CENTER:
+        return np.inf, 0.0, 0.0, 0.0, 0.0
+    phi, slope = boundary_at(values, slopes, bearing_0, math.atan2(dy, dx))
+    gamma = (phi / distance) ** sigma
+    cosine, sine = dx / distance, dy / distance
+    tx = slope * cosine - phi * sine
+    ty = slope * sine + phi * cosine
+    length = math.sqrt(tx * tx + ty * ty)
+    if gamma <= 1.0 or length < 1e-12:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    tx, ty = tx / length, ty / length
+    if cosine * ty - sine * tx < 1e-6:  # phi / length: positive
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    return gamma, cosine, sine, tx, ty
+
+
+@njit(cache=True)
+def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma):
     sum_x = sum_y = total = 0.0
     for k in range(len(bearing_0)):
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        distance = math.sqrt(dx * dx + dy * dy)
-        if distance > min(reach[k], FARTHEST):
+        gamma, cosine, sine, tx, ty = boundary_frame(
+            x, y, center[k], bearing_0[k], values[k], slopes[k], reach[k], sigma
+        )
+        if gamma == np.inf:
+            return ux, uy
+        if gamma == 0.0:
             continue
-        if distance < CENTER:
-            if weights == 0:
-                return ux, uy
-            sum_x += cap * ux
-            sum_y += cap * uy
-            total += cap
-            continue
-        theta = math.atan2(dy, dx)
-        phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], theta)
-        gamma = (phi / distance) ** sigma
-        if gamma <= 1.0:
-            continue
-        if weights == 0:
-            weight = gamma - 1.0
-        elif weights == 1:
-            weight = min(gamma, cap)
-        else:
-            weight = gamma
-        cosine, sine = dx / distance, dy / distance
-        tx = slope * cosine - phi * sine
-        ty = slope * sine + phi * cosine
-        length = math.sqrt(tx * tx + ty * ty)
-        if length < 1e-12:
-            continue
-        tx, ty = tx / length, ty / length
-        det = cosine * ty - sine * tx  # phi / length: positive
-        if det < 1e-6:
-            continue
+        det = cosine * ty - sine * tx
         radial = (ux * ty - uy * tx) / det
-        tangential = (cosine * uy - sine * ux) / det
-        if radial > 0.0 or damp_inward:
+        tangential = (cosine * uy - sine * ux) / det * (1.0 + 1.0 / gamma)
+        if radial > 0.0:
             radial *= 1.0 - 1.0 / gamma
-        tangential *= 1.0 + 1.0 / gamma
         vx, vy = radial * cosine + tangential * tx, radial * sine + tangential * ty
-        length = math.sqrt(vx * vx + vy * vy) if weights != 2 else 1.0
+        length = math.sqrt(vx * vx + vy * vy)
         if length > 1e-9:
+            weight = gamma - 1.0
             sum_x += weight * vx / length
             sum_y += weight * vy / length
             total += weight
     length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
-    if length < (1e-9 if weights == 2 else 1e-3 * total) or total <= 0.0:
+    if length < 1e-3 * total or total <= 0.0:
         return ux, uy
     return sum_x / length, sum_y / length
 

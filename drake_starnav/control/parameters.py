@@ -7,7 +7,9 @@ from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.regions.parameters import SafetyParameters
 
 CERTIFIED = ("star", "mpc")
-"""Kinds of controllers that follow the planner's guidance and can certify; the others are baselines."""
+"""Kinds of controllers that certify what they send."""
+GUIDED = (*CERTIFIED, "star_paper")
+"""Kinds of controllers that follow the planner's guidance; the others are baselines that head for the goal alone."""
 
 
 @dataclass(frozen=True)
@@ -16,10 +18,11 @@ class ControllerParameters(SafetyParameters):
 
     kind: str = parameter(
         "star",
-        "star (follow the guiding vector), mpc (choose among sampled twists by where they lead), or a baseline to "
-        "compare with (docs/baselines.md), which uses rate, target, heading_gain and goal_slowdown of this section and "
-        "the section of its own name",
-        choices=("star", "mpc", "dsm", "foa", "dwa", "apf"),
+        "star (follow the guiding vector), mpc (choose among sampled twists by where they lead), star_paper (with a "
+        "perception and a planner of its own, which use none of what follows but rate), or a baseline to compare with "
+        "(docs/baselines.md), which uses rate, target, heading_gain and goal_slowdown of this section and the section "
+        "of its own name",
+        choices=("star", "mpc", "star_paper", "dsm", "foa", "dwa", "apf"),
     )
     target: str = parameter(
         "goal",
@@ -27,53 +30,6 @@ class ControllerParameters(SafetyParameters):
         choices=("goal", "short_term_goal"),
     )
     rate: float = parameter(50.0, "commands a second", unit="Hz", low=0.1, high=1000.0)
-    modulation: bool = parameter(True, "bend the guiding vector along the boundary of the star regions")
-    sigma: float = parameter(2.0, "exponent of the level-set function Gamma", above=0.0, high=20.0)
-    weights: str = parameter(
-        "excess",
-        "how overlapping regions are averaged: excess (Gamma - 1, continuous), clipped (min(Gamma, cap)), or paper "
-        "(Gamma itself, of vectors that are not normalised)",
-        choices=("excess", "clipped", "paper"),
-    )
-    gamma_cap: float = parameter(8.0, "cap of Gamma in the clipped weights", above=1.0, high=1000.0)
-    radial_damping: str = parameter(
-        "outward",
-        "which radial motion is damped by 1 - 1/Gamma: outward only, or both (the paper)",
-        choices=("outward", "both"),
-    )
-    max_bend: float = parameter(
-        0.8,
-        "largest turn of the guiding vector by modulation where the straight line to the way point lies inside the "
-        "regions (the paper: any)",
-        unit="rad",
-        low=0.0,
-        high=3.2,
-    )
-    modulation_distance: float = parameter(
-        0.25, "nearer than this to the short-term goal the guiding vector is used as it is", unit="m", low=0.0, high=5.0
-    )
-    nearest_point_term: str = parameter(
-        "none",
-        "the paper's blend near an obstacle, instead of erosion: none, modulated (towards the vector modulated at the "
-        "nearest hit, as its authors do), or away (towards the vector straight away from it)",
-        choices=("none", "modulated", "away"),
-    )
-    nearest_point_distance: float = parameter(
-        0.1, "the paper's rho: clearance at which that blend is complete", unit="m", above=0.0, high=2.0
-    )
-    near_wall_term: bool = parameter(True, "push away from hits inside the near-wall zone")
-    near_wall_zone: float = parameter(
-        0.05,
-        "clearance at which the push begins, larger with a wide `controller.safety_margin`; smaller is faster",
-        unit="m",
-        above=0.0,
-        high=2.0,
-    )
-    tracking: str = parameter(
-        "law",
-        "from guiding vector to twist: law (omega = gain * error, v = max_speed cos^3 error) or pid (the paper)",
-        choices=("law", "pid"),
-    )
     heading_gain: float = parameter(
         4.0,
         "turning rate per heading error",
@@ -104,7 +60,6 @@ class ControllerParameters(SafetyParameters):
     change_weight: float = parameter(
         0.15, "what a change of speed or turning rate by its whole range costs", unit="s", low=0.0, high=10.0
     )
-    certificate: bool = parameter(True, "send only twists after which the robot can stop inside what it has seen")
     free_heading_range: float = parameter(
         0.8,
         "largest turn of the guiding vector to the nearest bearing that the safety star leaves open, where it leaves "
@@ -138,4 +93,4 @@ class ControllerParameters(SafetyParameters):
     @property
     def certifies(self) -> bool:
         """Whether its twists are certified."""
-        return self.certificate and self.kind in CERTIFIED
+        return self.kind in CERTIFIED

@@ -72,13 +72,13 @@ class _Settings(NamedTuple):
 
 def predictive_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
     """One period of the controller, as `path_following.control_step` and with its arguments."""
-    direction, desired, errors = desired_twist(now, parameters, robot)
+    direction, desired = desired_twist(now, parameters, robot)
     arrived = now.guidance.distance_to_goal(now.pose[:2]) < ARRIVED
     v, omega, accepted = predictive_twist(
         now._replace(guidance=Guidance.none()) if arrived else now, desired, parameters, robot
     )
     desired = np.array((v, omega))
-    return Command(limited_twist(now.twist, desired, robot, 1.0 / parameters.rate), direction, accepted, errors)
+    return Command(limited_twist(now.twist, desired, robot, 1.0 / parameters.rate), direction, accepted)
 
 
 def predictive_twist(
@@ -104,12 +104,10 @@ def predictive_twist(
         cost = rollout_costs(twists, in_sight, parameters, robot)
         for k in np.argsort(cost, kind="stable"):
             v, omega = float(twists[k, 0]), float(twists[k, 1])
-            if not parameters.certificate or stops_inside(
+            if stops_inside(
                 *pose, *twist, v, omega, period, parameters.delay, limits, star.center, star.bearing_0, star.values
             ):
                 return v, omega, True
-    if not parameters.certificate:
-        return float(reactive[0]), float(reactive[1]), True
     return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)
 
 

@@ -3,9 +3,10 @@
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import plan_step
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus, PlanStep
 
 __all__ = [
+    "PlanStep",
     "PlannerInput",
     "PlannerParameters",
     "PlannerState",

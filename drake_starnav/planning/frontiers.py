@@ -6,10 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.star_region import StarRegion, covers
 
+JUMP = 0.2
+"""A step of the free range that makes an edge frontier, m: the clearances of both its ends fit in."""
+SPACING = 0.25
+"""Distance between frontier points, m."""
+PROBE_DISTANCE = 0.1
+"""Distance of a frontier's probe inside unknown space, m."""
 NEAREST_STAND = 0.15
 """Frontier points nearer than this to their node are discarded, m."""
 PROBE_REACHED = 0.6
@@ -55,7 +59,7 @@ class Frontiers:
         )
 
 
-def edge_frontiers(region: StarRegion, owner: int, parameters: PlannerParameters) -> Frontiers:
+def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
     """Frontiers at jumps of the free range and along arcs at maximum range.
 
     At a jump, stands lie along the ray of the jump, one sample beside it, and probes lie across it, behind the nearer
@@ -67,56 +71,11 @@ def edge_frontiers(region: StarRegion, owner: int, parameters: PlannerParameters
         region.free_range,
         region.boundary.values,
         region.limit,
-        parameters.frontier_jump,
-        parameters.frontier_spacing,
-        parameters.probe_distance,
+        JUMP,
+        SPACING,
+        PROBE_DISTANCE,
     )
     return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), owner))
-
-
-def cluster_frontiers(
-    region: StarRegion, scan: LaserScan, pose: np.ndarray, owner: int, parameters: PlannerParameters
-) -> Frontiers:
-    """The paper's frontiers: midway between the ends of neighbouring clusters of hits.
-
-    Hits are clustered by DBSCAN; the two outermost points of a cluster are its side points. A cluster that crosses
-    the +-pi seam is one cluster. A midpoint outside the region is pulled back inside. Across an opening of more than
-    0.9 pi the midpoint is meaningless; a point on the bisector at 0.6 of the range replaces it. The probe lies
-    `probe_distance` farther out than the stand.
-
-    Source: paper, section III-C.
-    """
-    reach = scan.range_max
-    hit = scan.hits
-    if hit.sum() < 3:
-        return Frontiers.none()
-    from sklearn.cluster import DBSCAN  # imported here because it loads slowly and starts threads
-
-    bearing, distance = scan.bearings[hit], scan.distances[hit]
-    points = distance[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    labels = DBSCAN(eps=parameters.cluster_radius, min_samples=parameters.cluster_points).fit(points).labels_
-    sides = _cluster_sides(bearing, distance, labels)
-    found = []
-    for k, (_, _, angle_1, distance_1) in enumerate(sides):
-        angle_2, distance_2, _, _ = sides[(k + 1) % len(sides)]
-        opening = (angle_2 - angle_1) % (2.0 * math.pi)
-        if opening < 1.5 * scan.angle_increment or (opening > 1.5 * math.pi and len(sides) > 1):
-            continue  # no beam in between: one closed cluster, or clusters that overlap in bearing
-        side_1 = distance_1 * np.array([math.cos(angle_1), math.sin(angle_1)])
-        side_2 = distance_2 * np.array([math.cos(angle_2), math.sin(angle_2)])
-        middle = 0.5 * (side_1 + side_2)
-        if opening > 0.9 * math.pi:
-            middle = 0.6 * reach * np.array([math.cos(angle_1 + opening / 2), math.sin(angle_1 + opening / 2)])
-        theta = math.atan2(middle[1], middle[0]) + pose[2]
-        radius = min(float(np.hypot(*middle)), float(region.phi(theta)) - parameters.probe_distance)
-        if radius > 0.3:
-            found.append((radius, theta))
-    if not found:
-        return Frontiers.none()
-    radius, theta = np.array(found).T
-    ray = np.column_stack((np.cos(theta), np.sin(theta)))
-    stand = region.center + radius[:, None] * ray
-    return Frontiers(stand, stand + parameters.probe_distance * ray, np.full(len(found), owner))
 
 
 def uncovered(points: np.ndarray, regions: tuple, skip: int = -1, slack: float = 0.0) -> np.ndarray:
@@ -129,18 +88,6 @@ def uncovered(points: np.ndarray, regions: tuple, skip: int = -1, slack: float =
         slack: points up to this far beyond a region's boundary count as inside, m.
     """
     return _uncovered(np.ascontiguousarray(points), *regions, skip, slack)
-
-
-def _cluster_sides(bearing: np.ndarray, distance: np.ndarray, labels: np.ndarray) -> list[tuple]:
-    """Per cluster, ordered by bearing: first bearing and distance, last bearing and distance, counter-clockwise."""
-    sides = []
-    for label in range(labels.max() + 1):
-        angle, length = bearing[labels == label], distance[labels == label]
-        gap = np.diff(np.append(angle, angle[0] + 2.0 * math.pi))
-        last = int(np.argmax(gap))  # the widest gap is where the cluster is open, across the seam or not
-        first = (last + 1) % len(angle)
-        sides.append((angle[first], length[first], angle[last], length[last]))
-    return sorted(sides)
 
 
 @njit(cache=True)

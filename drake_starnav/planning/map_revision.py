@@ -15,11 +15,11 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, with_nodes
+from drake_starnav.planning.roadmap import StarRoadmap, with_nodes, without_nodes
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits
 from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.regions.star_region import Fit, StarRegion
 
 KEPT_SHARE = 0.7
 """A region is discarded if less than this share of its free range remains, summed over all bearings."""
@@ -111,7 +111,7 @@ def reconcile(
             values = cut_back(region, *new_hits, radius)
             if values.sum() < KEPT_SHARE * region.free_range.sum():
                 continue
-            region = _with_free_range(region, values, parameters)
+            region = _with_free_range(region, values)
         kept.append((region, old, old_pose))
     if len(kept) == len(roadmap) and all(a is b for a, (b, _, _) in zip(roadmap.regions, kept, strict=True)):
         return roadmap
@@ -129,14 +129,14 @@ def with_stall_point(
     """
     roadmap = dataclasses.replace(roadmap, stall_points=np.vstack((roadmap.stall_points, place)))
     nodes = [
-        (clear_of(region, roadmap.stall_points, parameters, robot_radius), *seen)
+        (clear_of(region, roadmap.stall_points, robot_radius), *seen)
         for region, seen in zip(roadmap.regions, roadmap.scans, strict=True)
         if np.hypot(*(region.center - place)) > robot_radius + region.margin
     ]
     return _remade(roadmap, nodes, parameters, robot_radius)
 
 
-def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> StarRegion:
+def clear_of(region: StarRegion, places: np.ndarray, robot_radius: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
     """The part of a region in which the robot keeps the region's margin from places (k, 2) in W."""
     if not len(places):
         return region
@@ -146,12 +146,12 @@ def clear_of(region: StarRegion, places: np.ndarray, parameters: PlannerParamete
         return region
     free = region.free_range
     hits = point_hits(places[near], np.zeros(near.sum()), region.center, region.bearing_0, np.inf, len(free))
-    return _with_free_range(region, eroded_range(hits, radius, free), parameters)
+    return _with_free_range(region, eroded_range(hits, radius, free), fit)
 
 
-def _with_free_range(region: StarRegion, free_range: np.ndarray, parameters: PlannerParameters) -> StarRegion:
+def _with_free_range(region: StarRegion, free_range: np.ndarray, fit: Fit = fit_piecewise_cubic) -> StarRegion:
     """The region with another free range, shape (M,), m, fitted anew."""
-    return dataclasses.replace(region, free_range=free_range, boundary=fit_piecewise_cubic(free_range, parameters))
+    return dataclasses.replace(region, free_range=free_range, boundary=fit(free_range))
 
 
 def _remade(
@@ -164,13 +164,7 @@ def _remade(
 
     It also keeps all hits, unless the pose may err: then only those of the nodes' scans.
     """
-    forgets, empty = parameters.drop_seen_through, StarRoadmap.empty(parameters, robot_radius)
-    kept = dataclasses.replace(
-        empty,
-        hits=empty.hits if forgets else roadmap.hits,
-        blacklisted_targets=roadmap.blacklisted_targets,
-        blacklisted_probes=roadmap.blacklisted_probes,
-        inspection_points=roadmap.inspection_points,
-        stall_points=roadmap.stall_points,
-    )
+    forgets, kept = parameters.drop_seen_through, without_nodes(roadmap)
+    if forgets:
+        kept = dataclasses.replace(kept, hits=StarRoadmap.empty(parameters, robot_radius).hits)
     return with_nodes(kept, nodes, parameters, robot_radius, stamp=forgets)

@@ -12,17 +12,17 @@ OBSTRUCTION_SLACK = 0.06
 """A hit blocks a path if it is nearer than the robot's radius minus this, m: noise and the size of cells."""
 
 
-def optimistic_path_beyond(to_go: CostField | None, target: Frontiers) -> np.ndarray:
+def optimistic_path_beyond(to_go: CostField, target: Frontiers) -> np.ndarray:
     """From the probe of a target (a single row) to the goal, shape (k, 2), W, m; only the probe if there is no way."""
-    return target.probe if to_go is None else np.vstack((target.probe, to_go.path(target.probe[0])))
+    return np.vstack((target.probe, to_go.path(target.probe[0])))
 
 
-def next_segment_of(path: np.ndarray, to_go: CostField | None, position: np.ndarray) -> np.ndarray:
+def next_segment_of(path: np.ndarray, to_go: CostField, position: np.ndarray) -> np.ndarray:
     """The next part of an optimistic path (k, 2), for a robot at `position` (2,).
 
     Only the probe if that is no nearer to the goal than the robot, since the path would lead back past the robot.
     """
-    if to_go is None or to_go.at(path[:1])[0] >= to_go.at(position[None, :])[0]:
+    if to_go.at(path[:1])[0] >= to_go.at(position[None, :])[0]:
         return path[:1]
     along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
     return path[: 1 + int(np.searchsorted(along, NEXT))]

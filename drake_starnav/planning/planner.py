@@ -43,28 +43,25 @@ class GrowthTrigger(Flag):
 
     Attributes:
         ARRIVED: the robot is at its target.
-        STUCK: a hit lies at the target.
         STALLED: the robot has made no progress for too long.
-        TRIED: any of these, after which the target has been tried.
+        TRIED: either of these, after which the target has been tried.
         DUE: the robot is where a node is wanted.
         SPACED: it has driven `node_spacing`. Alone this makes a node only if the scan contradicts the roadmap.
     """
 
     NONE = 0
     ARRIVED = auto()
-    STUCK = auto()
     STALLED = auto()
     DUE = auto()
     SPACED = auto()
-    TRIED = ARRIVED | STUCK | STALLED
+    TRIED = ARRIVED | STALLED
 
 
 def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     """One update of the planner: grow the roadmap if anything triggers it, and plan a path if there is none.
 
-    With `replanning` a new path is also planned as soon as the latest scan blocks the optimistic path beyond the target
-    frontier. With `anticipation` the robot turns towards that path, on its way to the frontier, as soon as the latest
-    scan shows it to be free.
+    A new path is also planned as soon as the latest scan blocks the optimistic path beyond the target frontier. On its
+    way to the frontier, the robot turns towards that path as soon as the latest scan shows it to be free.
 
     Args:
         state: before; it is not changed.
@@ -73,18 +70,18 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     Raises:
         StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
     """
-    seen, parameters = now.seen, now.parameters
+    seen = now.seen
     if state.status is PlannerStatus.UNREACHABLE or seen.region is None:
         return state
     check_beams(state.roadmap, seen)
-    region = clear_of(seen.region, state.roadmap.stall_points, parameters, now.robot_radius)
-    state, stalled = _watched(state, now)
+    region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
+    state, stalled = watched(state, now)
     trigger = _growth_trigger(state, region, stalled, now)
     state, region = _grown(state, region, trigger, now)
     if len(state.path):
         state = _unless_obstructed(state, now)
     if len(state.path):
-        state = _along_path(state, now.position, parameters)
+        state = _along_path(state, now.position)
     if not len(state.path):
         first_plan = state.plans == 0 and not stalled
         state = _planned(state, region, first_plan, now)
@@ -103,7 +100,7 @@ def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
         )
 
 
-def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
+def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]:
     """The state with its progress monitor updated, and whether the robot has stalled.
 
     A robot may stand at its goal, without scans, and where it may be giving way.
@@ -127,11 +124,8 @@ def _watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool
 def _growth_trigger(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> GrowthTrigger:
     """The triggers that hold now."""
     trigger = GrowthTrigger.STALLED if stalled else GrowthTrigger.NONE
-    if state.target is not None:
-        if has_arrived(state.roadmap, state.target, now):
-            trigger |= GrowthTrigger.ARRIVED
-        if _hit_nearby(now.seen, state.target[0], now.parameters.stuck_distance):
-            trigger |= GrowthTrigger.STUCK
+    if state.target is not None and has_arrived(state.roadmap, state.target, now):
+        trigger |= GrowthTrigger.ARRIVED
     if not trigger and node_is_due(state, region, now.position, now.parameters):
         trigger |= GrowthTrigger.DUE
     if node_spacing_driven(state, now.position, now.parameters):
@@ -154,15 +148,14 @@ def _grown(
     if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
         return dataclasses.replace(state, node_position=now.position.copy()), region
     roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
-    if GrowthTrigger.STALLED in trigger and parameters.blacklist:
+    if GrowthTrigger.STALLED in trigger:
         place = stall_point_ahead(roadmap, state.guidance.path, now)
         if place is not None:
             roadmap = with_stall_point(roadmap, place, parameters, robot_radius)
-            region = clear_of(region, place[None, :], parameters, robot_radius)
+            region = clear_of(region, place[None, :], robot_radius)
     target = state.target
     if target is not None and trigger & GrowthTrigger.TRIED:
-        if parameters.blacklist:
-            roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
+        roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
         target = None
     node_position = seen.pose[:2].copy()
     return dataclasses.replace(state, roadmap=roadmap, target=target, node_position=node_position, path=NO_PATH), region
@@ -171,13 +164,11 @@ def _grown(
 def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
     """Whether to add a node here, with the region of the latest scan.
 
-    A node is due at the start. If `growth` is continuous, one is also due every `node_spacing` (with a map from an
-    earlier goal only if enough of the region is new), when the target's probe is seen, and outside all regions.
+    A node is due at the start, every `node_spacing` (with a map from an earlier goal only if enough of the region is
+    new), when the target's probe is seen, and outside all regions.
     """
     if not len(state.roadmap):
         return True
-    if parameters.growth == "arrival":
-        return False
     driven = _distance(position, state.node_position)
     if node_spacing_driven(state, position, parameters) and not (
         state.began_with_map and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
@@ -210,7 +201,7 @@ def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
 
 def _unless_obstructed(state: PlannerState, now: PlannerInput) -> PlannerState:
     """The state; if the latest scan blocks the optimistic path from the target, with its hits and without a path."""
-    if not now.parameters.replanning or len(state.optimistic_path) < 2:  # there is nothing beyond the probe
+    if len(state.optimistic_path) < 2:  # there is nothing beyond the probe
         return state
     if _distance(now.position, state.plan_position) <= REPLAN_DISTANCE:
         return state
@@ -221,22 +212,19 @@ def _unless_obstructed(state: PlannerState, now: PlannerInput) -> PlannerState:
     return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
 
 
-def _along_path(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> PlannerState:
+def _along_path(state: PlannerState, position: np.ndarray) -> PlannerState:
     """The state with the path still ahead; without a path if the robot has lost sight of it."""
-    path = _path_ahead(state.roadmap, state.path, position, parameters)
-    if parameters.string_pulling and _strayed(state.roadmap, path, position):
+    path = _path_ahead(state.roadmap, state.path, position)
+    if _strayed(state.roadmap, path, position):
         path = NO_PATH
     return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
 
 
-def _path_ahead(
-    roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray, parameters: PlannerParameters
-) -> np.ndarray:
-    """The path without way points already passed, or (with string pulling) that the robot can see past."""
-    passed = PASSED_DISTANCE if parameters.string_pulling else parameters.arrival_distance
+def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """The path without way points already passed, or that the robot can see past."""
     while len(path) > 1 and (
-        _distance(path[0], position) < passed
-        or (parameters.string_pulling and segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP))
+        _distance(path[0], position) < PASSED_DISTANCE
+        or segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP)
     ):
         path = path[1:]
     return path
@@ -275,7 +263,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
         state,
         roadmap=roadmap,
         status=PlannerStatus.APPROACHING if target is None else PlannerStatus.EXPLORING,
-        path=_path_ahead(roadmap, route.path, now.position, now.parameters),
+        path=_path_ahead(roadmap, route.path, now.position),
         target=target,
         plans=state.plans + 1,
         plan_position=now.position.copy(),
@@ -326,19 +314,11 @@ def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> 
 
     None on the way to another way point or to the goal, and while none of that path is in sight.
     """
-    if not now.parameters.anticipation or state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
+    if state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None
-    regions = RegionStack.of([clear_of(region, state.roadmap.stall_points, now.parameters, now.robot_radius)])
+    regions = RegionStack.of([clear_of(region, state.roadmap.stall_points, now.robot_radius)])
     last = last_in_sight(state.next_segment, now.position, regions)
     return Guidance(state.next_segment[last : last + 1], False, regions) if last >= 0 else None
-
-
-def _hit_nearby(seen: Observation, place: np.ndarray, distance: float) -> bool:
-    """Whether a hit of the latest scan lies within `distance` (m) of a place (2,) in W."""
-    if distance <= 0.0:
-        return False
-    offset = seen.scan.points(seen.pose) - place
-    return bool(len(offset)) and float(np.hypot(offset[:, 0], offset[:, 1]).min()) < distance
 
 
 def _distance(a: np.ndarray, b: np.ndarray) -> float:

@@ -21,6 +21,8 @@ CAME_ALONG_NODES = 40
 """Places that the robot drove over between this many latest nodes are not blocked."""
 CAME_STRAIGHT = 1.5
 """Between nodes no farther apart than this many node spacings the robot drove in a straight line."""
+ARRIVAL_DISTANCE = 0.12
+"""A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
 AT_STAND = 0.04
 """After a first inspection in vain, the robot has arrived only this near to the stand, m."""
 INSPECTED_WITHIN = 2.0
@@ -30,7 +32,7 @@ INSPECTED_WITHIN = 2.0
 def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
     """Whether the robot has arrived at a target (stand and probe); after an inspection in vain, at its very stand."""
     near = AT_STAND if _has_inspected(roadmap, now) else np.inf
-    return bool(np.hypot(*(now.position - target[0])) < min(near, now.parameters.arrival_distance))
+    return bool(np.hypot(*(now.position - target[0])) < min(near, ARRIVAL_DISTANCE))
 
 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
@@ -40,26 +42,38 @@ def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: P
     Otherwise the target is retired, except at the first inspection if much depends on it: the robot then inspects it
     from its very stand.
     """
-    if arrived and _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution):
-        others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9
-        return dataclasses.replace(roadmap, frontiers=roadmap.frontiers.where(others))
-    parameters = now.parameters
+    if arrived and leads_on(roadmap, target, now):
+        return without_target(roadmap, target)
     first_inspection = arrived and not _has_inspected(roadmap, now)
-    given_up = blacklist_target(roadmap, target[0], parameters.blacklist_radius, target[1])
+    given_up = blacklist_target(roadmap, target[0], BLACKLIST_RADIUS, target[1])
     if first_inspection and _lengthens_optimistic_path(roadmap, given_up, now):
         return dataclasses.replace(roadmap, inspection_points=np.vstack((roadmap.inspection_points, now.position)))
     return given_up
 
 
-def stall_point_ahead(roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput) -> np.ndarray | None:
+def leads_on(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
+    """Whether the newest region shows the probe of a target (stand and probe)."""
+    return _shows(roadmap.regions[-1], target[1], now.parameters.grid_resolution)
+
+
+def without_target(roadmap: StarRoadmap, target: np.ndarray) -> StarRoadmap:
+    """The roadmap without the frontier of a target (stand and probe)."""
+    others = np.hypot(*(roadmap.frontiers.stand - target[0]).T) > 1e-9
+    return dataclasses.replace(roadmap, frontiers=roadmap.frontiers.where(others))
+
+
+def stall_point_ahead(
+    roadmap: StarRoadmap, path: np.ndarray, now: PlannerInput, margin: float | None = None
+) -> np.ndarray | None:
     """The place just ahead of a stalled robot, shape (2,), W, m; None where nothing need bar its path (k, 2) in W.
 
-    It may stand only to turn; it may have come along there; or it may be slow to leave another blocked place.
+    It may stand only to turn; it may have come along there; or it may be slow to leave another blocked place. `margin`
+    (m) is that of the regions; None: the planner's.
     """
     if not len(path) or not _faces(now.seen.pose, path[0]):
         return None
     way = path[0] - now.position
-    distance = now.robot_radius + now.parameters.margin + STALL_POINT_AHEAD
+    distance = now.robot_radius + (now.parameters.margin if margin is None else margin) + STALL_POINT_AHEAD
     ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
     if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _is_enclosed(
         now.position, ahead, roadmap.stall_points
@@ -77,14 +91,12 @@ def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
 def _has_inspected(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether the robot is near where it has inspected a target in vain."""
     away = np.hypot(*(roadmap.inspection_points - now.position).T)
-    return bool((away < INSPECTED_WITHIN * now.parameters.arrival_distance).any())
+    return bool((away < INSPECTED_WITHIN * ARRIVAL_DISTANCE).any())
 
 
 def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
     """Whether the optimistic path to the goal is longer by more than `inspection_detour` in `after` than in
     `before`."""
-    if now.parameters.cost_to_go != "grid":
-        return False
     here = now.position[None, :]
     away = np.hypot(*(before.blacklisted_probes - here).T)  # where the robot stands nothing is closed
     before = dataclasses.replace(

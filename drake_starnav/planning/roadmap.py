@@ -9,7 +9,7 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.cost_field import DistanceGrid
-from drake_starnav.planning.frontiers import PROBE_REACHED, Frontiers, cluster_frontiers, edge_frontiers, uncovered
+from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
@@ -104,6 +104,25 @@ def extended(
         robot_radius: m.
         stamp: whether to add the scan's hits to the distance grid.
     """
+    hits, slack = roadmap.hits, PROBE_REACHED * PROBE_DISTANCE
+    if stamp:
+        hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
+    grown = with_node(roadmap, region, scan, pose, hits)
+    stack, old, new = grown.stack, roadmap.frontiers, edge_frontiers(region, len(roadmap))
+    if len(old):
+        newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
+        old = old.where(uncovered(old.probe, newest, slack=slack))
+        old = old.where(enterable(old, grown, robot_radius))
+    if len(new):
+        new = new.where(uncovered(new.probe, stack.arrays, skip=len(roadmap), slack=slack))
+        new = new.where(enterable(new, grown, robot_radius))
+    return dataclasses.replace(grown, frontiers=old.joined(new))
+
+
+def with_node(
+    roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, hits: DistanceGrid
+) -> StarRoadmap:
+    """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
     index = len(roadmap)
     stack = roadmap.stack.appended(region) if index else RegionStack.of((region,))
     neighbours = _neighbours(*stack.arrays)
@@ -111,24 +130,6 @@ def extended(
     if index and not len(neighbours):  # the robot has come from the region that it exceeds least
         neighbours = np.array([least_outside(*roadmap.stack.arrays[:3], *region.center)])
         lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
-    hits = roadmap.hits
-    if stamp:
-        hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
-    old, slack = roadmap.frontiers, PROBE_REACHED * parameters.probe_distance
-    if len(old) and not parameters.prune_covered:
-        old = old.where(np.hypot(*(old.stand - region.center).T) > parameters.arrival_distance)
-    elif len(old):
-        newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
-        old = old.where(uncovered(old.probe, newest, slack=slack))
-        old = old.where(_alive(old, region, roadmap, hits, robot_radius))
-    if parameters.frontiers == "edges":
-        new = edge_frontiers(region, index, parameters)
-    else:
-        new = cluster_frontiers(region, scan, pose, index, parameters)
-    if len(new):
-        beyond = new.probe if parameters.prune_covered else new.stand  # the paper has no probes
-        new = new.where(uncovered(beyond, stack.arrays, skip=index, slack=slack))
-        new = new.where(_alive(new, region, roadmap, hits, robot_radius))
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
@@ -136,7 +137,6 @@ def extended(
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
         edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), index))))),
         lengths=np.concatenate((roadmap.lengths, lengths)),
-        frontiers=old.joined(new),
         hits=hits,
     )
 
@@ -155,6 +155,19 @@ def with_nodes(
     return roadmap
 
 
+def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
+    """The roadmap without nodes and frontiers; it keeps its hits, and its retired, inspected and blocked places."""
+    return dataclasses.replace(
+        roadmap,
+        regions=(),
+        stack=RegionStack.of(()),
+        scans=(),
+        edges=np.zeros((0, 2), np.int64),
+        lengths=np.zeros(0),
+        frontiers=Frontiers.none(),
+    )
+
+
 def impassable_points(
     scan: LaserScan, pose: np.ndarray, parameters: PlannerParameters, robot_radius: float
 ) -> np.ndarray:
@@ -169,10 +182,14 @@ def impassable_points(
         parameters: how the ranges are smoothed.
         robot_radius: m.
     """
+    return bridged_points(scan, smoothed_distances(scan, parameters), pose, robot_radius)
+
+
+def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
+    """As `impassable_points`, of smoothed ranges, shape (n,), m."""
     lasting = scan.lasting
     if not lasting.any():
         return np.zeros((0, 2))
-    distance = smoothed_distances(scan, parameters)
     points = scan.points_at(distance, lasting, pose)
     return _impassable(points, distance[lasting] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
 
@@ -200,12 +217,10 @@ def uncovered_share(region: StarRegion, others: RegionStack) -> float:
     return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, *others.arrays))
 
 
-def _alive(
-    frontiers: Frontiers, region: StarRegion, roadmap: StarRoadmap, hits: DistanceGrid, robot_radius: float
-) -> np.ndarray:
-    """Frontiers that are not at the robot's position, in a retired place, or at a hit or blocked place; shape (n,)."""
-    keep = np.hypot(*(frontiers.stand - region.center).T) > STANDING_THERE
-    keep &= hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
+def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
+    """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
+    keep = np.hypot(*(frontiers.stand - roadmap.stack.center[-1]).T) > STANDING_THERE
+    keep &= roadmap.hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
     for x, y in roadmap.stall_points:
         keep &= np.hypot(frontiers.probe[:, 0] - x, frontiers.probe[:, 1] - y) > robot_radius
     for x, y, radius in roadmap.blacklisted_targets:

@@ -12,7 +12,6 @@ from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import STRIDE, CostField, Origins, Terrain, cost_to_go
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.string_pulling import string_pulled
@@ -82,24 +81,22 @@ def find_route(
 
     Source: paper, section III-D; ranking of frontiers: this project.
     """
-    position, parameters = now.position, now.parameters
+    position = now.position
     goal, places = goal_approach(roadmap, now)
     distance, previous = graph_distances(roadmap, here, position)
     for place in places:
         if covers(here.center, here.bearing_0, here.boundary.values, place[0], place[1]):
             return Route(place[None, :].copy(), Frontiers.none())
-        goal_node = _entry_node(roadmap, distance, place)
+        goal_node = entry_node(roadmap, distance, place)
         if goal_node >= 0:
             # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
-            direct = parameters.growth == "continuous" and segment_covered(
-                *roadmap.stack.arrays, *position, *place, LINE_STEP
-            )
-            path = place[None, :].copy() if direct else _node_path(roadmap, previous, goal_node, place)
-            return Route(_pulled(roadmap, position, path, parameters), Frontiers.none())
-    target, enabled, tries, inside = Frontiers.none(), parameters.virtual_frontiers, 0, NOWHERE_TO_GO
+            direct = segment_covered(*roadmap.stack.arrays, *position, *place, LINE_STEP)
+            path = place[None, :].copy() if direct else node_path(roadmap, previous, goal_node, place)
+            return Route(_pulled(roadmap, position, path), Frontiers.none())
+    target, enabled, tries, inside = Frontiers.none(), True, 0, NOWHERE_TO_GO
     while True:
         best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, enabled)
-        if not enabled or to_go is None or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE:
+        if not enabled or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE:
             break
         optimistic = to_go.path(position)
         frontier, path = virtual_frontier(roadmap, optimistic)
@@ -114,15 +111,15 @@ def find_route(
             target, path = virtual_frontier_in_sight(roadmap, here, to_go, frontier, path)
             break
     if not len(target) and best < 0:  # the regions may lead to the goal all the same, but for noise at their edges
-        return Route(_pulled(roadmap, position, inside, parameters), target) if len(inside) else None
+        return Route(_pulled(roadmap, position, inside), target) if len(inside) else None
     if not len(target):
         target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
-        path = target.stand if direct else _node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
-    hopeless = to_go is not None and not np.isfinite(to_go.at(target.probe)[0])
+        path = target.stand if direct else node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
+    hopeless = not np.isfinite(to_go.at(target.probe)[0])
     optimistic_path = optimistic_path_beyond(to_go, target)
     next_segment = next_segment_of(optimistic_path, to_go, position)
     return Route(
-        _pulled(roadmap, position, path, parameters),
+        _pulled(roadmap, position, path),
         target,
         hopeless,
         optimistic_path,
@@ -169,7 +166,7 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     return _dijkstra(len(roadmap), roadmap.edges, roadmap.lengths, first, length)
 
 
-def _entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
+def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
     """The node whose region contains the goal and through which the way is shortest, or -1."""
     inside = np.flatnonzero(_containing(*roadmap.stack.arrays, goal[0], goal[1]))
     if not len(inside):
@@ -179,8 +176,9 @@ def _entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) ->
     return int(inside[best]) if np.isfinite(cost[best]) else -1
 
 
-def _graph_lengths(roadmap: StarRoadmap, frontiers: Frontiers, distance: np.ndarray) -> np.ndarray:
+def graph_lengths(roadmap: StarRoadmap, distance: np.ndarray) -> np.ndarray:
     """Length of the way over the nodes and across each frontier, shape (n,), m."""
+    frontiers = roadmap.frontiers
     to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
     return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
 
@@ -192,22 +190,36 @@ def _cheapest(
     goal: np.ndarray,
     current: np.ndarray | None,
     at_robot: bool,
-) -> tuple[int, float, bool, CostField | None]:
+) -> tuple[int, float, bool, CostField]:
     """The frontier of least g + h.
 
     Returns:
-        Its index or -1, that sum, whether the straight line leads there, and the cost-to-go, if it was computed.
+        Its index or -1, that sum, whether the straight line leads there, and the cost-to-go.
     """
-    frontiers, to_go, position, parameters = roadmap.frontiers, None, now.position, now.parameters
-    straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
-    graph = _graph_lengths(roadmap, frontiers, distance)
-    if parameters.cost_to_go == "straight":
-        ahead = np.hypot(*(frontiers.probe - goal).T)
-    else:
-        to_go = optimistic_cost(roadmap, now, graph, at_robot)
-        ahead = estimates(to_go, frontiers, goal)
+    graph = graph_lengths(roadmap, distance)
+    to_go = optimistic_cost(roadmap, now, graph, at_robot)
+    ahead = estimates(to_go, roadmap.frontiers, goal)
     if current is not None:
-        ahead = ahead - parameters.hysteresis * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
+        ahead = ahead - now.parameters.hysteresis * (np.hypot(*(roadmap.frontiers.stand - current).T) < 1e-9)
+    return *cheapest_frontier(roadmap, now.position, graph, ahead), to_go
+
+
+def cheapest_frontier(
+    roadmap: StarRoadmap, position: np.ndarray, graph: np.ndarray, ahead: np.ndarray
+) -> tuple[int, float, bool]:
+    """The frontier of least cost.
+
+    Args:
+        roadmap: with n frontiers.
+        position: of the robot, shape (2,), W, m.
+        graph: length of the way over the nodes and across each frontier, shape (n,), m.
+        ahead: cost from each frontier's probe to the goal, shape (n,), m.
+
+    Returns:
+        Its index or -1, the sum of both costs, and whether the straight line leads there.
+    """
+    frontiers = roadmap.frontiers
+    straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     bound = np.minimum(graph, straight) + ahead
     best, best_cost, direct = -1, np.inf, False
     for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
@@ -217,7 +229,7 @@ def _cheapest(
         cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
         if cost < best_cost:
             best, best_cost, direct = int(i), float(cost), bool(seen)
-    return best, best_cost, direct, to_go
+    return best, best_cost, direct
 
 
 def optimistic_cost(
@@ -315,7 +327,7 @@ def virtual_frontier_in_sight(
     return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 
 
-def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
+def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
     """Way points from the first node to `node` and on to `end`."""
     chain = [node]
     while previous[chain[-1]] >= 0:
@@ -323,10 +335,8 @@ def _node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nd
     return np.vstack((roadmap.stack.center[chain[::-1]], end[None, :]))
 
 
-def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray, parameters: PlannerParameters) -> np.ndarray:
-    if not parameters.string_pulling or len(path) < 2:
-        return path
-    return string_pulled(path, position, roadmap.stack)
+def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
+    return path if len(path) < 2 else string_pulled(path, position, roadmap.stack)
 
 
 @njit(cache=True)

@@ -1,6 +1,7 @@
 """The planner's input, state and status: immutable snapshots."""
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import field
 from enum import Enum
 from typing import NamedTuple
@@ -123,3 +124,7 @@ class PlannerInput(NamedTuple):
     parameters: PlannerParameters
     robot_radius: float
     goal_tolerance: float = 0.0
+
+
+PlanStep = Callable[[PlannerState, PlannerInput], PlannerState]
+"""One update of a planner as a pure function: `plan_step`, or the paper's."""

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from scipy.ndimage import gaussian_filter1d
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import BearingHits, half_gaps, scan_hits
@@ -20,8 +19,6 @@ SMOOTHING_JUMP = 0.12
 """Range step between beams at which smoothing stops, m."""
 SMOOTHING_LIMIT = 0.04
 """A smoothed range that differs by more than this from the measured one is rejected, m."""
-PAPER_GAUSSIAN_SAMPLES = 10
-"""Width of the paper's Gaussian filter. The standard deviation is a quarter of it: 10 samples hold 95 %."""
 
 
 class FreeRange(NamedTuple):
@@ -40,18 +37,8 @@ class FreeRange(NamedTuple):
 
 def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
     """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved."""
-    distance = scan.distances
-    if parameters.range_clip < scan.range_max:
-        distance = np.where(distance > parameters.range_clip, scan.range_max, distance)
-    if parameters.smoothing == "moving_average":
-        return _moving_average(
-            distance, scan.range_max, parameters.smoothing_beams, parameters.smoothing_slack, scan.full_circle
-        )
-    if parameters.smoothing == "gaussian":
-        clipped = np.minimum(distance, parameters.range_clip)
-        smooth = gaussian_filter1d(clipped, PAPER_GAUSSIAN_SAMPLES / 4, mode="wrap" if scan.full_circle else "nearest")
-        return np.where(distance >= min(scan.range_max, parameters.range_clip), distance, smooth)
-    return distance
+    beams, slack = parameters.smoothing_beams, parameters.smoothing_slack
+    return _moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
 
 
 def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
@@ -116,29 +103,20 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
-        parameters: margin, least_margin, erosion.
+        parameters: margin, least_margin, bearings.
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    samples = bearing_count(scan, parameters)
-    inflated = radius + parameters.margin
-    reach = min(scan.range_max, parameters.range_clip)
-    if parameters.erosion == "disc":
-        hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
-        limit = free_limit(scan, samples, reach, inflated)
-        sight = sight_limit(scan, limit, inflated)
+    samples, margin = bearing_count(scan, parameters), parameters.margin
+    hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
+    limit = free_limit(scan, samples, scan.range_max, radius + margin)
+    sight = sight_limit(scan, limit, radius + margin)
 
-        def eroded(margin: float) -> np.ndarray:
-            return eroded_range(hits, radius + margin, sight)
+    def eroded(margin: float) -> np.ndarray:
+        return eroded_range(hits, radius + margin, sight)
 
-        margin = parameters.margin
-        free, margin = opened_passages(eroded(margin), margin, parameters.least_margin, eroded)
-        return FreeRange(free, limit, margin)
-    shrink = inflated if parameters.erosion == "radial" else 0.0
-    beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
-    beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = free_limit(scan, samples, reach, shrink)
-    return FreeRange(np.clip(distance[beam] - shrink, 0.0, limit), limit, parameters.margin)
+    free, margin = opened_passages(eroded(margin), margin, parameters.least_margin, eroded)
+    return FreeRange(free, limit, margin)
 
 
 @lru_cache(maxsize=16)

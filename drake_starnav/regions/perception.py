@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ AVERAGED = 0.5
 """With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
-"""Smallest fields of view with the certificate, rad; the wide one among moving obstacles: there the robot may reverse."""
+"""Smallest fields of view with the certificate, rad; the wide one among moving obstacles, where it may reverse."""
 FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
@@ -43,14 +44,14 @@ def check_view(angle_min: float, angle_max: float, angle_increment: float, beams
     all_around = beams * angle_increment > 2.0 * math.pi - 1e-6
     if not all_around and least < 0.5 * view - 1e-6:
         raise StarnavError(
-            f"lidar.angle_min {angle_min:g} and lidar.angle_max {angle_max:g} with controller.certificate; "
+            f"lidar.angle_min {angle_min:g} and lidar.angle_max {angle_max:g} with a certificate; "
             f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
             "space that no beam has observed is not certified"
         )
     if angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
         raise StarnavError(
             f"lidar.beams is {beams}, one every {math.degrees(angle_increment):.3g} degrees, with "
-            f"controller.certificate; allowed: at least {FEWEST_BEAMS} a turn"
+            f"a certificate; allowed: at least {FEWEST_BEAMS} a turn"
         )
 
 
@@ -93,6 +94,10 @@ class PerceptionSettings(NamedTuple):
     outlier_noise: float | None = None
 
 
+Perceive = Callable[[Perceived, LaserScan, np.ndarray, PerceptionSettings, Stopwatch | None], Perceived]
+"""Perception as a pure function: `perceive`, or the paper's."""
+
+
 def perceive(
     before: Perceived,
     scan: LaserScan,
@@ -123,7 +128,7 @@ def perceive(
             near = _smoothed(near, controller.smoothed_beams, region_parameters.smoothing_slack)
         profile = free_range(scan, distance, robot_radius, region_parameters)
         with stopwatch.measure("fit"):
-            region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, region_parameters)
+            region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
         safe_radius = robot_radius + controller.safety_margin
         kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory
         memory = known = before.memory.remembered(near, pose, *kept)

@@ -10,12 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.parameters import StarParameters
-
 SMALLEST_SPLIT = 5
 """Segments with fewer samples are not bisected."""
 LARGEST_SHARE = 8
 """No adaptive segment is longer than one turn divided by this."""
+JUMP = 0.12
+"""A step between neighbouring samples larger than this separates surfaces, m; smoothing stops at such a step, too."""
+TOLERANCE = 0.03
+"""Largest overshoot plus undershoot of an adaptive cubic, m: as much as the planner's usual margin."""
 
 
 @dataclass(frozen=True)
@@ -35,26 +37,28 @@ class PiecewiseCubic:
     slopes: np.ndarray
 
 
-def fit_piecewise_cubic(samples: np.ndarray, parameters: StarParameters) -> PiecewiseCubic:
-    """Fit the samples of one full turn.
+def fit_piecewise_cubic(samples: np.ndarray, tolerance: float = TOLERANCE, one_sided: bool = True) -> PiecewiseCubic:
+    """Fit the samples of one full turn; segments begin at jumps, and are bisected until they keep the tolerance.
 
     Args:
         samples: shape (M,), free range at the bearings of a uniform grid, m.
-        parameters: segmentation (adaptive, slope, fixed), tolerance, one- or two-sided fit.
+        tolerance: largest overshoot plus undershoot of a cubic, m.
+        one_sided: lower every cubic until it lies inside the free range.
 
     Source: paper, section III-A, adaptive piecewise polynomial; one-sided fit: this project.
     """
-    count = len(samples)
-    if parameters.segmentation == "adaptive":
-        tolerance = parameters.fit_tolerance
-        breaks = _jump_breaks(samples, parameters.jump, max(count // LARGEST_SHARE, 1))
-    elif parameters.segmentation == "slope":
-        tolerance = np.inf
-        breaks = _slope_breaks(samples, parameters.jump, parameters.slope_change)
-    else:
-        tolerance = np.inf
-        breaks = np.linspace(0, count, min(parameters.segments, count) + 1).astype(np.int64)
-    return PiecewiseCubic(*_fit(samples, breaks, tolerance, parameters.one_sided_fit))
+    breaks = _jump_breaks(samples, JUMP, max(len(samples) // LARGEST_SHARE, 1))
+    return fit_segments(samples, breaks, tolerance, one_sided)
+
+
+def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
+    """Fit given segments; arguments as for `fit_piecewise_cubic`.
+
+    Args:
+        samples, tolerance, one_sided: with an infinite tolerance no segment is bisected.
+        breaks: shape (k + 1,), increasing from 0 to M; the first sample of each segment, and M.
+    """
+    return PiecewiseCubic(*_fit(samples, breaks, tolerance, one_sided))
 
 
 @njit(cache=True)
@@ -67,28 +71,6 @@ def _jump_breaks(samples, jump, longest):
         if abs(samples[i] - samples[i - 1]) > jump or i - breaks[n - 1] >= longest:
             breaks[n] = i
             n += 1
-    breaks[n] = count
-    return breaks[: n + 1].copy()
-
-
-@njit(cache=True)
-def _slope_breaks(samples, jump, change):
-    """The paper's rule: a new segment begins where the boundary's direction has turned by more than `change`."""
-    count = len(samples)
-    step = 2.0 * math.pi / count
-    breaks = np.empty(count + 1, np.int64)
-    breaks[0] = 0
-    n = 1
-    first = math.atan2(samples[1] - samples[0], step)
-    for i in range(1, count):
-        slope = math.atan2(samples[i] - samples[i - 1], step)
-        jumps = abs(samples[i] - samples[i - 1]) > jump
-        turns = abs(slope - first) > change
-        if jumps or (turns and i - breaks[n - 1] >= 4):
-            breaks[n] = i
-            n += 1
-        if jumps or turns:
-            first = slope
     breaks[n] = count
     return breaks[: n + 1].copy()
 

@@ -8,6 +8,7 @@ Source: paper, section III-B; corrected here: theta by atan2, and the boundary's
 
 import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,6 +22,8 @@ from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.utils.snapshot import snapshot
 
+Fit = Callable[[np.ndarray], PiecewiseCubic]
+"""From the free range at M bearings, m, to its boundary, as `fit_piecewise_cubic`."""
 LINE_STEP = 0.05
 """Sample spacing on lines of sight inside the union of regions, m."""
 
@@ -109,12 +112,12 @@ class StarRegion:
         return np.where(seam, fit.values[nearer], value), np.where(seam, fit.slopes[nearer], slope)
 
 
-def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, parameters: StarParameters) -> StarRegion:
-    """The star-shaped region of a free range (as from `free_range`) about `center` in W."""
+def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
+    """The star-shaped region about `center` in W whose boundary fits a free range, as from `free_range`."""
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
-        boundary=fit_piecewise_cubic(profile.values, parameters),
+        boundary=fit(profile.values),
         free_range=profile.values,
         limit=profile.limit,
         margin=profile.margin,
@@ -131,7 +134,7 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: St
         parameters: of the pipeline.
     """
     profile = free_range(scan, smoothed_distances(scan, parameters), radius, parameters)
-    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min, parameters)
+    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The error of range and pose that the declared faults cause, term by term.
+"""The error of range, pose and motion that follows from what is declared, term by term.
 
 The block of SAFETY.md is written from `TERMS` and `SYMBOLS` by `scripts/maintenance/write_tables.py`.
 """
@@ -16,20 +16,26 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import Scenario
 
-NOMINAL_NOISE = 0.01
-"""Range noise that the default margins allow for, m."""
+SAMPLED = 0.004
+"""Half the distance between two samples of a motion that the certificate checks, m."""
+NOISE_SHARE = 0.75
+"""Part of the standard deviation of the noise that counts, see `error_budget`."""
 CORNER = 0.87
 """How far a corner of 60 degrees sticks out between two beams, over their distance there: half of tan 60 degrees."""
-NOMINAL_CORNER = 0.01
-"""How far a corner may stick out between two beams, as the default margins allow for, m."""
+BESIDE_A_CORNER = 0.006
+"""So much of the margin for noise also serves where a corner sticks out between two beams, m."""
+LEAST_RANGE = 1.2
+"""The safety star reaches at least so far, m."""
+SPARE_RANGE = 1.25
+"""It reaches this many times as far as the robot needs to stop, if the beams are fine enough."""
 TRACK_SHARE = 0.65
 """The wheels are no farther than this share of the robot's radius from its axis."""
-NOMINAL_STEP = 0.005
-"""Deviation from the ramps by commands that are reached at once, which the default margins allow for, m."""
+NOMINAL_STEP = 0.004
+"""Deviation from the ramps by commands that are reached at once, which the other terms allow for, m."""
 TURN_SHARE = 0.04
 """The angle turned in a second differs from the commanded one by up to this share of the largest yaw rate."""
 NOMINAL_LATE = 0.003
-"""Error of the position at which a late command finds the robot, which the default margins allow for, m."""
+"""Error of the position at which a late command finds the robot, which the other terms allow for, m."""
 DRIFT_MEMORY = 1.0
 """Drift counts against the safety margin over at least this time: scans and braking, s."""
 ASTRAY = 0.4
@@ -100,14 +106,32 @@ class Declared:
         return 1 + math.floor((self.driven_blind + self.braking_time) / self.localization.jump_interval)
 
     @property
+    def seeing_distance(self) -> float:
+        """Driven by one scan until the robot stands, m."""
+        return self.braking_distance + self.robot.max_speed * self.driven_blind
+
+    @property
+    def corner_allowance(self) -> float:
+        """What may stick out between two beams without a margin of its own, m."""
+        return SAMPLED + min(NOISE_SHARE * self.lidar.noise, BESIDE_A_CORNER)
+
+    @property
+    def safety_range(self) -> float:
+        """Extent of the safety star, m: farther than the robot needs to stop, as near its edge the robot is slower.
+
+        A robot that is too fast for its beams slows down instead of keeping so far from corners.
+        """
+        fine = self.corner_allowance / (CORNER * self.lidar.angle_increment) - self.robot.radius
+        return max(LEAST_RANGE, min(SPARE_RANGE * self.seeing_distance, fine))
+
+    @property
     def seen_from(self) -> float:
         """Distance from which the last scan may have seen the obstacle that the robot stops in front of, m.
 
         A motion is accepted by a scan that was taken so far away: the robot drives on for `driven_blind` and then
         brakes. Where it matters, the gap between two neighbouring beams is nowhere wider.
         """
-        reach = self.braking_distance + self.robot.max_speed * self.driven_blind
-        return self.robot.radius + min(self.controller.safety_range, reach)
+        return self.robot.radius + min(self.safety_range, self.seeing_distance)
 
 
 class Entry(NamedTuple):
@@ -138,22 +162,34 @@ SYMBOLS: dict[str, Entry] = {
     "M": Entry("max(1, (1 + controller.scan_patience) / lidar.rate + T)",
                "time from the oldest scan in use to standing still, s", attrgetter("memory")),
     "J": Entry("1 + floor((L + T) / localization.jump_interval)", "most jumps in the time L + T", attrgetter("jumps")),
-    "D": Entry("r + min(controller.safety_range, B + v * L)",
+    "C": Entry("0.004 + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m",
+               attrgetter("corner_allowance")),
+    "G": Entry("max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.angle_increment) - r))",
+               "extent of the safety star, m", attrgetter("safety_range")),
+    "D": Entry("r + min(G, B + v * L)",
                "distance of the last scan by which a motion was accepted, m", attrgetter("seen_from")),
 }  # fmt: skip
 """What the texts of the terms call by a letter, each after those that its own text names."""
 
 TERMS: tuple[Entry, ...] = (
     Entry(
-        "3/4 * max(0, lidar.noise - 0.01)",
-        "range noise beyond the nominal",
-        lambda given: 0.75 * max(given.lidar.noise - NOMINAL_NOISE, 0.0),
+        "0.004",
+        "half the distance between two samples of a motion that the certificate checks",
+        lambda given: SAMPLED,
+    ),
+    Entry(
+        "3/4 * lidar.noise",
+        "range noise",
+        lambda given: NOISE_SHARE * given.lidar.noise,
     ),
     Entry("lidar.quantisation / 2", "ranges that are rounded up", lambda given: 0.5 * given.lidar.quantisation),
     Entry(
-        "max(0, 0.87 * D * lidar.angle_increment - 0.01)",
+        "max(0, 0.87 * D * lidar.angle_increment - C)",
         "a corner of 60 degrees between two beams",
-        lambda given: max(CORNER * given.seen_from * given.lidar.angle_increment - NOMINAL_CORNER, 0.0),
+        lambda given: max(
+            CORNER * given.seen_from * given.lidar.angle_increment - given.corner_allowance,
+            0.0,
+        ),
     ),
     Entry(
         "localization.drift * v * max(M + lidar.delay, R + 0.4 * w * R^2)",
@@ -172,6 +208,7 @@ TERMS: tuple[Entry, ...] = (
         "jumps too small to be detected",
         lambda given: given.jumps * min(given.localization.jump, UNSEEN_JUMP),
     ),
+    Entry("drive.error", "a robot that strays from what is commanded", lambda given: given.drive.error),
     Entry(
         "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / r + 0.65 * r)",
         "sideways deviation of a robot that brakes with one slipping wheel, and that of turning on the spot",
@@ -183,7 +220,7 @@ TERMS: tuple[Entry, ...] = (
         lambda given: given.robot.max_speed * max(given.time_step - 0.5 / given.controller.rate, 0.0),
     ),
     Entry(
-        "max(0, (a + A * v^2 / (2 * a)) * t^2 / 2 - 0.005)",
+        "max(0, (a + A * v^2 / (2 * a)) * t^2 / 2 - 0.004)",
         "a command is reached at once, where the certificate assumes its whole period",
         lambda given: max(_early(given) - NOMINAL_STEP, 0.0),
     ),
@@ -196,7 +233,7 @@ TERMS: tuple[Entry, ...] = (
 
 
 def error_budget(declared: Declared) -> float:
-    """The sum of `TERMS`: what the declared faults and rare commands add to the error in the default margins, m.
+    """The sum of `TERMS`: the safety margin, which the certificate keeps beyond the robot's radius, m.
 
     Drift: the heading errs by drift times w for each second, too. In the worst case the robot turns first, since its
     last scan, and then drives; 0.4 w R^2 is no less than the resulting error, by numerical search, where it matters

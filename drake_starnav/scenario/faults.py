@@ -44,6 +44,14 @@ class DriveParameters:
     delay: float = parameter(
         0.0, "time from a command to its effect, rounded up to whole plant steps", unit="s", low=0.0, high=1.0
     )
+    error: float = parameter(
+        0.0,
+        "how far the robot strays from the motion that its commands ask for, until a command to brake has stopped it",
+        unit="m",
+        low=0.0,
+        high=0.5,
+        when="for a base that does not follow its commands well; it widens the safety margin, and is not simulated",
+    )
     slip: float = parameter(
         0.0, "largest share of its speed that a wheel loses; drawn for each wheel anew every second", low=0.0, high=0.5
     )

@@ -24,5 +24,5 @@ class RecordingParameters:
     )
     node_radius: float = parameter(0.09, "radius of a roadmap node", unit="m", low=0.001, high=1.0)
     new_opacity: float = parameter(0.45, "of the newest region", low=0.0, high=1.0)
-    old_opacity: float = parameter(0.07, "of older regions; overlaps add up", low=0.0, high=1.0)
-    fade_time: float = parameter(1.0, "a region takes this long to fade once a newer one is there", unit="s", low=0.0)
+    old_opacity: float = parameter(0.12, "of a region as soon as a newer one is there", low=0.0, high=1.0)
+    fade_time: float = parameter(3.0, "a region is gone this long after a newer one is there", unit="s", low=0.0)

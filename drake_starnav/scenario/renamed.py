@@ -3,9 +3,6 @@
 RENAMED = {
     "movers": "obstacles",
     "planner.closer_look": "inspection_detour",
-    "planner.gates": "virtual_frontiers",
-    "planner.retire_dead_ends": "blacklist",
-    "planner.retired_radius": "blacklist_radius",
     "controller.max_swerve": "free_heading_range",
     "obstacles.sidestep": "modulation",
     "world.min_movers": "moving_obstacles",

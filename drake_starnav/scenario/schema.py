@@ -20,7 +20,7 @@ from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters,
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.parameters import build, parameter, unknown_name
+from drake_starnav.parameters import build, declared, parameter, unknown_name
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
@@ -39,7 +39,9 @@ class SimulationParameters:
     """How a trial is simulated and judged."""
 
     timeout: float = parameter(0.0, "time a trial may take; 0 for the world's own", unit="s", low=0.0, high=1e6)
-    time_step: float = parameter(0.005, "step of the multibody plant", unit="s", low=1e-4, high=0.02)
+    time_step: float = parameter(
+        0.005, "tick of the schedule, and step of a discrete plant", unit="s", low=1e-4, high=0.02
+    )
     goal_tolerance: float = parameter(
         0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0
     )
@@ -71,39 +73,7 @@ SECTIONS: dict[str, Any] = {part.name: part.default_factory for part in dataclas
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "star": {},
     "mpc": {"controller": {"kind": "mpc"}},
-    "star_paper": {
-        "planner": {
-            "erosion": "none",
-            "smoothing": "gaussian",
-            "range_clip": 2.0,
-            "segmentation": "slope",
-            "one_sided_fit": False,
-            "frontiers": "dbscan",
-            "growth": "arrival",
-            "arrival_distance": 0.25,
-            "prune_covered": False,
-            "stuck_distance": 0.05,
-            "cost_to_go": "straight",
-            "hysteresis": 0.0,
-            "string_pulling": False,
-            "anticipation": False,
-            "replanning": False,
-            "contradiction": 0.0,
-            "margin": 0.0,
-            "retries": 0,
-        },
-        "controller": {
-            "rate": 40.0,
-            "weights": "paper",
-            "radial_damping": "both",
-            "max_bend": math.pi,
-            "modulation_distance": 0.0,
-            "nearest_point_term": "away",
-            "near_wall_term": False,
-            "tracking": "pid",
-            "certificate": False,
-        },
-    },
+    "star_paper": {"controller": {"kind": "star_paper", "rate": 40.0}},
     "dsm": {"controller": {"kind": "dsm"}},
     "foa": {"controller": {"kind": "foa"}},
     "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
@@ -254,10 +224,8 @@ def parse_scenario(
 
 def scenario_text(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
-    lines = [f"world: !{type(scenario.world).__name__} {_flow(dataclasses.asdict(scenario.world))}"]
-    for key in SECTIONS:
-        values = dataclasses.asdict(getattr(scenario, key))
-        lines.append(f"{key}: {_flow(values)}")
+    lines = [f"world: !{type(scenario.world).__name__} {_flow(_declared(scenario.world))}"]
+    lines += [f"{key}: {_flow(_declared(getattr(scenario, key)))}" for key in SECTIONS]
     return "\n".join(lines) + "\n"
 
 
@@ -280,6 +248,10 @@ def differences(text: str, other: str, sections: Sequence[str], place: str = "sc
 
 def _without_folder(value: Any) -> Any:
     return Path(value).name if isinstance(value, str) else value
+
+
+def _declared(part: Any) -> dict[str, Any]:
+    return {field.name: getattr(part, field.name) for field in declared(part)}
 
 
 def _flow(values: dict[str, Any]) -> str:

@@ -3,30 +3,28 @@
 from collections.abc import Collection
 
 from pydrake.common.value import Value
-from pydrake.geometry import GeometryId
-from pydrake.multibody.plant import ContactResults
+from pydrake.geometry import GeometryId, QueryObject
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.geometry.trajectory_metrics import STANDING
-from drake_starnav.utils.timing import checked_period
 
 COLLISION, STRUCK = "collision", "struck"
 """Names of a contact; `STRUCK` if a moving obstacle hits a robot that is standing."""
 
 
 class CollisionMonitor(LeafSystem):
-    """Watches the plant's contacts and terminates the simulation at the first one that is not with the ground.
+    """Looks for contacts after each step of the simulator, and terminates it at the first one but with the ground.
 
     ```
-                        ┌──────────────────┐
-    contact_results ───>│                  │
-                        │ CollisionMonitor │
-    state ─────────────>│                  │
-                        └──────────────────┘
+                       ┌──────────────────┐
+    geometry_query ───>│                  │
+                       │ CollisionMonitor │
+    state ────────────>│                  │
+                       └──────────────────┘
     ```
 
     Ports:
-        contact_results: abstract, `ContactResults` of the plant; point contacts and hydroelastic ones count.
+        geometry_query: abstract, `QueryObject` of the scene; what penetrates is in contact, a mesh as its convex hull.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
 
     The simulator stops with status "reached termination" and a message that begins with the name of the contact and
@@ -40,32 +38,24 @@ class CollisionMonitor(LeafSystem):
         robot: Collection[GeometryId],
         ground: Collection[GeometryId],
         moving_obstacles: Collection[GeometryId] = (),
-        period: float,
-        offset: float = 0.0,
     ) -> None:
         """
         Args:
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
-            period, offset: of the checks, s. Contact lasts while the wheels push, so that rare checks suffice; to
-                determine whether the robot stood at the first contact, check at each step of the plant.
         """
         super().__init__()
         self._robot, self._ground, self._moving_obstacles = set(robot), set(ground), set(moving_obstacles)
-        self._contact_results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
+        self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
+        self.DeclarePerStepPublishEvent(self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""
-        results = self._contact_results.Eval(context)
-        points = (results.point_pair_contact_info(i).point_pair() for i in range(results.num_point_pair_contacts()))
-        surfaces = (
-            results.hydroelastic_contact_info(i).contact_surface() for i in range(results.num_hydroelastic_contacts())
-        )
         found = []
-        for a, b in [(pair.id_A, pair.id_B) for pair in points] + [(s.id_M(), s.id_N()) for s in surfaces]:
+        for pair in self._query.Eval(context).ComputePointPairPenetration():
+            a, b = pair.id_A, pair.id_B
             if b in self._robot:
                 a, b = b, a
             if a in self._robot and b not in self._robot and b not in self._ground:

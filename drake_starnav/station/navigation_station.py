@@ -1,126 +1,113 @@
-"""The robot in its world, as one diagram with dotted ports."""
+"""The robot in its world: plant, scene, sensor and wheel servo, in a builder or as one diagram with dotted ports."""
 
-import math
+from dataclasses import dataclass
 
-from pydrake.geometry import GeometryId, Role, SceneGraph
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.geometry import GeometryId, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
-from drake_starnav.station.model_world import add_model, drop_half_spaces, floor_geometries
-from drake_starnav.station.moving_bodies import add_moving_obstacle_drive, add_moving_obstacles
-from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_model import add_robot, drive_geometry, robot_reach
-from drake_starnav.station.wheel_slip import WheelSlip
-from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
-from drake_starnav.station.world_geometry import add_ground, add_world
+from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.station.model_world import floor_geometries
+from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
+from drake_starnav.station.plant import add_plant
+from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
 from drake_starnav.worlds.world import World
 
-LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
-POSE_PORTS = ("pose", "state", "scan_pose")
+STATION_OUTPUTS = (
+    *(f"lidar.{port}" for port in LIDAR_PORTS),
+    *(f"localization.{port}" for port in POSE_PORTS),
+    "cheat.robot_state",
+    "cheat.contact_results",
+    "cheat.geometry_query",
+)
+"""Output ports of a station; see `NavigationStation`."""
 
 
-class RobotInterface(Diagram):
-    """What makes a model of a plant a robot: its lidar, its localization and its wheel servo, as one diagram.
+@dataclass(frozen=True)
+class Station:
+    """What `add_station` put into a builder.
 
-    ```
-                           ┌────────────────┐
-    geometry_query ───────>│                ├──> lidar.scan, lidar.ranges, lidar.point_cloud, lidar.X_WS
-    multibody_state ──────>│ RobotInterface ├──> localization.pose, localization.state, localization.scan_pose
-    drive.twist_command ──>│                ├──> desired_state
-                           └────────────────┘
-    ```
-
-    Ports:
-        geometry_query: abstract, `QueryObject` of the scene.
-        multibody_state: vector of the robot's model, from the plant.
-        drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
-        desired_state: vector of the robot's model, to the plant.
-
-    The lidar sees other robots in the plant where they reach into its plane, but not its own robot.
+    Attributes:
+        plant, scene_graph: of the world.
+        equipment: the robot's lidar, localization and wheels.
+        ground: geometry of the floor that is always there.
+        floor: geometries that the robot may touch.
+        moving_obstacle_geometries: what may run into the robot.
     """
 
-    def __init__(
-        self,
-        plant: MultibodyPlant,
-        scene_graph: SceneGraph,
-        model: ModelInstanceIndex,
-        lidar: LidarParameters,
-        *,
-        localization: LocalizationParameters | None = None,
-        drive: DriveParameters | None = None,
-        seed: int = 0,
-    ) -> None:
-        """
-        Args:
-            plant: finalized.
-            scene_graph: of the plant.
-            model: the robot, as from `add_robot`.
-            lidar: the sensor.
-            localization: error of the believed pose; none by default.
-            drive: faults of the drive; none by default.
-            seed: of the sensor's noise and of the faults.
-        """
-        super().__init__()
-        self.lidar = lidar
-        self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
-        self.time_step, self.reach = plant.time_step(), robot_reach(plant, scene_graph, model)[0]
-        builder = DiagramBuilder()
-        inspector = scene_graph.model_inspector()
-        frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
-        self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
-        mount = LidarMount(
-            parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
-            X_PS=plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame(),
-            exclude_frames=frames,
-        )
-        sensor = builder.AddNamedSystem(
-            "lidar",
-            LidarSensor(lidar, mount, seed=seed),
-        )
-        where = builder.AddNamedSystem(
-            "localization",
-            PlanarLocalization(
-                num_positions=plant.num_positions(model),
-                num_velocities=plant.num_velocities(model),
-                lidar=lidar,
-                error=localization,
-                seed=seed,
-            ),
-        )
-        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
-        builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
-        command, turning = self._add_drive_faults(builder, wheels, seed)
-        builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
-        builder.ExportInput(command, "drive.twist_command")
-        for name in LIDAR_PORTS:
-            builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
-        for name in POSE_PORTS:
-            builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
-        builder.ExportOutput(turning, "desired_state")
-        builder.BuildInto(self)
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    equipment: RobotInterface
+    ground: GeometryId
+    floor: list[GeometryId]
+    moving_obstacle_geometries: list[GeometryId]
 
-    def _add_drive_faults(
-        self, builder: DiagramBuilder, wheels: WheelSpeedCommand, seed: int
-    ) -> tuple[InputPort, OutputPort]:
-        """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
-        command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
-        if self.drive.slip > 0.0:
-            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=self.drive.slip, seed=seed))
-            builder.Connect(turning, slipping.get_input_port())
-            turning = slipping.get_output_port()
-        if self.drive.delay > 0.0:
-            delay = DiscreteTimeDelay(self.time_step, delay_steps(self.drive, self.time_step), 2)
-            late = builder.AddNamedSystem("drive_delay", delay)
-            builder.Connect(late.get_output_port(), command)
-            command = late.get_input_port()
-        return command, turning
+    @property
+    def robot_model(self) -> ModelInstanceIndex:
+        """The robot in the plant."""
+        return self.equipment.model
+
+    @property
+    def robot_geometries(self) -> list[GeometryId]:
+        """Proximity geometries of the robot."""
+        return self.equipment.robot_geometries
+
+    def GetOutputPort(self, name: str) -> OutputPort:
+        """The port of a name in `STATION_OUTPUTS`."""
+        if name == "cheat.robot_state":
+            return self.plant.get_state_output_port(self.robot_model)
+        if name == "cheat.contact_results":
+            return self.plant.get_contact_results_output_port()
+        if name == "cheat.geometry_query":
+            return self.scene_graph.get_query_output_port()
+        return self.equipment.GetOutputPort(name)
+
+    def GetInputPort(self, name: str) -> InputPort:
+        """The port of that name, as of `NavigationStation`."""
+        return self.equipment.GetInputPort(name)
+
+
+def add_station(
+    builder: DiagramBuilder,
+    world: World,
+    robot: RobotParameters,
+    lidar: LidarParameters,
+    *,
+    localization: LocalizationParameters | None = None,
+    drive: DriveParameters | None = None,
+    time_step: float = SimulationParameters.time_step,
+    continuous: bool = True,
+    seed: int = 0,
+) -> Station:
+    """Add a robot in its world to a builder: `plant`, `scene_graph`, `robot` and what moves the obstacles that move.
+
+    The plant is continuous, for the diagram's own `make_simulator`; where obstacles move it is discrete, as what moves
+    them must know its steps.
+
+    Args:
+        builder: of the whole diagram; CENIC does not find a continuous plant any deeper.
+        world, robot, lidar, localization, drive, seed: as for `NavigationStation`.
+        time_step: tick of the schedule, and the step of a discrete plant, s.
+        continuous: whether the plant may be continuous.
+    """
+    if not time_step > 0.0:
+        raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
+    moving = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
+    step = 0.0 if continuous and not moving else time_step
+    plant, scene_graph, model, ground = add_plant(builder, world, robot, step)
+    floor = [ground] if world.model is None else floor_geometries(plant, scene_graph)
+    equipment = RobotInterface(
+        plant, scene_graph, model, lidar, localization=localization, drive=drive, time_step=time_step, seed=seed
+    )
+    builder.AddNamedSystem("robot", equipment)
+    connect_robot(builder, plant, scene_graph, model, equipment)
+    moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
+    return Station(plant, scene_graph, equipment, ground, floor, moving_geometries)
 
 
 class NavigationStation(Diagram):
@@ -146,6 +133,8 @@ class NavigationStation(Diagram):
         cheat.robot_state: multibody state of the robot.
         cheat.contact_results: `ContactResults` of the plant.
         cheat.geometry_query: `QueryObject` of the scene.
+
+    The plant is discrete, so that any simulator steps it, at any depth of a diagram; `add_station` makes a faster one.
     """
 
     def __init__(
@@ -156,7 +145,7 @@ class NavigationStation(Diagram):
         *,
         localization: LocalizationParameters | None = None,
         drive: DriveParameters | None = None,
-        time_step: float = 0.005,
+        time_step: float = SimulationParameters.time_step,
         seed: int = 0,
     ) -> None:
         """
@@ -170,68 +159,24 @@ class NavigationStation(Diagram):
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
-        if not time_step > 0.0:
-            raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
         builder = DiagramBuilder()
-        plant, scene_graph, self.robot_model, self.ground = add_plant(builder, world, robot, time_step)
-        self.plant: MultibodyPlant = plant
-        self.scene_graph: SceneGraph = scene_graph
-        self.floor = [self.ground] if world.model is None else floor_geometries(plant, scene_graph)
-        model = plant, scene_graph, self.robot_model
-        equipment = RobotInterface(*model, lidar, localization=localization, drive=drive, seed=seed)
-        self.equipment: RobotInterface = builder.AddNamedSystem("robot", equipment)
-        self.moving_obstacle_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
-        robot_state = plant.get_state_output_port(self.robot_model)
-        builder.Connect(scene_graph.get_query_output_port(), equipment.GetInputPort("geometry_query"))
-        builder.Connect(robot_state, equipment.GetInputPort("multibody_state"))
-        builder.Connect(equipment.GetOutputPort("desired_state"), plant.get_desired_state_input_port(self.robot_model))
-        builder.ExportInput(equipment.GetInputPort("drive.twist_command"), "drive.twist_command")
-        for name in (*(f"lidar.{port}" for port in LIDAR_PORTS), *(f"localization.{port}" for port in POSE_PORTS)):
-            builder.ExportOutput(equipment.GetOutputPort(name), name)
-        builder.ExportOutput(robot_state, "cheat.robot_state")
-        builder.ExportOutput(plant.get_contact_results_output_port(), "cheat.contact_results")
-        builder.ExportOutput(scene_graph.get_query_output_port(), "cheat.geometry_query")
+        parts = add_station(
+            builder,
+            world,
+            robot,
+            lidar,
+            localization=localization,
+            drive=drive,
+            time_step=time_step,
+            continuous=False,
+            seed=seed,
+        )
+        self.plant, self.scene_graph, self.equipment = parts.plant, parts.scene_graph, parts.equipment
+        self.robot_model, self.robot_geometries = parts.robot_model, parts.robot_geometries
+        self.ground, self.floor = parts.ground, parts.floor
+        self.moving_obstacle_geometries = parts.moving_obstacle_geometries
+        builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
+        for name in STATION_OUTPUTS:
+            builder.ExportOutput(parts.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name("station")
-
-    @property
-    def robot_geometries(self) -> list[GeometryId]:
-        """Proximity geometries of the robot."""
-        return self.equipment.robot_geometries
-
-
-def delay_steps(drive: DriveParameters, time_step: float) -> int:
-    """The drive's delay in steps of the plant, rounded up: at least one if there is any delay."""
-    return max(math.ceil(drive.delay / time_step - 1e-9), int(drive.delay > 0.0))
-
-
-def add_plant(
-    builder: DiagramBuilder, world: World, robot: RobotParameters, time_step: float
-) -> tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId]:
-    """Add a plant and scene graph with the robot, the ground and the obstacles of a world; the plant is finalized.
-
-    Returns:
-        plant, scene graph, the robot's model instance, and the ground's geometry.
-    """
-    plant, scene_graph = AddMultibodyPlant(plant_config(time_step), builder)
-    model = add_robot(plant, scene_graph, robot, world.start)
-    ground = add_ground(plant, world.extent)
-    if world.model is None:
-        add_world(plant, world)
-    else:
-        add_model(plant, scene_graph, world.model)
-    add_moving_obstacles(plant, scene_graph, world.moving_obstacles, model)
-    plant.Finalize()
-    if world.model is not None:
-        drop_half_spaces(plant, scene_graph)
-    return plant, scene_graph, model, ground
-
-
-def plant_config(time_step: float) -> MultibodyPlantConfig:
-    """Settings of a plant with which the robots drive as commanded; `time_step` in s."""
-    return MultibodyPlantConfig(
-        time_step=time_step,
-        contact_model="point",
-        discrete_contact_approximation="lagged",
-        use_sampled_output_ports=False,  # sampling makes each step an unrestricted update, which copies all state
-    )

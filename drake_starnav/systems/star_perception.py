@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, check_view, perceive
+from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_view, perceive
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
@@ -47,6 +47,7 @@ class StarPerception(LeafSystem):
         lidar: LidarParameters,
         *,
         offset: float,
+        perceive: Perceive = perceive,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -56,12 +57,13 @@ class StarPerception(LeafSystem):
             controller: of the safety star.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_strays` at its noise.
             offset: from the lidar's update to this one, s; at least one step of the plant.
+            perceive: the work as a pure function.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
         period = checked_period(self, rate=lidar.rate, offset=offset)
         outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
-        self._controller = controller
+        self._controller, self._perceive = controller, perceive
         self._settings = PerceptionSettings(planner, controller, robot.radius, outlier_noise)
         self._stopwatch = stopwatch or Stopwatch()
         self._expiry = lidar.delay + controller.scan_patience / lidar.rate
@@ -92,7 +94,7 @@ class StarPerception(LeafSystem):
         if before.observation.region is None and self._controller.certifies:
             view = scan.angle_min, scan.angle_max, scan.angle_increment, len(scan.ranges)
             check_view(*view, backwards=scan.motion is not None)
-        seen = perceive(before, scan, pose, self._settings, self._stopwatch)
+        seen = self._perceive(before, scan, pose, self._settings, self._stopwatch)
         state.get_mutable_abstract_state(self._state).set_value(seen)
         return EventStatus.Succeeded()
 

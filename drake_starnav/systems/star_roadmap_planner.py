@@ -5,7 +5,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlanStep, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
 from drake_starnav.robot import RobotParameters
@@ -48,6 +48,7 @@ class StarRoadmapPlanner(LeafSystem):
         *,
         goal_tolerance: float = 0.0,
         offset: float,
+        step: PlanStep = plan_step,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -56,10 +57,11 @@ class StarRoadmapPlanner(LeafSystem):
             planner: parameters.
             goal_tolerance: a robot this near to the goal has reached it, m.
             offset: of the first update, s; later than the perception's, by at least one step of the plant.
+            step: one update as a pure function.
             stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
         """
         super().__init__()
-        self._robot, self._planner, self._goal_tolerance = robot, planner, goal_tolerance
+        self._robot, self._planner, self._goal_tolerance, self._step = robot, planner, goal_tolerance, step
         self._stopwatch = stopwatch or Stopwatch()
         self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
@@ -103,7 +105,7 @@ class StarRoadmapPlanner(LeafSystem):
             now = PlannerInput(
                 seen, position, goal, context.get_time(), self._planner, self._robot.radius, self._goal_tolerance
             )
-            after = plan_step(before, now)
+            after = self._step(before, now)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
         if after is before and len(after.path):

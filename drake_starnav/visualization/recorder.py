@@ -12,9 +12,10 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.utils.files import write_text
-from drake_starnav.visualization.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
+from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
+from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
-from drake_starnav.visualization.meshes import LAYERS, with_moving_obstacles
+from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
@@ -22,7 +23,8 @@ from drake_starnav.visualization.timeline import Tee, Timeline
 if TYPE_CHECKING:
     from drake_starnav.navigation import Navigation
     from drake_starnav.scenario import Scenario
-    from drake_starnav.station.navigation_station import NavigationStation
+    from drake_starnav.station.navigation_station import NavigationStation, Station
+    from drake_starnav.station.robot_interface import RobotInterface
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
 """Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
@@ -37,17 +39,18 @@ class Recorder:
         film: what is needed to draw pictures of the run, once it has ended.
     """
 
-    def __init__(self, html: str | os.PathLike, view: str = "top") -> None:
+    def __init__(self, html: str | os.PathLike, view: str = "top", shown: frozenset[str] | None = None) -> None:
         """
         Args:
             html: the file to write.
             view: camera preset that it opens with, one of `camera.VIEWS`.
+            shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
 
         Raises:
             StarnavError: unknown view.
         """
         check_view(view)
-        self._html, self._view = html, view
+        self._html, self._view, self._shown = html, view, shown
         self.film: Film | None = None
 
     def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: "Scenario") -> None:
@@ -81,8 +84,9 @@ class Recorder:
         """
         world, station = self._navigation.world, self._navigation.station
         trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
-        caption = Caption(self._scenario.name, lines, with_moving_obstacles({**LAYERS, "trail": trail}, world))
-        cameras = Cameras(camera_presets(world), self._view, robot_path(station), world.start[:2])
+        layers = with_scene({**LAYERS, "trail": trail}, world)
+        caption = Caption(self._scenario.name, lines, layers, self._shown)
+        cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         robot = Actor(motion, self._scenario.robot.radius)
         self.film = Film(caption, world, self._timeline, (robot,))
@@ -111,6 +115,7 @@ def add_visualizers(
     """
     station, controller = navigation.station, navigation.controller
     period = 1.0 / scenario.recording.frames_per_second
+    show_collision_shapes(station.plant, station.scene_graph, station.floor)
     MeshcatVisualizer.AddToBuilder(
         builder,
         station.GetOutputPort("cheat.geometry_query"),
@@ -134,7 +139,7 @@ def add_visualizers(
         builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
 
 
-def robot_path(station: "NavigationStation") -> str:
+def robot_path(station: "NavigationStation | Station | RobotInterface") -> str:
     """Where in Meshcat the robot's base is."""
     base = station.plant.GetBodyByName("base_link", station.robot_model)
     name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))
@@ -172,13 +177,13 @@ def set_look(meshcat: Meshcat) -> None:
         meshcat.SetProperty(helper, "visible", False)
 
 
-def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top", panel: str = "left") -> None:
+def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top") -> None:
     """Take a camera preset; arguments after the first as for `camera_pose`."""
-    position, target = camera_pose(extent, view, panel)
+    position, target = camera_pose(extent, view)
     distance = float(np.linalg.norm(position - target))
     # A near plane that is not too near keeps flat layers a centimetre apart from flickering.
     camera = Meshcat.PerspectiveCamera(
-        fov=FIELD_OF_VIEW, aspect=PAGE[0] / PAGE[1], near=0.02 * distance, far=10.0 * distance
+        fov=FIELD_OF_VIEW, aspect=SCENE[0] / SCENE[1], near=0.02 * distance, far=10.0 * distance
     )
     meshcat.SetCamera(camera)
     meshcat.SetCameraPose(position, target)

@@ -70,10 +70,8 @@ def main(png: Path | None) -> None:
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
     builder.Connect(planner.GetOutputPort("status"), arrival.GetInputPort("status"))
-    collision = builder.AddSystem(
-        CollisionMonitor(robot=station.robot_geometries, ground=[station.ground], period=0.02)
-    )
-    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=[station.ground]))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     log = LogVectorOutput(station.GetOutputPort("localization.state"), builder, 0.5)
 
     simulator = Simulator(builder.Build())

@@ -31,7 +31,7 @@ SCENARIO = parse_scenario(
       cylinders: [[1.8, 0.3, 0.4], [3.0, -1.2, 0.5], [4.2, 0.9, 0.5], [6.0, -0.6, 0.4]]
       polygons: [[[4.6, -2.5], [5.0, -2.5], [5.0, -0.3], [4.6, -0.3]]]
       goal: [7.2, 0.4]
-    planner: {margin: 0.06}
+    planner: {comfort: 0.05}
     """,
     name="yard",
 )
@@ -92,8 +92,8 @@ def main(png: Path | None) -> None:
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.15, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=0.02))
-    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     poses = LogVectorOutput(station.GetOutputPort("localization.pose"), builder, 0.05)
     goals = LogVectorOutput(planner.GetOutputPort("short_term_goal"), builder, 0.05)
 

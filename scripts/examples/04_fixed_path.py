@@ -74,7 +74,7 @@ def main(png: Path | None) -> None:
     controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * STEP))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor, period=0.02))
+    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
@@ -85,7 +85,7 @@ def main(png: Path | None) -> None:
         (station, "localization.state", controller, "state"),
         (controller, "twist_command", station, "drive.twist_command"),
         (station, "localization.state", arrival, "state"),
-        (station, "cheat.contact_results", collision, "contact_results"),
+        (station, "cheat.geometry_query", collision, "geometry_query"),
     ):
         builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
     builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))

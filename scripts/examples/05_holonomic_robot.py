@@ -92,7 +92,7 @@ def main(png: Path | None) -> None:
     smooth = builder.AddSystem(FirstOrderLowPassFilter(0.1, 2))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     hull = plant.GetCollisionGeometriesForBody(plant.GetBodyByName("puck"))
-    collision = builder.AddSystem(CollisionMonitor(robot=hull, ground=[], period=0.02))
+    collision = builder.AddSystem(CollisionMonitor(robot=hull, ground=[]))
     for source, port in (
         (scene_graph.get_query_output_port(), lidar.GetInputPort("geometry_query")),
         (plant.get_state_output_port(model), pose.get_input_port()),
@@ -111,7 +111,7 @@ def main(png: Path | None) -> None:
         (speed.get_output_port(), plant.get_desired_state_input_port(model)),
         (state.get_output_port(), arrival.GetInputPort("state")),
         (goal.get_output_port(), arrival.GetInputPort("goal")),
-        (plant.get_contact_results_output_port(), collision.GetInputPort("contact_results")),
+        (scene_graph.get_query_output_port(), collision.GetInputPort("geometry_query")),
     ):
         builder.Connect(source, port)
     log = LogVectorOutput(state.get_output_port(), builder, 0.05)

@@ -1,8 +1,9 @@
 """Two robots in one plant, each with its own navigator, change places and see each other.
 
 The plant is the user's own: `add_robot` puts a robot into it, `RobotInterface` gives it lidar and wheels, and
-`add_navigation` the rest. To each robot the other is an obstacle that was not there before. The braking certificate
-holds for static obstacles; both keep a wider margin from moving ones.
+`add_navigation` the rest. It is continuous, which `make_simulator` steps; with `plant_config(0.005)` it would be a
+discrete one for any `Simulator`. To each robot the other is an obstacle that was not there before. The braking
+certificate holds for static obstacles; both keep a wider margin from moving ones.
 
 Run: python scripts/examples/07_two_robots.py [--png FILE]
 """
@@ -15,11 +16,19 @@ import numpy as np
 from pydrake.geometry import Cylinder
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav import RobotInterface, World, add_navigation, add_robot, parse_scenario, plant_config
+from drake_starnav import (
+    RobotInterface,
+    World,
+    add_navigation,
+    add_robot,
+    connect_robot,
+    make_simulator,
+    parse_scenario,
+    plant_config,
+)
 from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
@@ -33,8 +42,7 @@ SCENARIO = parse_scenario(
       goal: [6, 0]
     robot: {max_speed: 0.4}
     lidar: {noise: 0}
-    planner: {margin: 0.16}
-    controller: {safety_margin: 0.16}
+    drive: {error: 0.15}
     """,
     name="two robots",
 )
@@ -49,7 +57,7 @@ def navigator(robot: RobotInterface, world: World) -> Diagram:
     add_navigation(builder, SCENARIO, world=world, station=robot)
     builder.ExportInput(robot.GetInputPort("geometry_query"), "geometry_query")
     builder.ExportInput(robot.GetInputPort("multibody_state"), "multibody_state")
-    for name in ("desired_state", "localization.pose"):
+    for name in ("actuation", "localization.pose"):
         builder.ExportOutput(robot.GetOutputPort(name), name)
     return builder.Build()
 
@@ -60,8 +68,7 @@ def main(png: Path | None) -> None:
     back = dataclasses.replace(there, start=(*there.goal, np.pi), goal=there.start[:2])
     worlds = {"blue": there, "orange": back}
     builder = DiagramBuilder()
-    step = SCENARIO.simulation.time_step
-    plant, scene_graph = AddMultibodyPlant(plant_config(step), builder)
+    plant, scene_graph = AddMultibodyPlant(plant_config(), builder)
     ground = add_ground(plant, there.extent)
     add_world(plant, there)
     models = {
@@ -75,14 +82,12 @@ def main(png: Path | None) -> None:
     for seed, (name, model) in enumerate(models.items()):
         robot = RobotInterface(plant, scene_graph, model, SCENARIO.lidar, seed=seed)
         system = builder.AddNamedSystem(name, navigator(robot, worlds[name]))
-        builder.Connect(scene_graph.get_query_output_port(), system.GetInputPort("geometry_query"))
-        builder.Connect(plant.get_state_output_port(model), system.GetInputPort("multibody_state"))
-        builder.Connect(system.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
-        monitor = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=[ground], period=0.02))
-        builder.Connect(plant.get_contact_results_output_port(), monitor.GetInputPort("contact_results"))
+        connect_robot(builder, plant, scene_graph, model, system)
+        monitor = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=[ground]))
+        builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
         logs[name] = LogVectorOutput(system.GetOutputPort("localization.pose"), builder, 0.05)
 
-    simulator = Simulator(builder.Build())
+    simulator = make_simulator(builder.Build())
     status = simulator.AdvanceTo(30.0)
     context = simulator.get_context()
     trails = {name: log.FindLog(context).data() for name, log in logs.items()}

@@ -5,11 +5,14 @@ Run: python scripts/experiments/ablate.py --trials 20 --out out/ablation
 
 import argparse
 import io
+import math
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from drake_starnav.baselines.paper.control import modulated_direction
 from drake_starnav.cli.experiment import (
     Results,
     add_rows,
@@ -25,6 +28,8 @@ from drake_starnav.cli.experiment import (
 from drake_starnav.evaluation import compare, wilson_interval
 from drake_starnav.evaluation.report.figures import COLORS, MARKERS, new_figure
 from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.workers import Pool
+from scripts.experiments import replacements
 
 
 @dataclass(frozen=True)
@@ -34,82 +39,166 @@ class Ablation:
     Attributes:
         name: also the name of its file of trials.
         meaning: difference from the full method, in a few words.
-        overrides: "section.key=value" texts that define the variant.
         reference: section of the paper (arXiv 2403.11484) or of docs/method.md that describes the part.
+        overrides: "section.key=value" texts.
+        replaced: what takes the place of functions and constants, by dotted name; see `replacements`.
         method: see `drake_starnav.scenario.METHODS`.
     """
 
     name: str
     meaning: str
-    overrides: tuple[str, ...]
     reference: str
+    overrides: tuple[str, ...] = ()
+    replaced: Mapping[str, Any] = field(default_factory=dict)
     method: str = "star"
 
 
-REFERENCE = Ablation("star", "the full method", (), "paper III; method 1 to 9")
+REFERENCE = Ablation("star", "the full method", "paper III; method 1 to 9")
 """The reference for all rows."""
+
+FOLLOWING = "drake_starnav.control.path_following"
+PLANNER, SEARCH = "drake_starnav.planning.planner", "drake_starnav.planning.search"
+UNCERTIFIED = {
+    f"{FOLLOWING}.certified_twist": replacements.uncertified_twist,
+    f"{FOLLOWING}.free_heading": replacements.second_argument,
+}
+FRONTIERS_ONLY = {
+    f"{SEARCH}.VIRTUAL_FRONTIER_ADVANTAGE": math.inf,
+    f"{SEARCH}.optimistic_cost": replacements.full_cost,
+}
+BY_LAW = {"drake_starnav.baselines.paper.control.tracked": replacements.law_tracked}
 
 ABLATIONS = (
     REFERENCE,
-    Ablation("no_certificate", "no braking certificate", ("controller.certificate=false",), "method 9"),
+    Ablation("no_certificate", "no braking certificate", "method 9", replaced=UNCERTIFIED),
     Ablation(
         "no_protection",
         "no certificate, modulation and near-wall term",
-        ("controller.certificate=false", "controller.modulation=false", "controller.near_wall_term=false"),
         "paper III-C.3; method 7, 9",
+        replaced={
+            **UNCERTIFIED,
+            f"{FOLLOWING}.modulated_direction": replacements.second_argument,
+            f"{FOLLOWING}.near_wall_direction": replacements.second_argument,
+        },
     ),
-    Ablation("no_erosion", "ranges less the radius instead of eroded ones", ("planner.erosion=radial",), "method 1"),
-    Ablation("two_sided_fit", "cubics through the samples, not inside", ("planner.one_sided_fit=false",), "method 2"),
+    Ablation(
+        "no_erosion",
+        "ranges less the radius instead of eroded ones",
+        "method 1",
+        replaced={
+            "drake_starnav.regions.perception.free_range": replacements.shortened_range,
+            "drake_starnav.regions.star_region.free_range": replacements.shortened_range,
+        },
+    ),
+    Ablation(
+        "two_sided_fit",
+        "cubics through the samples, not inside",
+        "method 2",
+        replaced={"drake_starnav.regions.piecewise_cubic.fit_segments": replacements.two_sided_segments},
+    ),
     Ablation(
         "fixed_segments",
         "16 equal segments",
-        ("planner.segmentation=fixed", "planner.segments=16"),
         "paper III-B.1, fig. 5; method 2",
+        replaced={"drake_starnav.regions.piecewise_cubic.fit_segments": replacements.equal_segments},
     ),
-    Ablation("dbscan_frontiers", "the paper's frontiers", ("planner.frontiers=dbscan",), "paper III-B.2; method 4"),
-    Ablation("no_virtual_frontiers", "targets are frontiers only", ("planner.virtual_frontiers=false",), "method 6"),
-    Ablation("no_blacklist", "dead ends are not remembered", ("planner.blacklist=false",), "method 4"),
+    Ablation(
+        "dbscan_frontiers",
+        "the paper's frontiers",
+        "paper III-B.2; method 4",
+        replaced={
+            f"{PLANNER}.extended": replacements.extended_at_clusters,
+            "drake_starnav.planning.roadmap.extended": replacements.extended_at_clusters,
+        },
+    ),
+    Ablation(
+        "no_virtual_frontiers",
+        "targets are frontiers only",
+        "method 6",
+        replaced=FRONTIERS_ONLY,
+    ),
+    Ablation(
+        "no_blacklist",
+        "dead ends are not remembered",
+        "method 4",
+        replaced={
+            f"{PLANNER}.after_trying": replacements.first_argument,
+            f"{PLANNER}.stall_point_ahead": replacements.nothing,
+        },
+    ),
     Ablation(
         "straight_cost_to_go",
         "frontiers ranked by the straight line to the goal",
-        ("planner.cost_to_go=straight",),
         "paper III-C.2; method 6",
+        replaced={
+            **FRONTIERS_ONLY,
+            f"{SEARCH}.estimates": replacements.straight_estimates,
+        },
     ),
-    Ablation("no_string_pulling", "the path runs over the nodes", ("planner.string_pulling=false",), "method 6"),
-    Ablation("no_anticipation", "each frontier is driven to first", ("planner.anticipation=false",), "method 6"),
-    Ablation("no_replanning", "a blocked path does not trigger planning", ("planner.replanning=false",), "method 6"),
-    Ablation("no_inspection", "dead ends are judged from afar", ("planner.inspection_detour=20",), "method 6"),
-    Ablation("any_bend", "no limit to the turn by modulation", ("controller.max_bend=3.2",), "method 7"),
-    Ablation("clipped_weights", "regions weighted by min(Gamma, 8)", ("controller.weights=clipped",), "method 7"),
     Ablation(
-        "paper_weights",
-        "the paper's sum: by max(Gamma, 1), of vectors as long as they are",
-        ("controller.weights=paper",),
-        "paper III-C.3; method 7",
+        "no_string_pulling",
+        "the path runs over the nodes",
+        "method 6",
+        replaced={
+            f"{SEARCH}.string_pulled": replacements.first_argument,
+            f"{PLANNER}._path_ahead": replacements.nodes_ahead,
+            f"{PLANNER}._strayed": replacements.never,
+        },
     ),
-    Ablation("wide_near_wall_zone", "near-wall zone of 0.10 m", ("controller.near_wall_zone=0.10",), "method 7"),
+    Ablation(
+        "no_anticipation",
+        "each frontier is driven to first",
+        "method 6",
+        replaced={f"{PLANNER}._anticipated": replacements.nothing},
+    ),
+    Ablation(
+        "no_replanning",
+        "a blocked path does not trigger planning",
+        "method 6",
+        replaced={f"{PLANNER}._unless_obstructed": replacements.first_argument},
+    ),
+    Ablation("no_inspection", "dead ends are judged from afar", "method 6", ("planner.inspection_detour=20",)),
+    Ablation(
+        "any_bend",
+        "no limit to the turn by modulation",
+        "method 7",
+        replaced={f"{FOLLOWING}.limited_turn": replacements.second_argument},
+    ),
+    Ablation(
+        "paper_modulation",
+        "the paper's sum by Gamma, and its damping of inward motion",
+        "paper III-C.3; method 7",
+        replaced={f"{FOLLOWING}.modulated_direction": modulated_direction},
+    ),
+    Ablation(
+        "wide_near_wall_zone",
+        "near-wall zone of 0.10 m",
+        "method 7",
+        replaced={f"{FOLLOWING}.NEAR_WALL_ZONE": 0.1},
+    ),
     Ablation(
         "no_free_heading",
         "straight on where the certificate refuses it",
-        ("controller.free_heading_range=0",),
         "method 9",
+        replaced={f"{FOLLOWING}.free_heading": replacements.second_argument},
     ),
-    Ablation("one_scan", "safety star from the last scan only", ("controller.scan_memory=1",), "method 9"),
-    Ablation("noisy_lidar", "range noise of 3 cm", ("lidar.noise=0.03",), "method, what each part is worth"),
-    Ablation("star_paper", "the paper's configuration", (), "paper III, IV; method, star_paper", "star_paper"),
+    Ablation("one_scan", "safety star from the last scan only", "method 9", ("controller.scan_memory=1",)),
+    Ablation("noisy_lidar", "range noise of 3 cm", "method, what each part is worth", ("lidar.noise=0.03",)),
+    Ablation("star_paper", "the paper's method", "paper III, IV; method, star_paper", method="star_paper"),
     Ablation(
         "star_paper_fast",
         "the paper's, but driven at 0.8 m/s",
-        ("controller.tracking=law",),
         "paper III; method 8",
-        "star_paper",
+        method="star_paper",
+        replaced=BY_LAW,
     ),
     Ablation(
         "star_paper_slow",
         "the paper's, but driven at 0.4 m/s",
-        ("controller.tracking=law", "robot.max_speed=0.4"),
         "paper III; method 8",
-        "star_paper",
+        ("robot.max_speed=0.4",),
+        method="star_paper",
+        replaced=BY_LAW,
     ),
 )
 """All rows. The paper's PID settles at 0.33 m/s whatever the limit, hence the last two rows."""
@@ -132,7 +221,14 @@ def ablate(options: argparse.Namespace) -> Results:
     new_figure(1.0)  # raises before any trial runs if matplotlib is missing
     rows = [row for row in ABLATIONS if row.name in options.rows or row is REFERENCE]
     variants = {row.name: (row.method, row.overrides) for row in rows}
-    return run_experiment(variants, options, {"ablation.md": ablation_table, "ablation.png": ablation_plot})
+    return run_experiment(
+        variants, options, {"ablation.md": ablation_table, "ablation.png": ablation_plot}, pool_of=ablated_pool
+    )
+
+
+def ablated_pool(pool: Pool, name: str) -> Pool:
+    """The pool in which the trials of a row run."""
+    return replacements.replacing_pool(pool, BY_NAME[name].replaced)
 
 
 def ablation_table(results: Results, scenarios: Sequence[str]) -> str:

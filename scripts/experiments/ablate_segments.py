@@ -10,16 +10,18 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from drake_starnav.baselines.paper.perception import fit_slopes
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import StarParameters
 from drake_starnav.regions.erosion import free_range, smoothed_distances
-from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
+from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic, fit_segments
+from drake_starnav.regions.star_region import Fit
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.view import View
 from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
@@ -33,15 +35,11 @@ STYLES = {"two-sided": ("#0072B2", "o", -0.15), "one-sided": ("#D55E00", "D", 0.
 
 @dataclass(frozen=True)
 class Method:
-    """One way to place segments, in one kind of fit."""
+    """One way to place segments, in one kind of fit, which is one-sided or two-sided."""
 
+    side: str
     label: str
-    parameters: StarParameters
-
-    @property
-    def side(self) -> str:
-        """`one-sided` or `two-sided`."""
-        return "one-sided" if self.parameters.one_sided_fit else "two-sided"
+    fit: Fit
 
 
 @dataclass(frozen=True)
@@ -68,10 +66,16 @@ def methods() -> list[Method]:
     """All rows of the table."""
     rows = []
     for one_sided in (False, True):
-        base = StarParameters(one_sided_fit=one_sided)
-        rows += [Method("adaptive", base), Method("slope (paper)", replace(base, segmentation="slope"))]
-        rows += [Method(f"{n} fixed", replace(base, segmentation="fixed", segments=n)) for n in FIXED]
+        side = "one-sided" if one_sided else "two-sided"
+        rows.append(Method(side, "adaptive", partial(fit_piecewise_cubic, one_sided=one_sided)))
+        rows.append(Method(side, "slope (paper)", partial(fit_slopes, one_sided=one_sided)))
+        rows += [Method(side, f"{n} fixed", partial(fit_equal, count=n, one_sided=one_sided)) for n in FIXED]
     return rows
+
+
+def fit_equal(samples: np.ndarray, count: int, one_sided: bool) -> PiecewiseCubic:
+    """Cubics over `count` segments of equal length."""
+    return fit_segments(samples, np.linspace(0, len(samples), count + 1).astype(np.int64), np.inf, one_sided)
 
 
 def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, float, float]:
@@ -98,8 +102,8 @@ def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> 
     for view in views:
         plain = StarParameters()
         samples = free_range(view.scan, smoothed_distances(view.scan, plain), robot_radius, plain).values
-        fits = [fit_piecewise_cubic(samples, row.parameters) for row in rows]
-        seconds = fastest([partial(fit_piecewise_cubic, samples, row.parameters) for row in rows])
+        fits = [row.fit(samples) for row in rows]
+        seconds = fastest([partial(row.fit, samples) for row in rows])
         for result, fit, spent in zip(results, fits, seconds, strict=True):
             result.append((*deviation(fit.values, samples), len(fit.starts), spent))
     return [Deviation(*np.array(result).T) for result in results]

@@ -2,7 +2,7 @@
 
 Run: python scripts/experiments/compare_regions.py --out FOLDER
 
-All three are made from the same scan about the same point, for a point robot: the star with erosion "none", the
+All three are made from the same scan about the same point, for a point robot: the star of the ranges themselves, the
 polytope by Drake's IRIS, and the largest ellipse inscribed in that polytope. The measure is the observed free area that
 a region covers; a polytope also extends through gaps between hits and beyond the lidar's range, into unobserved space.
 """
@@ -15,10 +15,12 @@ from pathlib import Path
 import numpy as np
 from pydrake.geometry.optimization import HPolyhedron, Hyperellipsoid, Iris, IrisOptions, Point, VPolytope
 
+from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions import StarParameters, StarRegion, scan_region
+from drake_starnav.regions import StarParameters, StarRegion
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.star_region import fit_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds.view import View
@@ -102,12 +104,13 @@ def sector_area(leave: np.ndarray, enter: np.ndarray | float = 0.0) -> float:
 def compare(view: View, parameters: StarParameters) -> Comparison:
     """The three regions of one scan and the areas they cover."""
     scan, pose = view.scan, view.pose
-    star = scan_region(scan, pose, 0.0, parameters)
+    distance = smoothed_distances(scan, parameters)
+    star = fit_region(sight_range(scan, distance, parameters), pose[:2], float(pose[2]) + scan.angle_min)
     half = np.full(2, scan.range_max)
     domain = HPolyhedron.MakeBox(pose[:2] - half, pose[:2] + half)
     options = IrisOptions()
     options.require_sample_point_is_contained = True
-    points = scan.points_at(smoothed_distances(scan, parameters), scan.hits, pose)
+    points = scan.points_at(distance, scan.hits, pose)
     polytope = Iris(iris_obstacles(points), pose[:2], domain, options)
     ellipse = polytope.MaximumVolumeInscribedEllipsoid()
     seen = star.free_range
@@ -198,13 +201,13 @@ def plot(comparisons: list[Comparison], path: Path) -> None:
 def measure_regions(options: argparse.Namespace) -> Measured:
     """The table, and what draws its picture."""
     lidar, radius = LidarParameters(), RobotParameters().radius
-    parameters = StarParameters(erosion="none")
+    parameters = StarParameters()
     comparisons = [
         compare(view, parameters) for view in sample_views(options.scans, options.seed, lidar, radius)
     ]  # fmt: skip
     text = (
         f"{sample_text(options)}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
-        f'Star with erosion "none": all three regions are of a point robot.\n{OBSTACLES}\n'
+        f"Star of the ranges themselves: all three regions are of a point robot.\n{OBSTACLES}\n"
         "Areas of polytope and ellipse count where they were seen (but for the last row).\n\n"
         f"{table(comparisons)}"
     )

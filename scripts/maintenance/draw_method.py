@@ -113,7 +113,7 @@ def draw_frontiers(axis: Any, moment: PlannerInput) -> None:
     """The star-shaped region of the scan, and where unknown space may be entered."""
     region = moment.region
     axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.2, edgecolor=BLUE, label="star-shaped region")
-    frontiers = edge_frontiers(region, 0, moment.scenario.planner)
+    frontiers = edge_frontiers(region, 0)
     for stand, probe in zip(frontiers.stand, frontiers.probe, strict=True):
         axis.plot(*np.array((stand, probe)).T, color=PURPLE, linewidth=1.0)
     axis.plot(*frontiers.stand.T, "o", color=PURPLE, markersize=5.0, label="frontier")

@@ -16,7 +16,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_starnav.cli.options import exit_code
 from drake_starnav.navigation import Navigation, add_navigation
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.station.navigation_station import add_plant
+from drake_starnav.station.plant import add_plant
 from drake_starnav.station.robot_model import drive_geometry
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World

@@ -4,7 +4,6 @@ Run: python scripts/maintenance/write_tables.py [--check]
 """
 
 import argparse
-import dataclasses
 import importlib
 import inspect
 import pkgutil
@@ -27,7 +26,7 @@ import drake_starnav.station
 import drake_starnav.systems
 import drake_starnav.visualization
 from drake_starnav.localization.scan_matching import OdometryError
-from drake_starnav.parameters import allowed_text
+from drake_starnav.parameters import allowed_text, declared
 from drake_starnav.scenario import METHODS, Scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.schema import SECTIONS
@@ -87,7 +86,7 @@ def all_systems() -> list[System]:
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
         WheelSlip(slip=0.05, seed=0),
-        CollisionMonitor(robot=(), ground=(), period=0.02),
+        CollisionMonitor(robot=(), ground=()),
         MovingObstacleDrive(
             MovingObstacles(np.array([0.3]), (np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]),)), time_step=0.005
         ),
@@ -161,7 +160,7 @@ def parameter_rows(cls: type, place: str) -> list[Row]:
     """
     kinds, defaults = typing.get_type_hints(cls), cls()
     rows: list[Row] = []
-    for field in dataclasses.fields(cls):
+    for field in declared(cls):
         meta = field.metadata
         allowed = "a list" if typing.get_origin(kinds[field.name]) is list else allowed_text(field)
         default = getattr(defaults, field.name)

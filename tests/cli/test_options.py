@@ -20,6 +20,8 @@ from drake_starnav.cli.options import (
     command_name,
     exit_code,
     program_name,
+    progress_bar,
+    typed_command,
 )
 from drake_starnav.errors import StarnavError
 
@@ -50,6 +52,26 @@ def test_bad_input_and_interruption_are_reported_in_a_line(capsys: pytest.Captur
 def test_a_command_has_the_name_it_was_called_by(called: str, program: str, command: str, monkeypatch) -> None:
     monkeypatch.setattr(sys, "argv", [called, "forest"])
     assert (program_name(), command_name("simulate")) == (program, command)
+
+
+@pytest.mark.parametrize(
+    ("called", "prog", "typed"),
+    [
+        ("/usr/bin/starnav", "starnav benchmark", "starnav benchmark forest --html 'my page.html'"),
+        ("scripts/benchmark.py", "benchmark.py", "python scripts/benchmark.py forest --html 'my page.html'"),
+    ],
+)
+def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: str, monkeypatch) -> None:
+    monkeypatch.setattr("sys.argv", [called])
+    assert typed_command(prog, ["forest", "--html", "my page.html"]) == typed
+
+
+def test_the_bar_of_a_run_estimates_what_may_remain(monkeypatch, capsys) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with progress_bar("driving", False) as progress:
+        progress(10.0, 60.0)
+        shown = capsys.readouterr().err
+    assert "driving:  10.0 s of at most 60 s" in shown and "at most 00:" in shown
 
 
 def test_the_entry_point_is_the_package_s_main() -> None:

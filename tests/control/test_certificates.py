@@ -51,10 +51,8 @@ def test_either_certificate_may_refuse() -> None:
     assert accepts(seen(2.0), (-0.3, 0.0), AHEAD)
 
 
-def test_without_a_scan_nothing_is_accepted_and_without_a_certificate_everything_that_stays() -> None:
+def test_without_a_scan_nothing_is_accepted() -> None:
     assert not accepts(SafetyStar.none(), (0.5, 0.0))
-    assert accepts(SafetyStar.none(), (0.5, 0.0), certificate=False)
-    assert not accepts(SafetyStar.none(), (0.8, 0.0), AHEAD, v=0.7, certificate=False)
 
 
 @settings(max_examples=200, deadline=None)

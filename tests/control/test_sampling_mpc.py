@@ -144,7 +144,7 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     now = control_input(pose, twist, Guidance(path, arrives, regions), star)
-    _, reactive, _ = desired_twist(now, PARAMETERS, ROBOT)
+    _, reactive = desired_twist(now, PARAMETERS, ROBOT)
     v, omega, accepted = predictive_twist(now, reactive, PARAMETERS, ROBOT)
     if accepted:
         assert certified(pose, twist, np.array((v, omega)), PERIOD, LIMITS, star)
@@ -198,11 +198,9 @@ def test_without_a_path_or_sight_the_law_decides():
         assert chosen == (0.7, -0.5, True)
 
 
-def test_without_certificate_the_best_candidate_is_taken_even_into_the_unseen():
-    free = ControllerParameters(kind="mpc", certificate=False)
+def test_nothing_is_driven_into_the_unseen():
     guidance = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of([WIDE]))
     now = control_input(np.zeros(3), np.zeros(2), guidance, SafetyStar.none())
-    assert predictive_step(now, free, ROBOT).twist[0] > 0.0
     assert predictive_step(now, PARAMETERS, ROBOT).twist[0] == 0.0
 
 

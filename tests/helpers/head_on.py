@@ -1,4 +1,4 @@
-"""Something comes head on at a robot that drives without its certificate, faster than it can know."""
+"""Something comes head on at a robot that does not avoid it, faster than it can know."""
 
 import json
 from pathlib import Path
@@ -15,5 +15,5 @@ def head_on(folder: Path, max_speed: float) -> Scenario:
     }
     (folder / "worlds.json").write_text(json.dumps(content))
     text = f"world: !DynaBarn {{file: {folder / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
-    text += "controller: {certificate: false, modulation: false, near_wall_term: false}\n"
+    text += f"controller: {{kind: apf, target: short_term_goal}}\napf: {{repulsive_gain: 0, max_speed: {max_speed}}}\n"
     return parse_scenario(text, name="head on")

@@ -11,7 +11,6 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
 
@@ -135,20 +134,14 @@ def free_point(rng: np.random.Generator, world: World, clearance: float) -> np.n
             return point
 
 
-def smooth_region(
-    rng: np.random.Generator, center: np.ndarray, mean: float = 1.5, parameters: StarParameters | None = None
-) -> StarRegion:
+def smooth_region(rng: np.random.Generator, center: np.ndarray, mean: float = 1.5) -> StarRegion:
     """A region with a smooth random boundary between 0.4 and 1.6 times `mean` (m)."""
     bearing = 2.0 * math.pi / 720 * np.arange(720)
     samples = np.full(720, mean)
     for k in range(1, 5):
         samples += mean * rng.uniform(0.0, 0.15) * np.cos(k * bearing + rng.uniform(0.0, 2.0 * math.pi))
-    return fit_region(
-        FreeRange(samples, np.full(720, 3.0 * mean), 0.0),
-        center,
-        rng.uniform(-math.pi, math.pi),
-        parameters or StarParameters(),
-    )
+    profile = FreeRange(samples, np.full(720, 3.0 * mean), 0.0)
+    return fit_region(profile, center, rng.uniform(-math.pi, math.pi))
 
 
 def explored(world: World, positions: np.ndarray, parameters: PlannerParameters) -> StarRoadmap:

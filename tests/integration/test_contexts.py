@@ -190,10 +190,8 @@ def test_no_system_keeps_state_of_its_own() -> None:
     builder = DiagramBuilder()
     navigation = add_navigation(builder, posts(), stopwatch=stopwatch)
     station = navigation.station
-    collision = builder.AddSystem(
-        CollisionMonitor(robot=station.robot_geometries, ground=[station.ground], period=0.02)
-    )
-    builder.Connect(station.GetOutputPort("cheat.contact_results"), collision.GetInputPort("contact_results"))
+    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=[station.ground]))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))

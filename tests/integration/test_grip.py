@@ -74,4 +74,4 @@ def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
 def test_a_robot_that_brakes_harder_than_wheels_grip_is_refused():
     with pytest.raises(StarnavError, match=r"robot.max_acceleration is 8 m/s\^2, .* at most 6 m/s\^2"):
         validate(load_scenario("room", overrides=["robot.max_acceleration=8"]))
-    validate(load_scenario("room", overrides=["robot.max_acceleration=8", "controller.certificate=false"]))
+    validate(load_scenario("room", method="star_paper", overrides=["robot.max_acceleration=8"]))

@@ -1,18 +1,15 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.frontiers import NEAREST_STAND, Frontiers, cluster_frontiers, edge_frontiers, uncovered
+from drake_starnav.planning.frontiers import NEAREST_STAND, PROBE_DISTANCE, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.star_region import RegionStack, StarRegion, fit_region, scan_region
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, smooth_region
 
 PARAMETERS = PlannerParameters()
-DBSCAN = PlannerParameters(frontiers="dbscan")
 
 
 def polar(region: StarRegion, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -22,9 +19,7 @@ def polar(region: StarRegion, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def stepped(low: float, high: float, limit: float) -> StarRegion:
     """Range `low` on the first half turn, `high` on the second."""
-    return fit_region(
-        FreeRange(np.repeat((low, high), 360), np.full(720, limit), 0.0), np.array((1.0, 2.0)), 0.5, PARAMETERS
-    )
+    return fit_region(FreeRange(np.repeat((low, high), 360), np.full(720, limit), 0.0), np.array((1.0, 2.0)), 0.5)
 
 
 @settings(max_examples=25)
@@ -33,7 +28,7 @@ def test_stands_lie_inside_the_region_and_probes_outside(seed):
     rng = np.random.default_rng(seed)
     pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
     region = scan_region(cast(scattered(rng, discs=12, walls=6), pose, range_max=2.5), pose, RADIUS, PARAMETERS)
-    found = edge_frontiers(region, 7, PARAMETERS)
+    found = edge_frontiers(region, 7)
     assert len(found) and (found.owner == 7).all()
     radius, theta = polar(region, found.stand)
     assert radius.min() > NEAREST_STAND
@@ -45,7 +40,7 @@ def test_stands_lie_inside_the_region_and_probes_outside(seed):
 
 def test_an_edge_is_lined_with_stands_from_the_near_to_the_far_side():
     region = stepped(1.0, 3.0, 5.0)
-    found = edge_frontiers(region, 0, PARAMETERS)
+    found = edge_frontiers(region, 0)
     radius, theta = polar(region, found.stand)
     first, last = (theta - region.bearing_0) % (2.0 * math.pi) < math.pi + 0.1, theta
     assert len(found) == 2 * 8 and first.sum() == 8  # 1.12, 1.37, ... 2.87 at both jumps
@@ -53,24 +48,24 @@ def test_an_edge_is_lined_with_stands_from_the_near_to_the_far_side():
     _, across = polar(region, found.probe)
     turned = np.abs((across - last + math.pi) % (2.0 * math.pi) - math.pi)
     step = 2.0 * math.pi / 720  # stands lie one sample off the jump, probes across it
-    np.testing.assert_allclose(turned, step + np.maximum(PARAMETERS.probe_distance / radius, 1.5 * step))
+    np.testing.assert_allclose(turned, step + np.maximum(PROBE_DISTANCE / radius, 1.5 * step))
 
 
 def test_a_step_too_small_for_the_robot_is_no_frontier():
-    assert len(edge_frontiers(stepped(1.0, 1.19, 5.0), 0, PARAMETERS)) == 0
-    assert len(edge_frontiers(stepped(1.0, 1.25, 5.0), 0, PARAMETERS)) == 2
+    assert len(edge_frontiers(stepped(1.0, 1.19, 5.0), 0)) == 0
+    assert len(edge_frontiers(stepped(1.0, 1.25, 5.0), 0)) == 2
 
 
 def test_an_arc_without_obstacles_is_lined_with_stands_at_its_rim():
-    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 2.0), 0.0), np.zeros(2), 0.0, PARAMETERS)
-    found = edge_frontiers(region, 0, PARAMETERS)
+    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 2.0), 0.0), np.zeros(2), 0.0)
+    found = edge_frontiers(region, 0)
     radius, theta = polar(region, found.stand)
     np.testing.assert_allclose(radius, 1.98)
-    np.testing.assert_allclose(np.hypot(*found.probe.T), 2.0 + PARAMETERS.probe_distance)
+    np.testing.assert_allclose(np.hypot(*found.probe.T), 2.0 + PROBE_DISTANCE)
     gaps = 2.0 * np.diff(np.sort(theta % (2.0 * math.pi)))
     assert gaps.min() >= 0.25 and gaps.max() < 0.25 + 2.0 * 2.0 * 2.0 * math.pi / 720
-    hidden = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 4.0), 0.0), np.zeros(2), 0.0, PARAMETERS)
-    assert len(edge_frontiers(hidden, 0, PARAMETERS)) == 0
+    hidden = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 4.0), 0.0), np.zeros(2), 0.0)
+    assert len(edge_frontiers(hidden, 0)) == 0
 
 
 @settings(max_examples=25)
@@ -89,55 +84,11 @@ def test_uncovered_equals_a_look_at_every_region(seed):
 
 
 def test_a_region_reaches_points_a_slack_beyond_its_boundary():
-    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 5.0), 0.0), np.zeros(2), 0.0, PARAMETERS)
+    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 5.0), 0.0), np.zeros(2), 0.0)
     points = np.array([(1.99, 0.0), (2.05, 0.0), (0.0, -2.05), (2.11, 0.0)])
     arrays = RegionStack.of([region]).arrays
     assert uncovered(points, arrays).tolist() == [False, True, True, True]
     assert uncovered(points, arrays, slack=0.1).tolist() == [False, False, False, True]
-
-
-def two_arcs(yaw_of_seam: float) -> LaserScan:
-    """A full circle that starts at -pi and sees 1 m far on two arcs of 60 degrees, opposite each other."""
-    bearing = np.deg2rad(np.arange(-180, 180))
-    turned = (np.abs((bearing - yaw_of_seam + math.pi / 2) % math.pi - math.pi / 2)) <= math.pi / 6 + 1e-9
-    return LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, np.where(turned, 1.0, np.inf))
-
-
-@pytest.mark.parametrize("turn", np.deg2rad([0, 1, 30, 60, 89, 150]))
-@pytest.mark.parametrize("yaw", [0.0, 1.3, -2.9])
-def test_cluster_frontiers_lie_between_clusters_wherever_the_seam_is(turn, yaw):
-    scan, pose = two_arcs(turn), np.array((2.0, -1.0, yaw))
-    region = scan_region(scan, pose, RADIUS, DBSCAN)
-    found = cluster_frontiers(region, scan, pose, 3, DBSCAN)
-    angle = yaw + turn + math.pi / 2 * np.array((1.0, -1.0))
-    ray = np.column_stack((np.cos(angle), np.sin(angle)))
-    assert found.owner.tolist() == [3, 3]
-    order = np.argsort((found.stand - pose[:2]) @ ray[0])[::-1]
-    np.testing.assert_allclose(found.stand[order], pose[:2] + 0.5 * ray, atol=1e-9)
-    np.testing.assert_allclose(found.probe[order], pose[:2] + (0.5 + DBSCAN.probe_distance) * ray, atol=1e-9)
-
-
-def test_a_wide_opening_is_entered_along_its_bisector():
-    bearing = np.deg2rad(np.arange(-180, 180))
-    ranges = np.where(np.abs(bearing) <= math.pi / 6 + 1e-9, 1.0, np.inf)
-    scan, pose = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges), np.zeros(3)
-    found = cluster_frontiers(scan_region(scan, pose, RADIUS, DBSCAN), scan, pose, 0, DBSCAN)
-    np.testing.assert_allclose(found.stand, [(-3.0, 0.0)], atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    "ranges",
-    [
-        pytest.param(
-            np.full(360, 1.0),
-        ),
-        np.full(360, np.inf),
-    ],
-)
-def test_closed_rings_and_empty_scans_have_no_cluster_frontiers(ranges):
-    scan, pose = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges), np.zeros(3)
-    region = scan_region(scan, pose, RADIUS, DBSCAN)
-    assert len(cluster_frontiers(region, scan, pose, 0, DBSCAN)) == 0
 
 
 def test_frontiers_join_and_select_in_order():

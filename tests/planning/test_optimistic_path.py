@@ -3,12 +3,11 @@
 import dataclasses
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
 from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK, is_obstructed
 from drake_starnav.planning.planner import REPLAN_DISTANCE
 from drake_starnav.regions import Observation
@@ -18,7 +17,6 @@ from tests.helpers.path_follower import BAFFLES, PERIOD, drive
 from tests.helpers.scans import RADIUS, cast, noisy
 
 PARAMETERS = PlannerParameters()
-FRONTIER_FIRST = dataclasses.replace(PARAMETERS, anticipation=False)
 PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3.0))
 """What lies farther than 5 m is not seen, and taken for free."""
 POST = dataclasses.replace(PLAIN, cylinders=[(5.35, 0.0, 0.3)])
@@ -26,18 +24,18 @@ POST = dataclasses.replace(PLAIN, cylinders=[(5.35, 0.0, 0.3)])
 FARTHER = (REPLAN_DISTANCE + 0.02, 0.0)
 
 
-def planned(before: PlannerState, world: World, place=FARTHER, parameters=PARAMETERS, noise=0.0, motion=None):
+def planned(before: PlannerState, world: World, place=FARTHER, noise=0.0, motion=None):
     """The state once a robot at a place has seen the world."""
     pose = np.array((*place, 0.0))
     scan = dataclasses.replace(noisy(cast(world, pose), noise, np.random.default_rng(1)), time=place[0])
     if motion is not None:
         scan = dataclasses.replace(scan, motion=np.where(scan.hits, motion, 0).astype(np.int8))
-    seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
-    return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, parameters, RADIUS))
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, RADIUS))
 
 
-def beginning(parameters: PlannerParameters = PARAMETERS) -> PlannerState:
-    state = planned(PlannerState.initial(parameters, RADIUS), PLAIN, (0.0, 0.0), parameters)
+def beginning() -> PlannerState:
+    state = planned(PlannerState.initial(PARAMETERS, RADIUS), PLAIN, (0.0, 0.0))
     assert state.status is PlannerStatus.EXPLORING and state.plans == 1 and len(state.roadmap) == 1
     return state
 
@@ -54,14 +52,8 @@ def test_an_obstructed_optimistic_path_triggers_a_plan():
     assert again.plans == 2
 
 
-@pytest.mark.parametrize(
-    "change, place",
-    [({}, (REPLAN_DISTANCE - 0.02, 0.0)), ({"replanning": False}, FARTHER),
-     ({"cost_to_go": "straight"}, FARTHER)],
-)  # fmt: skip
-def test_it_is_none_right_after_a_plan_or_where_it_is_not_wanted(change, place):
-    parameters = dataclasses.replace(PARAMETERS, **change)
-    assert planned(beginning(parameters), POST, place, parameters).plans == 1
+def test_it_triggers_none_right_after_a_plan():
+    assert planned(beginning(), POST, (REPLAN_DISTANCE - 0.02, 0.0)).plans == 1
 
 
 def test_what_was_expected_triggers_no_plan():
@@ -82,8 +74,10 @@ def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
     assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
 
 
-def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it():
-    bare, states = (drive(BAFFLES, parameters, steps=700) for parameters in (FRONTIER_FIRST, PARAMETERS))
+def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows_it(monkeypatch):
+    states = drive(BAFFLES, PARAMETERS, steps=700)
+    monkeypatch.setattr(planner, "_anticipated", lambda *arguments: None)
+    bare = drive(BAFFLES, PARAMETERS, steps=700)
     assert not any(state.anticipated for state in bare)
     early = [state for state in states if state.anticipated]
     assert len(early) >= 3 and len(states) < len(bare)

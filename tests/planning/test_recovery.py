@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.planner import RETRY_DISTANCE
 from drake_starnav.regions import Observation
@@ -22,7 +23,7 @@ def test_a_robot_that_makes_no_progress_gives_up_its_target():
     first, last = states[0], states[-1]
     assert not len(first.roadmap.blacklisted_targets) and len(last.roadmap.blacklisted_targets) == 1
     np.testing.assert_allclose(last.roadmap.blacklisted_targets[0, :2], first.target[0])
-    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > PARAMETERS.blacklist_radius
+    assert len(last.roadmap) == 2 and np.hypot(*(last.target[0] - first.target[0])) > BLACKLIST_RADIUS
 
 
 def test_where_it_cannot_go_on_no_region_leads_any_more():

@@ -169,8 +169,3 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
     assert uncovered_share(region, RegionStack.of(tuple(others))) == pytest.approx(new.mean(), abs=0.03)
     assert uncovered_share(region, roadmap.stack) == 0.0
     assert uncovered_share(region, RegionStack.of(())) == 1.0
-
-
-def test_the_papers_frontiers_grow_a_roadmap_too():
-    _, roadmap = wandered(4, parameters=dataclasses.replace(PARAMETERS, frontiers="dbscan"))
-    assert len(roadmap) == 5 and len(roadmap.frontiers)

@@ -1,10 +1,14 @@
 import dataclasses
+import math
+from contextlib import contextmanager, nullcontext
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from drake_starnav.planning import search
 from drake_starnav.planning.cost_field import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import NEXT
@@ -28,7 +32,17 @@ from tests.helpers.scans import RADIUS, cast, distance, explored, free_point, le
 PARAMETERS = PlannerParameters()
 HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
 """Half of a side of a cell of the cost-to-go, m."""
-WITHOUT_GATES = dataclasses.replace(PARAMETERS, virtual_frontiers=False)
+
+
+@contextmanager
+def without_gates():
+    """Only frontiers are targets."""
+
+    def known_everywhere(roadmap, now, cost_to_come=None, at_robot=True):
+        return optimistic_cost(roadmap, now, cost_to_come, False)
+
+    with patch.multiple(search, VIRTUAL_FRONTIER_ADVANTAGE=math.inf, optimistic_cost=known_everywhere):
+        yield
 
 
 def here(world: World, position: np.ndarray) -> StarRegion:
@@ -36,9 +50,9 @@ def here(world: World, position: np.ndarray) -> StarRegion:
     return scan_region(cast(world, pose), pose, RADIUS, PARAMETERS)
 
 
-def moment(position: np.ndarray, goal: np.ndarray, parameters: PlannerParameters = PARAMETERS) -> PlannerInput:
+def moment(position: np.ndarray, goal: np.ndarray) -> PlannerInput:
     """What the search is given of the robot at a place: no scan, for it looks at the roadmap alone."""
-    return PlannerInput(Observation.none(), position, goal, 0.0, parameters, RADIUS)
+    return PlannerInput(Observation.none(), position, goal, 0.0, PARAMETERS, RADIUS)
 
 
 def floyd_warshall(roadmap: StarRoadmap) -> np.ndarray:
@@ -89,23 +103,19 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
         assert (route is not None and not len(route.target)) == any(seen)
         if any(seen):
             np.testing.assert_allclose(route.path[-1], goal, atol=1e-12)
-    nothing = find_route(
-        StarRoadmap(**{**vars(roadmap), "frontiers": Frontiers.none()}),
-        region,
-        moment(position, np.full(2, 9.0), WITHOUT_GATES),
-    )
-    assert nothing is None
+    bare = StarRoadmap(**{**vars(roadmap), "frontiers": Frontiers.none()})
+    with without_gates():
+        assert find_route(bare, region, moment(position, np.full(2, 9.0))) is None
 
 
-@pytest.mark.parametrize(("growth", "way"), [("continuous", [(3, 0)]), ("arrival", [(0, 0), (3, 0)])])
-def test_without_string_pulling_a_goal_in_sight_is_not_approached_by_the_node_behind(growth, way):
+def test_a_goal_in_sight_is_not_approached_by_the_node_behind():
     goal, position = np.array((3.0, 0.0)), np.array((0.7, 0.0))
     roadmap = explored(World("open", (0, 0, 0), tuple(goal)), np.zeros((1, 2)), PARAMETERS)
     hidden = here(World("post", (0, 0, 0), tuple(goal), cylinders=[(2.0, 0.0, 0.05)]), position)
     assert not hidden.contains(goal)
-    parameters = dataclasses.replace(PARAMETERS, string_pulling=False, growth=growth)
-    route = find_route(roadmap, hidden, moment(position, goal, parameters))
-    np.testing.assert_allclose(route.path, way, atol=1e-12)
+    with patch.object(search, "string_pulled", lambda path, position, regions: path):
+        route = find_route(roadmap, hidden, moment(position, goal))
+    np.testing.assert_allclose(route.path, [goal], atol=1e-12)
 
 
 @settings(max_examples=15)
@@ -118,13 +128,13 @@ def test_the_cheapest_frontier_is_chosen(seed, virtual_frontiers):
     world, roadmap = wandered(seed)
     if virtual_frontiers:  # none is left
         roadmap = dataclasses.replace(roadmap, blacklisted_targets=np.array([(0.0, 0.0, 100.0)]))
-    parameters = dataclasses.replace(PARAMETERS, virtual_frontiers=virtual_frontiers)
     position = roadmap.stack.center[-1]
     goal = np.array((9.0, 4.0))
     region = here(world, position)
     frontiers = roadmap.frontiers
     for current in (None, frontiers.stand[-1]):
-        route = find_route(roadmap, region, moment(position, goal, parameters), current)
+        with nullcontext() if virtual_frontiers else without_gates():
+            route = find_route(roadmap, region, moment(position, goal), current)
         distances, _ = graph_distances(roadmap, region, position)
         cost = distances[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
         for k, stand in enumerate(frontiers.stand):
@@ -173,7 +183,8 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     bare = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     region, position, goal = here(world, np.zeros(2)), np.zeros(2), np.array(world.goal)
-    assert find_route(bare, region, moment(position, goal, WITHOUT_GATES)) is None
+    with without_gates():
+        assert find_route(bare, region, moment(position, goal)) is None
     route = find_route(bare, region, moment(position, goal))
     assert len(route.target) == 1 and route.target.probe[0, 1] > route.target.stand[0, 1]
     tried = blacklist_target(bare, route.target.stand[0], 0.2, route.target.probe[0])
@@ -203,8 +214,8 @@ def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path
     roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
     position, goal = np.zeros(2), np.array(world.goal)
     for virtual_frontiers in (True, False):
-        parameters = dataclasses.replace(PARAMETERS, virtual_frontiers=virtual_frontiers)
-        route = find_route(roadmap, here(world, position), moment(position, goal, parameters))
+        with nullcontext() if virtual_frontiers else without_gates():
+            route = find_route(roadmap, here(world, position), moment(position, goal))
         np.testing.assert_array_equal(route.optimistic_path[0], route.target.probe[0])
         assert np.hypot(*(route.optimistic_path[-1] - goal)) < 2.0 * PARAMETERS.grid_resolution
         assert (
@@ -214,7 +225,7 @@ def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path
         assert NEXT - 0.15 < length(route.next_segment) < NEXT + 0.3  # the first step is from the probe to a cell
         to_go = np.hypot(*(route.next_segment - goal).T)
         assert to_go[-1] < to_go[0] - 0.5 and np.hypot(*(route.next_segment[-1] - route.target.stand[0])) > 0.5
-    route = find_route(roadmap, here(world, position), moment(position, np.array((0.5, 0.5)), parameters))
+    route = find_route(roadmap, here(world, position), moment(position, np.array((0.5, 0.5))))
     assert not len(route.target) and not len(route.optimistic_path) and not len(route.next_segment)
 
 
@@ -226,7 +237,8 @@ def test_an_optimistic_path_that_leads_back_past_the_robot_has_no_next_part_but_
     roadmap, position, goal = dataclasses.replace(roadmap, frontiers=behind), np.zeros(2), np.array(world.goal)
     to_go = optimistic_cost(roadmap, moment(position, goal))
     assert len(behind) and (to_go.at(behind.probe) > to_go.at(position[None])).all()
-    route = find_route(roadmap, here(world, position), moment(position, goal, WITHOUT_GATES))
+    with without_gates():
+        route = find_route(roadmap, here(world, position), moment(position, goal))
     np.testing.assert_array_equal(route.next_segment, route.target.probe)
     assert length(route.optimistic_path) > 3.0
 

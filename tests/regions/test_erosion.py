@@ -21,7 +21,7 @@ from drake_starnav.regions.erosion import (
 from drake_starnav.regions.parameters import StarParameters
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
-RAW = StarParameters(smoothing="none", least_margin=StarParameters.margin)
+RAW = StarParameters(smoothing_beams=0, least_margin=StarParameters.margin)
 """One margin everywhere; for passages see test_passages.py."""
 INFLATED = RADIUS + RAW.margin
 
@@ -154,14 +154,6 @@ def test_wider_discs_and_shorter_ranges_never_gain():
     assert (eroded_range(hits, 0.2, free_limit(scan, count, 1.0, 0.2)) == np.minimum(narrow, 0.8)).all()
 
 
-@pytest.mark.parametrize("erosion, shrink", [("radial", INFLATED), ("none", 0.0)])
-def test_other_erosions_take_each_beam_alone(erosion, shrink):
-    scan = cast(scattered(np.random.default_rng(1)))
-    samples, limit, _ = profile(scan, dataclasses.replace(RAW, erosion=erosion))
-    np.testing.assert_allclose(samples[::2], np.maximum(scan.distances - shrink, 0.0))
-    np.testing.assert_allclose(limit, 5.0 - shrink)
-
-
 @pytest.mark.parametrize("beams, samples", [(360, 720), (720, 720), (500, 1000), (1000, 1000), (7, 721)])
 def test_samples_lie_on_the_beams_of_a_full_circle(beams, samples):
     assert bearing_count(full_scan(np.ones(beams)), RAW) == samples
@@ -192,16 +184,6 @@ def test_with_slack_much_noise_is_smoothed_too(seed):
     usual, slack = StarParameters(), StarParameters(smoothing_slack=0.12)
     error = [smoothed_distances(noisy, parameters) - exact for parameters in (usual, slack)]
     assert np.std(error[1]) < 0.75 * np.std(error[0]) and np.std(error[1]) < 0.035
-
-
-def test_ranges_beyond_the_clip_are_no_returns():
-    scan = full_scan(np.linspace(1.0, 3.0, 360))
-    for smoothing in ("none", "moving_average", "gaussian"):
-        parameters = StarParameters(smoothing=smoothing, range_clip=2.0, margin=0.0)
-        distance = smoothed_distances(scan, parameters)
-        assert (distance[scan.distances > 2.0] >= 2.0).all()
-        samples, limit, _ = free_range(scan, distance, RADIUS, parameters)
-        assert samples.max() <= limit.max() == 2.0 - RADIUS
 
 
 def test_moving_obstacles_occlude_the_space_behind_them_but_are_not_eroded() -> None:

@@ -17,7 +17,7 @@ from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
-PARAMETERS = StarParameters(smoothing="none")
+PARAMETERS = StarParameters(smoothing_beams=0)
 PLAIN = dataclasses.replace(PARAMETERS, least_margin=PARAMETERS.margin)
 MARGIN, LEAST = PARAMETERS.margin, PARAMETERS.least_margin
 

@@ -5,8 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.regions.parameters import StarParameters
-from drake_starnav.regions.piecewise_cubic import SMALLEST_SPLIT, PiecewiseCubic, fit_piecewise_cubic
+from drake_starnav.baselines.paper.perception import fit_slopes
+from drake_starnav.regions.piecewise_cubic import (
+    JUMP,
+    SMALLEST_SPLIT,
+    PiecewiseCubic,
+    fit_piecewise_cubic,
+    fit_segments,
+)
 from tests.helpers.scans import seeds
 
 
@@ -34,14 +40,19 @@ def polynomials(fit: PiecewiseCubic, count: int) -> np.ndarray:
     return np.concatenate(out)
 
 
-SEGMENTATIONS = st.sampled_from(["adaptive", "slope", "fixed"])
+def equal(samples: np.ndarray, count: int = 16, one_sided: bool = True) -> PiecewiseCubic:
+    """The fit of that many segments of equal length."""
+    return fit_segments(samples, np.linspace(0, len(samples), count + 1).astype(np.int64), np.inf, one_sided)
+
+
+FITS = st.sampled_from([fit_piecewise_cubic, fit_slopes, equal])
 
 
 @settings(max_examples=40)
-@given(seeds, SEGMENTATIONS)
-def test_one_sided_fits_never_exceed_the_samples(seed, segmentation):
+@given(seeds, FITS)
+def test_one_sided_fits_never_exceed_the_samples(seed, fitted):
     samples = bumpy(seed)
-    fit = fit_piecewise_cubic(samples, StarParameters(segmentation=segmentation))
+    fit = fitted(samples, one_sided=True)
     assert (fit.values <= samples + 1e-9).all() and (fit.values >= 0.0).all()
     np.testing.assert_allclose(fit.values, np.maximum(polynomials(fit, 720), 0.0), atol=1e-12)
     assert fit.starts[0] == 0 and (np.diff(fit.starts) > 0).all()
@@ -51,23 +62,22 @@ def test_one_sided_fits_never_exceed_the_samples(seed, segmentation):
 @given(seeds, st.sampled_from([0.01, 0.03, 0.1]))
 def test_adaptive_segments_keep_the_tolerance(seed, tolerance):
     samples = bumpy(seed)
-    parameters = StarParameters(fit_tolerance=tolerance, one_sided_fit=False)
-    fit = fit_piecewise_cubic(samples, parameters)
+    fit = fit_piecewise_cubic(samples, tolerance, one_sided=False)
     error = polynomials(fit, 720) - samples
     for first, end in segments(fit, 720):
         assert end - first <= 90
-        assert np.abs(np.diff(samples[first:end])).max(initial=0.0) <= parameters.jump
+        assert np.abs(np.diff(samples[first:end])).max(initial=0.0) <= JUMP
         if end - first >= SMALLEST_SPLIT:
             assert np.ptp(error[first:end]) <= tolerance + 1e-9
-    one_sided = fit_piecewise_cubic(samples, StarParameters(fit_tolerance=tolerance))
+    one_sided = fit_piecewise_cubic(samples, tolerance)
     assert (one_sided.starts == fit.starts).all()
 
 
 @settings(max_examples=20)
-@given(seeds, SEGMENTATIONS)
-def test_each_segment_is_the_least_squares_cubic(seed, segmentation):
+@given(seeds, FITS)
+def test_each_segment_is_the_least_squares_cubic(seed, fitted):
     samples = bumpy(seed)
-    fit = fit_piecewise_cubic(samples, StarParameters(segmentation=segmentation, one_sided_fit=False))
+    fit = fitted(samples, one_sided=False)
     for (first, end), c in zip(segments(fit, 720), fit.coefficients, strict=True):
         n = end - first
         s = np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1)
@@ -89,31 +99,23 @@ def test_cubics_are_reproduced_exactly(seed):
         per_radian = 720 / (2.0 * math.pi) / 44.5
         slopes.append(np.polynomial.polynomial.polyval(s, np.polynomial.polynomial.polyder(c)) * per_radian)
     samples = np.concatenate(samples)
-    for segmentation in ("adaptive", "fixed"):
-        fit = fit_piecewise_cubic(samples, StarParameters(segmentation=segmentation, segments=8))
+    for fit in (fit_piecewise_cubic(samples), equal(samples, 8)):
         assert fit.starts.tolist() == cuts[:-1].tolist()
         np.testing.assert_allclose(fit.values, samples, atol=1e-10)
         np.testing.assert_allclose(fit.slopes, np.concatenate(slopes), atol=1e-8)
 
 
-@pytest.mark.parametrize("count, wanted", [(720, 1), (720, 7), (720, 16), (720, 360), (40, 360)])
-def test_fixed_segmentation_has_that_many_segments_of_equal_length(count, wanted):
-    fit = fit_piecewise_cubic(bumpy(1, count), StarParameters(segmentation="fixed", segments=wanted))
-    assert len(fit.starts) == min(wanted, count)
-    assert np.ptp([end - first for first, end in segments(fit, count)]) <= 1
-
-
-def test_slope_segments_begin_where_the_boundary_turns():
-    samples = np.concatenate((np.full(360, 2.0), 2.0 + 0.05 * np.arange(180), 11.0 - 0.05 * np.arange(180)))
-    fit = fit_piecewise_cubic(samples, StarParameters(segmentation="slope"))
-    assert fit.starts.tolist() == [0, 361, 541]
-    np.testing.assert_allclose(fit.values, samples, atol=0.05)
+@pytest.mark.parametrize("wanted", [1, 7, 16, 360])
+def test_given_segments_are_kept(wanted):
+    fit = equal(bumpy(1), wanted)
+    assert len(fit.starts) == wanted
+    assert np.ptp([end - first for first, end in segments(fit, 720)]) <= 1
 
 
 @settings(max_examples=20)
 @given(seeds)
 def test_an_erosion_down_to_zero_stays_at_zero_or_above(seed):
     samples = np.maximum(bumpy(seed) - 2.5, 0.0)
-    fit = fit_piecewise_cubic(samples, StarParameters())
+    fit = fit_piecewise_cubic(samples)
     assert (fit.values >= 0.0).all() and (fit.values <= samples + 1e-9).all()
     assert np.isfinite(fit.slopes).all()

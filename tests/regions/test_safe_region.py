@@ -66,17 +66,6 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         assert all(len(p) == len(g) for p, g in zip(memory.points, memory.half_gaps, strict=True))
 
 
-def test_with_a_spacing_the_memory_keeps_the_latest_scan_and_some_taken_apart():
-    scan = LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0))
-    memory = ScanMemory()
-    for k in range(40):
-        memory = memory.remembered(scan, np.array((0.04 * k, 0.0, 0.0)), 3.5, 4, 0.1)
-    x = np.array([place[0] for place in memory.places])
-    assert x[-1] == 0.04 * 39
-    assert len(x) == len(memory.points) == len(memory.half_gaps) == 4
-    assert (np.diff(x[:-1]) >= 0.1).all() and (np.diff(x) <= 0.1 + 0.04 + 1e-9).all()
-
-
 def test_the_star_holds_all_remembered_hits():
     star, memory, _, _ = driven(5)
     np.testing.assert_array_equal(star.hits, np.vstack(memory.points))

@@ -21,7 +21,7 @@ from drake_starnav.regions.star_region import (
 )
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, smooth_region
 
-RAW = StarParameters(smoothing="none")
+RAW = StarParameters(smoothing_beams=0)
 STEP = 2.0 * math.pi / 720
 
 
@@ -64,7 +64,7 @@ def test_phi_at_the_samples_is_the_fitted_value(seed):
 
 def test_phi_just_before_the_first_sample_is_continuous():
     samples = 2.0 + 0.1 * np.cos(STEP * np.arange(720))
-    region = fit_region(FreeRange(samples, np.full(720, 5.0), 0.0), np.zeros(2), 0.3, RAW)
+    region = fit_region(FreeRange(samples, np.full(720, 5.0), 0.0), np.zeros(2), 0.3)
     assert region.phi(np.nextafter(0.3, 0.0)) == pytest.approx(region.phi(0.3), abs=0.05)
 
 
@@ -130,13 +130,13 @@ def test_the_outline_consists_of_the_samples():
 
 
 def test_where_nothing_was_seen_there_is_no_room():
-    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0), np.ones(2), 0.0, RAW)
+    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0), np.ones(2), 0.0)
     assert region.contains(np.ones(2)) and not region.contains(np.array((1.001, 1.0)))
     assert region.gamma(np.array((1.5, 1.2))) == 0.0
 
 
 def test_gamma_at_a_center_without_room_warns_of_nothing():
-    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0), np.ones(2), 0.0, RAW)
+    region = fit_region(FreeRange(np.zeros(720), np.zeros(720), 0.0), np.ones(2), 0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert region.gamma(np.ones(2)) == np.inf

@@ -15,17 +15,16 @@ from drake_starnav.control.delay_compensation import predicted_pose
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, TRACK_SHARE, Declared, error_budget
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
 
 COMMANDS = ControllerParameters()
 RATE = COMMANDS.rate
+NOMINAL = 0.004 + 0.75 * LidarParameters().noise
 NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
 
 
@@ -46,7 +45,7 @@ declarations = st.builds(
         scan_loss=share(0.0, 0.5),
     ),
     st.builds(LocalizationParameters, drift=share(0.0, 0.1), jump=share(0.0, 0.1), jump_interval=share(0.2, 20.0)),
-    st.builds(DriveParameters, delay=share(0.0, 1.0), slip=share(0.0, 0.2)),
+    st.builds(DriveParameters, delay=share(0.0, 1.0), error=share(0.0, 0.1), slip=share(0.0, 0.2)),
     st.builds(
         RobotParameters,
         radius=share(0.1, 1.0),
@@ -55,7 +54,7 @@ declarations = st.builds(
         max_acceleration=share(0.2, 6.0),
         max_yaw_acceleration=share(0.5, 20.0),
     ),
-    st.builds(ControllerParameters, rate=share(5.0, 100.0), safety_range=share(0.5, 6.0)),
+    st.builds(ControllerParameters, rate=share(5.0, 100.0)),
     share(0.001, 0.02),
 )
 
@@ -79,17 +78,16 @@ def test_all_that_counts_is_read_from_the_scenario():
         assert getattr(Declared.of(scenario), name) is getattr(scenario, name)
 
 
-def test_without_faults_nothing_changes():
-    planner, controller = PlannerParameters(), ControllerParameters()
-    assert error_budget(Declared(*NO_FAULT, COMMANDS)) == 0.0
-    assert with_margins(planner, controller, 0.0) == (planner, controller)
+def test_without_faults_it_is_samples_and_noise():
+    assert error_budget(Declared(*NO_FAULT, COMMANDS)) == pytest.approx(NOMINAL)
 
 
 @pytest.mark.parametrize(
     "index, changes, error",
     [
         (0, {"noise": 0.03}, 0.015),
-        (0, {"noise": 0.005}, 0.0),
+        (0, {"noise": 0.005, "beams": 720}, -0.75 * 0.005),
+        (2, {"error": 0.02}, 0.02),
         (0, {"quantisation": 0.1}, 0.05),
         (0, {"beams": 36}, 0.87 * (0.57 + 0.8 * 0.07) * math.pi / 18 - 0.01),
         (0, {"beams": 345}, 0.0),
@@ -114,10 +112,7 @@ def test_without_faults_nothing_changes():
 def test_each_fault_s_part_of_the_margin(index, changes, error):
     declared = list(NO_FAULT)
     declared[index] = dataclasses.replace(declared[index], **changes)
-    assert error_budget(Declared(*declared, COMMANDS)) == pytest.approx(error)
-    planner, controller = with_margins(PlannerParameters(), ControllerParameters(), error)
-    assert planner.margin == pytest.approx(PlannerParameters().margin + error)
-    assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin + error)
+    assert error_budget(Declared(*declared, COMMANDS)) == pytest.approx(NOMINAL + error)
 
 
 @pytest.mark.parametrize(
@@ -125,8 +120,8 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
     [
         (50.0, {}, 0.0),
         (20.0, {}, 0.0),
-        (10.0, {}, 0.005 + 0.02 * 0.32 - 0.005),
-        (5.0, {}, 0.02 + 0.08 * 0.32 - 0.005),
+        (10.0, {}, 0.005 + 0.02 * 0.32 - 0.004),
+        (5.0, {}, 0.02 + 0.08 * 0.32 - 0.004),
         (40.0, {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_acceleration": 10.0}, 0.0),
     ],
 )
@@ -134,7 +129,7 @@ def test_rare_commands_need_a_margin(rate, changes, error):
     robot = dataclasses.replace(RobotParameters(), **changes)
     controller = dataclasses.replace(COMMANDS, rate=rate)
     lidar = LidarParameters(beams=720)  # no corner is far enough away
-    assert error_budget(Declared(lidar, *NO_FAULT[1:3], robot, controller)) == pytest.approx(error, abs=1e-12)
+    assert error_budget(Declared(lidar, *NO_FAULT[1:3], robot, controller)) == pytest.approx(NOMINAL + error)
 
 
 def test_drift_counts_as_long_as_old_scans_do():
@@ -143,13 +138,13 @@ def test_drift_counts_as_long_as_old_scans_do():
     memory = (1.0 + COMMANDS.scan_patience) / 5.0 + 0.8
     assert memory > 1.0
     assert error_budget(Declared(lidar, drifting, *NO_FAULT[2:], COMMANDS)) == pytest.approx(
-        0.02 * 0.8 * (memory + 0.1)
+        NOMINAL + 0.02 * 0.8 * (memory + 0.1)
     )
 
 
 @pytest.mark.parametrize(("time_step", "error"), [(0.005, 0.0), (0.01, 0.0), (0.02, 0.8 * 0.01), (0.03, 0.8 * 0.02)])
 def test_commands_that_wait_for_the_plant_need_a_margin(time_step, error):
-    assert error_budget(Declared(*NO_FAULT, COMMANDS, time_step)) == pytest.approx(error)
+    assert error_budget(Declared(*NO_FAULT, COMMANDS, time_step)) == pytest.approx(NOMINAL + error)
 
 
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -181,10 +176,7 @@ def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
     quick = {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_rate": 4.0, "max_yaw_acceleration": 10.0}
     robot = RobotParameters(model=model, radius=0.334, **(quick if model == "jackal" else {}))
     away, turned = late_errors(robot, delay, seed=0)
-    margin = (
-        error_budget(Declared(*NO_FAULT[:2], DriveParameters(delay=delay), robot, COMMANDS))
-        + ControllerParameters().safety_margin
-    )
+    margin = error_budget(Declared(*NO_FAULT[:2], DriveParameters(delay=delay), robot, COMMANDS))
     assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin
 
 

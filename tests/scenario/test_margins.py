@@ -8,68 +8,87 @@ import pytest
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.error_budget import Declared, error_budget
-from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.scenario.margins import with_margins
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast
 
-COMMANDS = ControllerParameters()
-NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
+
+def declaring(*overrides: str) -> Scenario:
+    return load_scenario("room", overrides=overrides)
+
+
+def test_the_defaults_are_those_of_the_default_scenario() -> None:
+    planner, controller = with_margins(declaring())
+    assert planner.margin == pytest.approx(PlannerParameters().margin)
+    assert planner.least_margin == pytest.approx(PlannerParameters().least_margin)
+    assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin)
+    assert dataclasses.replace(controller, safety_margin=0.0, smoothed_beams=0) == dataclasses.replace(
+        ControllerParameters(), safety_margin=0.0
+    )
+
+
+def test_margins_follow_from_what_is_declared_narrower_as_well_as_wider() -> None:
+    margins = [
+        with_margins(declaring(*changes))[1].safety_margin
+        for changes in (
+            ("lidar.noise=0", "lidar.beams=1440"),
+            ("lidar.noise=0.001", "lidar.beams=720"),
+            (),
+            ("lidar.noise=0.03",),
+            ("lidar.noise=0.03", "lidar.beams=90", "drive.error=0.05"),
+        )
+    ]
+    assert margins[0] == pytest.approx(0.004)
+    assert margins == sorted(set(margins))
+
+
+def test_where_there_is_room_the_comfort_is_kept_too() -> None:
+    planner, controller = with_margins(declaring("planner.comfort=0.3"))
+    assert planner.margin == pytest.approx(controller.safety_margin + 0.3)
+    assert planner.least_margin == controller.safety_margin
 
 
 @pytest.mark.parametrize(
-    ("localization", "before", "contradiction", "drops"),
+    ("changes", "reach"),
     [
-        (LocalizationParameters(), 0.0, 0.0, False),
-        (LocalizationParameters(drift=0.01), 0.0, 0.2, True),
-        (LocalizationParameters(jump=0.1), 0.5, 0.5, True),
+        ((), 1.2),
+        (("lidar.beams=1440", "robot.max_speed=2", "robot.max_acceleration=2"), 1.25 * (1.0 + 2.0 * 0.07)),
+        (("lidar.beams=1440", "robot.max_speed=3"), 0.01 * 1440 / (0.87 * 2.0 * math.pi) - 0.25),  # else corners count
+        (("robot.max_speed=3",), 1.2),
     ],
 )
-def test_without_an_exact_localization_old_regions_are_held_against_new_scans(
-    localization, before, contradiction, drops
-):
-    planner = PlannerParameters(contradiction=before)
-    planner, _ = with_margins(planner, COMMANDS, 0.0, localization)
-    assert (planner.contradiction, planner.drop_seen_through) == (contradiction, drops)
+def test_the_safety_star_reaches_farther_than_the_robot_needs_to_stop(changes: tuple[str, ...], reach: float) -> None:
+    assert with_margins(declaring(*changes))[1].safety_range == pytest.approx(reach)
+
+
+@pytest.mark.parametrize(
+    ("changes", "drops"), [((), False), (("localization.drift=0.01",), True), (("localization.jump=0.1",), True)]
+)
+def test_without_an_exact_localization_nodes_are_dropped_whose_hits_are_seen_through(changes, drops):
+    assert with_margins(declaring(*changes))[0].drop_seen_through == drops
 
 
 def test_what_no_margin_can_cover_is_refused():
-    error = error_budget(Declared(LidarParameters(noise=2.0), *NO_FAULT[1:], COMMANDS))
-    with pytest.raises(StarnavError, match="what is declared of lidar, localization and drive adds 1.49 m"):
-        with_margins(PlannerParameters(), ControllerParameters(), error)
+    with pytest.raises(StarnavError, match="gives a safety margin of 1.5 m; allowed: at most 0.5 m"):
+        with_margins(declaring("lidar.noise=2"))
 
 
 def test_a_fine_lidar_with_noise_is_smoothed_too():
-    _, controller = with_margins(
-        PlannerParameters(), ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.05, beams=10000)
-    )
-    assert controller.smoothed_beams == 93
+    assert with_margins(declaring("lidar.noise=0.05", "lidar.beams=10000"))[1].smoothed_beams == 93
 
 
-def test_noise_is_smoothed_with_slack_beyond_the_nominal_and_much_is_averaged():
-    for noise, slack, beams in (
-        (0.0, 0.0, 0),
-        (0.007, 0.0, 0),
-        (0.01, 0.0, 1),
-        (0.02, 0.03, 2),
-        (0.03, 0.06, 2),
-        (0.05, 0.12, 4),
-    ):
-        lidar = LidarParameters(noise=noise)
-        planner, controller = with_margins(PlannerParameters(), ControllerParameters(), 0.0, lidar=lidar)
-        assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_beams == beams
-        assert controller.average_scans == (noise == 0.05)
-    averaging = ControllerParameters(average_scans=True)
-    assert with_margins(PlannerParameters(), averaging, 0.0, lidar=LidarParameters(noise=0.02))[1].average_scans
-    chosen = PlannerParameters(smoothing_slack=0.2)
-    assert (
-        with_margins(chosen, ControllerParameters(), 0.0, lidar=LidarParameters(noise=0.03))[0].smoothing_slack == 0.2
-    )
+@pytest.mark.parametrize(
+    ("noise", "slack", "beams"),
+    [(0.0, 0.0, 0), (0.007, 0.0, 0), (0.01, 0.0, 1), (0.02, 0.03, 2), (0.03, 0.06, 2), (0.05, 0.12, 4)],
+)
+def test_noise_is_smoothed_with_slack_beyond_the_nominal_and_much_is_averaged(noise, slack, beams):
+    planner, controller = with_margins(declaring(f"lidar.noise={noise}"))
+    assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_beams == beams
+    assert controller.average_scans == (noise == 0.05)
 
 
 def wedge_scans(angle, distance, lidar):
@@ -87,9 +106,8 @@ def wedge_scans(angle, distance, lidar):
 @pytest.mark.parametrize("angle", [60.0, 90.0])
 @pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
 def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
-    lidar = LidarParameters(noise=noise, beams=beams)
-    error = error_budget(Declared(lidar, *NO_FAULT[1:], COMMANDS))
-    planner, controller = with_margins(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
+    scenario = declaring(f"lidar.noise={noise}", f"lidar.beams={beams}")
+    lidar, (planner, controller) = scenario.lidar, with_margins(scenario)
     if not controller.smoothed_beams:
         assert math.radians(noise / 0.015) < 0.5 * lidar.angle_increment  # nothing is taken off
         return
@@ -99,27 +117,27 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
         assert lost < controller.safety_margin
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01])
 @pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
-def test_the_margin_covers_what_sticks_out_between_two_beams(beams):
-    lidar = LidarParameters(beams=beams)
-    error = error_budget(Declared(lidar, *NO_FAULT[1:], COMMANDS))
-    _, controller = with_margins(PlannerParameters(), ControllerParameters(), error, lidar=lidar)
-    distance = RADIUS + controller.safety_margin
-    for scan in wedge_scans(90.0, distance, lidar):
-        assert scan.distances.min() - distance < controller.safety_margin
+def test_the_margin_covers_what_sticks_out_between_two_beams(beams, noise):
+    scenario = declaring(f"lidar.beams={beams}", f"lidar.noise={noise}")
+    margin = with_margins(scenario)[1].safety_margin
+    for scan in wedge_scans(90.0, RADIUS + margin, scenario.lidar):
+        assert scan.distances.min() - RADIUS - margin < margin
 
 
-def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop():
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.03])
+@pytest.mark.parametrize("beams", [90, 180, 360, 720])
+def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop(beams, noise):
     """A scan from there sees a corner of 60 degrees, pointing at the robot, too far away by the margin at most.
 
     By first order in the angle between two beams, that is.
     """
-    robot, controller = RobotParameters(max_speed=2.0, max_acceleration=1.5), COMMANDS
-    for beams in (90, 180, 360):
-        lidar = LidarParameters(beams=beams)
-        distance = Declared(lidar, *NO_FAULT[1:3], robot, controller).seen_from
-        assert distance == pytest.approx(0.25 + min(1.2, 4.0 / 3.0 + 2.0 * 0.07))
-        error = error_budget(Declared(lidar, LocalizationParameters(), DriveParameters(), robot, controller))
-        for scan in wedge_scans(60.0, distance, lidar):
-            too_far = scan.distances.min() - distance
-            assert too_far < (error + controller.safety_margin) * (1.0 + 2.0 * lidar.angle_increment)
+    scenario = declaring(
+        "robot.max_speed=2", "robot.max_acceleration=1.5", f"lidar.beams={beams}", f"lidar.noise={noise}"
+    )
+    lidar, distance = scenario.lidar, Declared.of(scenario).seen_from
+    assert distance >= 0.25 + 1.2
+    for scan in wedge_scans(60.0, distance, lidar):
+        too_far = scan.distances.min() - distance
+        assert too_far < with_margins(scenario)[1].safety_margin * (1.0 + 2.0 * lidar.angle_increment)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.control.parameters import GUIDED
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.schema import SECTIONS, scenario_text
@@ -19,7 +20,7 @@ def test_shipped_scenarios_load_with_every_method() -> None:
 
 
 def test_text_of_a_scenario_reads_back_equal() -> None:
-    scenario = load_scenario("room", overrides=["robot.radius=0.3", "controller.certificate=false"])
+    scenario = load_scenario("room", overrides=["robot.radius=0.3", "localization.matching=false"])
     assert parse_scenario(scenario_text(scenario), name="room") == scenario
 
 
@@ -31,10 +32,11 @@ def test_explicit_obstacles_read_back_equal() -> None:
 
 
 def test_precedence_is_method_then_file_then_override() -> None:
-    text = "world: !Room {}\nplanner: {margin: 0.07}\ncontroller: {rate: 60}"
+    text = "world: !Room {}\nplanner: {comfort: 0.07}\ncontroller: {rate: 60}"
     scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])
-    assert scenario.planner.frontiers == "dbscan"  # of the method
-    assert scenario.planner.margin == 0.07  # the file wins over the method
+    assert scenario.controller.kind == "star_paper"  # of the method
+    assert scenario.planner.comfort == 0.07  # of the file
+    assert parse_scenario(text, name="x", method="star_paper").controller.rate == 60.0  # the file wins over the method
     assert scenario.controller.rate == 80.0  # the override wins over the file
 
 
@@ -50,7 +52,7 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
     fields = {field.name: field for field in dataclasses.fields(ControllerParameters)}
     kinds = fields["kind"].metadata["choices"]
     assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds)
-    assert set(kinds) - {"star", "mpc"} <= set(SECTIONS)
+    assert set(kinds) - set(GUIDED) <= set(SECTIONS)
 
 
 @pytest.mark.parametrize(
@@ -67,10 +69,12 @@ def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None
         ("world: !Forest {}\nrobot: {radius: big}", ["robot.radius", "big", "number"]),
         ("world: !Forest {}\nlidar: {beams: 0}", ["lidar.beams", "0", "3 <= x"]),
         ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
-        ("world: !Forest {}\nplanner: {frontiers: egdes}", ["planner.frontiers", "edges, dbscan"]),
-        ("world: !Forest {}\ncontroller: {kind: dwb}", ["controller.kind", "dwb", "star, mpc, dsm, foa, dwa, apf"]),
+        (
+            "world: !Forest {}\ncontroller: {kind: dwb}",
+            ["controller.kind", "dwb", "star, mpc, star_paper, dsm"],
+        ),
         ("world: !Forest {}\ndwa: {margin: -1}", ["dwa.margin", "0 <= x"]),
-        ("world: !Forest {}\ncontroller: {certificate: 3}", ["controller.certificate", "true or false"]),
+        ("world: !Forest {}\nlocalization: {matching: 3}", ["localization.matching", "true or false"]),
         ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
         ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),
         ("world: !Forest {}\nrobot: {}\nrobot: {radius: 0.4}", ["line 3", "key robot is repeated"]),

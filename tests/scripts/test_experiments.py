@@ -10,6 +10,7 @@ from benchmarks import pipeline
 from benchmarks.kinematic_drive import ROBOT, Drive, drive
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import StarParameters
+from drake_starnav.regions.piecewise_cubic import TOLERANCE
 from drake_starnav.worlds import Forest, Maze, Room, World, make_world
 from drake_starnav.worlds.view import View, scan_from, visible_shapes
 from scripts.experiments import ablate_segments, compare_regions
@@ -43,10 +44,9 @@ def test_one_sided_fits_claim_nothing(segments) -> None:
 
 
 def test_adaptive_segments_keep_their_tolerance(segments) -> None:
-    tolerance = StarParameters().fit_tolerance
     for side in ("two-sided", "one-sided"):
         adaptive = segments[side, "adaptive"]
-        assert adaptive.largest.max() <= tolerance + 1e-9
+        assert adaptive.largest.max() <= TOLERANCE + 1e-9
         for count in ablate_segments.FIXED:
             fixed = segments[side, f"{count} fixed"]
             assert (fixed.segments == count).all()
@@ -87,14 +87,14 @@ def test_in_a_bare_square_star_and_polytope_both_cover_it_all() -> None:
     pose = np.array((0.5, 0.3, 0.2))
     lidar = LidarParameters(noise=0.0)
     view = View(world, pose, scan_from(visible_shapes(world), pose, lidar))
-    result = compare_regions.compare(view, StarParameters(erosion="none"))
+    result = compare_regions.compare(view, StarParameters())
     assert result.areas[:2] == pytest.approx((1.0, 1.0), abs=0.03)
     assert result.areas[2] == pytest.approx(math.pi / 4.0, abs=0.04)
     assert result.unseen < 0.01
 
 
 def test_no_region_covers_more_than_was_seen_and_the_ellipse_less_than_its_polytope() -> None:
-    parameters = StarParameters(erosion="none")
+    parameters = StarParameters()
     for view in ablate_segments.sample_views(4, 1, LidarParameters(), 0.25):
         star, polytope, ellipse = compare_regions.compare(view, parameters).areas
         assert 0.0 < ellipse <= polytope + 1e-6

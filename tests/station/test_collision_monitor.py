@@ -23,7 +23,8 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
-from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.navigation_station import NavigationStation, add_station
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
 
@@ -36,24 +37,21 @@ STEP = 0.005  # of the plant, s
 class Run:
     """A station that is driven by a constant twist under a monitor."""
 
-    def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, period=0.01, **obstacles) -> None:
+    def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, **obstacles) -> None:
         world = World("test", start, (1.0, 0.0), **obstacles)
         builder = DiagramBuilder()
         self.station = builder.AddSystem(NavigationStation(world, ROBOT, LidarParameters(beams=3)))
         source = builder.AddSystem(ConstantVectorSource(twist))
         self.monitor = builder.AddSystem(
             CollisionMonitor(
-                robot=self.station.robot_geometries,
+                robot=self.station.robot_geometries if watched else (),
                 ground=[self.station.ground] if ground else [],
                 moving_obstacles=self.station.moving_obstacle_geometries,
-                period=period,
             )
         )
         builder.Connect(self.station.GetOutputPort("localization.state"), self.monitor.GetInputPort("state"))
         builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))
-        builder.Connect(
-            self.station.GetOutputPort("cheat.contact_results"), self.monitor.GetInputPort("contact_results")
-        )
+        builder.Connect(self.station.GetOutputPort("cheat.geometry_query"), self.monitor.GetInputPort("geometry_query"))
         self.simulator = Simulator(builder.Build())
         self.context = self.simulator.get_context()
 
@@ -123,7 +121,7 @@ def approaching(speed: float, angle: float, gap: float = 0.5) -> MovingObstacles
 @pytest.mark.parametrize("angle", [0.0, 1.0, math.pi])
 @pytest.mark.parametrize("speed", [0.3, 0.8, 2.0])
 def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) -> None:
-    run = Run((0.0, 0.0), period=STEP, moving_obstacles=approaching(speed, angle))
+    run = Run((0.0, 0.0), moving_obstacles=approaching(speed, angle))
     status = run.until(5.0)
     assert status.reason() == TOUCHED
     assert status.message().startswith("struck of ")
@@ -134,23 +132,21 @@ def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) ->
 
 @pytest.mark.parametrize("twist", [(0.5, 0.0), (-0.3, 1.0), (0.05, 0.0)])
 def test_a_robot_that_drives_when_it_meets_a_moving_obstacle_has_a_collision(twist) -> None:
-    status = Run(twist, period=STEP, moving_obstacles=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
+    status = Run(twist, moving_obstacles=approaching(0.3, 0.0 if twist[0] > 0.0 else math.pi)).until(5.0)
     assert status.reason() == TOUCHED
     assert status.message().startswith("collision of ")
 
 
 def test_who_stands_against_a_wall_has_a_collision() -> None:
     """What a robot has driven into by itself is no matter of moving obstacles."""
-    run = Run(
-        (0.0, 0.0), period=STEP, bounds=(-1.0, -1.0, ROBOT.radius - 0.0005, 1.0), moving_obstacles=approaching(0.5, 2.0)
-    )
+    run = Run((0.0, 0.0), bounds=(-1.0, -1.0, ROBOT.radius - 0.0005, 1.0), moving_obstacles=approaching(0.5, 2.0))
     status = run.until(0.1)
     assert status.message().startswith("collision of ")
 
 
 def test_a_moving_obstacle_pushes_the_robot_along_and_keeps_to_its_path() -> None:
     moving_obstacles = approaching(0.5, 0.2)
-    run = Run((0.0, 0.0), period=100.0, moving_obstacles=moving_obstacles)
+    run = Run((0.0, 0.0), watched=False, moving_obstacles=moving_obstacles)
     plant = run.station.plant
     context = plant.GetMyContextFromRoot(run.context)
     for time in (1.5, 2.0, 3.0, 5.0):
@@ -165,7 +161,7 @@ def test_a_moving_obstacle_pushes_the_robot_along_and_keeps_to_its_path() -> Non
 def test_ports_and_life() -> None:
     run = Run(cylinders=[(1.0, 0.0, 0.3)])
     ports = [run.monitor.get_input_port(k).get_name() for k in range(run.monitor.num_input_ports())]
-    assert ports == ["contact_results", "state"]
+    assert ports == ["geometry_query", "state"]
     assert run.monitor.num_output_ports() == 0
     simulator = run.simulator
     del run
@@ -173,9 +169,24 @@ def test_ports_and_life() -> None:
     assert simulator.AdvanceTo(5.0).reason() == TOUCHED
 
 
+@pytest.mark.parametrize("depth", [1e-5, 1e-3])
+def test_no_contact_is_too_short(depth: float) -> None:
+    """The hull passes a post at full speed, in touch for a hundredth of a second or for a tenth."""
+    builder = DiagramBuilder()
+    world = World("post", (0.0, 0.0, 0.0), (2.0, 0.0), cylinders=[(1.0, ROBOT.radius + 0.01 - depth, 0.01)])
+    station = add_station(builder, world, ROBOT, LidarParameters(beams=3))
+    monitor = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
+    source = builder.AddSystem(ConstantVectorSource((0.8, 0.0)))
+    builder.Connect(source.get_output_port(), station.GetInputPort("drive.twist_command"))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), monitor.GetInputPort("geometry_query"))
+    simulator = make_simulator(builder.Build())
+    assert simulator.AdvanceTo(3.0).reason() == TOUCHED
+    assert simulator.get_context().get_time() < 1.6
+
+
 def test_hydroelastic_contact_is_contact() -> None:
     builder = DiagramBuilder()
-    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.001)
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.001)
     soft, rigid = ProximityProperties(), ProximityProperties()
     AddCompliantHydroelasticProperties(0.05, 1e6, soft)
     AddRigidHydroelasticProperties(0.05, rigid)
@@ -185,11 +196,8 @@ def test_hydroelastic_contact_is_contact() -> None:
         plant.world_body(), RigidTransform([0.5, 0.0, 0.0]), Box(0.65, 1.0, 1.0), "wall", rigid
     )
     plant.Finalize()
-    monitor = builder.AddSystem(CollisionMonitor(robot=[robot], ground=[], period=0.01))
-    builder.Connect(plant.get_contact_results_output_port(), monitor.GetInputPort("contact_results"))
+    monitor = builder.AddSystem(CollisionMonitor(robot=[robot], ground=[]))
+    builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
     simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(0.002)
-    context = simulator.get_context()
-    results = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
-    assert (results.num_point_pair_contacts(), results.num_hydroelastic_contacts()) == (0, 1)
-    assert monitor.contacts(monitor.GetMyContextFromRoot(context)) == [(robot, wall)]
+    assert simulator.AdvanceTo(0.002).reason() == TOUCHED
+    assert monitor.contacts(monitor.GetMyContextFromRoot(simulator.get_context())) == [(robot, wall)]

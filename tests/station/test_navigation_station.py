@@ -15,7 +15,9 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.station.navigation_station import NavigationStation, RobotInterface, plant_config
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.plant import plant_config
+from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.worlds.world import World

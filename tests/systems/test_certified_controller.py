@@ -120,11 +120,6 @@ def test_turns_towards_the_short_term_goal(side: float) -> None:
     assert controlling.out("guiding_vector") == pytest.approx([0.0, side], abs=1e-9)
 
 
-def test_without_certificate_it_drives_into_the_unseen() -> None:
-    controlling = Controlling(AHEAD, SafetyStar.none(), parameters=ControllerParameters(certificate=False))
-    assert controlling.update(10)[0] > 0.1
-
-
 @given(
     v=st.floats(0.0, 0.8),
     omega=st.floats(-2.0, 2.0),

@@ -262,8 +262,8 @@ def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
     with pytest.raises(StarnavError, match=words):
         perceived.update(silent=True)
-    for freed in ({"certificate": False}, {"kind": "dwa"}):
-        perceived = Perceived(controller=dataclasses.replace(CONTROLLER, **freed))
+    for kind in ("star_paper", "dwa"):
+        perceived = Perceived(controller=dataclasses.replace(CONTROLLER, kind=kind))
         perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
         perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
         perceived.update(silent=True)

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from pydrake.geometry import GeometryId
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
@@ -12,7 +11,6 @@ from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -26,7 +24,6 @@ from drake_starnav.utils.timing import begins_run, checked_period
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
-    "CollisionMonitor": lambda **times: CollisionMonitor(robot=[GeometryId.get_new_id()], ground=[], **times),
 }
 WITH_RATE = {
     "ObstacleTracker": lambda **times: ObstacleTracker(DynamicObstacleParameters(), **times),

@@ -1,0 +1,10 @@
+"""The method of arXiv 2403.11484 as printed, behind the interfaces of this project's: perception, planner, controller.
+
+It shares the star regions, the roadmap and its search with this project's method, and none of what that changes.
+"""
+
+from drake_starnav.baselines.paper.control import control_step
+from drake_starnav.baselines.paper.perception import perceive
+from drake_starnav.baselines.paper.planner import plan_step
+
+__all__ = ["control_step", "perceive", "plan_step"]

@@ -1,0 +1,146 @@
+"""What makes a model of a plant a robot, as one diagram."""
+
+import math
+
+from pydrake.geometry import Role, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
+from pydrake.systems.primitives import DiscreteTimeDelay
+
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
+from drake_starnav.station.planar_localization import PlanarLocalization
+from drake_starnav.station.robot_model import drive_geometry, robot_reach
+from drake_starnav.station.wheel_servo import WheelServo
+from drake_starnav.station.wheel_slip import WheelSlip
+from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+
+LIDAR_PORTS = ("scan", "ranges", "point_cloud", "X_WS")
+POSE_PORTS = ("pose", "state", "scan_pose")
+
+
+class RobotInterface(Diagram):
+    """What makes a model of a plant a robot: its lidar, its localization and its wheel servo, as one diagram.
+
+    ```
+                           ┌────────────────┐
+    geometry_query ───────>│                ├──> lidar.scan, lidar.ranges, lidar.point_cloud, lidar.X_WS
+    multibody_state ──────>│ RobotInterface ├──> localization.pose, localization.state, localization.scan_pose
+    drive.twist_command ──>│                ├──> desired_state
+                           └────────────────┘
+    ```
+
+    Ports:
+        geometry_query: abstract, `QueryObject` of the scene.
+        multibody_state: vector of the robot's model, from the plant.
+        drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
+        desired_state: vector of the robot's model, to a discrete plant.
+        actuation: vector of the robot's model, to a continuous plant.
+
+    The lidar sees other robots in the plant where they reach into its plane, but not its own robot.
+    """
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        scene_graph: SceneGraph,
+        model: ModelInstanceIndex,
+        lidar: LidarParameters,
+        *,
+        localization: LocalizationParameters | None = None,
+        drive: DriveParameters | None = None,
+        time_step: float = SimulationParameters.time_step,
+        seed: int = 0,
+    ) -> None:
+        """
+        Args:
+            plant: finalized.
+            scene_graph: of the plant.
+            model: the robot, as from `add_robot`.
+            lidar: the sensor.
+            localization: error of the believed pose; none by default.
+            drive: faults of the drive; none by default.
+            time_step: tick of the schedule, s; a discrete plant has its own.
+            seed: of the sensor's noise and of the faults.
+        """
+        super().__init__()
+        self.lidar = lidar
+        self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
+        self.model, self.time_step = model, plant.time_step() or time_step
+        self.reach = robot_reach(plant, scene_graph, model)[0]
+        builder = DiagramBuilder()
+        inspector = scene_graph.model_inspector()
+        frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
+        self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+        mount = LidarMount(
+            parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
+            X_PS=plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame(),
+            exclude_frames=frames,
+        )
+        sensor = builder.AddNamedSystem(
+            "lidar",
+            LidarSensor(lidar, mount, seed=seed),
+        )
+        where = builder.AddNamedSystem(
+            "localization",
+            PlanarLocalization(
+                num_positions=plant.num_positions(model),
+                num_velocities=plant.num_velocities(model),
+                lidar=lidar,
+                error=localization,
+                seed=seed,
+            ),
+        )
+        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
+        builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
+        command, turning = self._add_drive_faults(builder, wheels, seed)
+        state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
+        builder.ExportInput(command, "drive.twist_command")
+        for name in LIDAR_PORTS:
+            builder.ExportOutput(sensor.GetOutputPort(name), f"lidar.{name}")
+        for name in POSE_PORTS:
+            builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
+        if plant.time_step() > 0.0:
+            builder.ExportOutput(turning, "desired_state")
+        else:
+            servo = builder.AddNamedSystem("servo", WheelServo(plant, model))
+            builder.Connect(turning, servo.GetInputPort("desired_state"))
+            builder.ConnectInput(state, servo.GetInputPort("multibody_state"))
+            builder.ExportOutput(servo.GetOutputPort("actuation"), "actuation")
+        builder.BuildInto(self)
+
+    def _add_drive_faults(
+        self, builder: DiagramBuilder, wheels: WheelSpeedCommand, seed: int
+    ) -> tuple[InputPort, OutputPort]:
+        """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
+        command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
+        if self.drive.slip > 0.0:
+            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(slip=self.drive.slip, seed=seed))
+            builder.Connect(turning, slipping.get_input_port())
+            turning = slipping.get_output_port()
+        if self.drive.delay > 0.0:
+            delay = DiscreteTimeDelay(self.time_step, delay_steps(self.drive, self.time_step), 2)
+            late = builder.AddNamedSystem("drive_delay", delay)
+            builder.Connect(late.get_output_port(), command)
+            command = late.get_input_port()
+        return command, turning
+
+
+def delay_steps(drive: DriveParameters, time_step: float) -> int:
+    """The drive's delay in ticks, rounded up: at least one if there is any delay."""
+    return max(math.ceil(drive.delay / time_step - 1e-9), int(drive.delay > 0.0))
+
+
+def connect_robot(
+    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, robot: System
+) -> None:
+    """Connect a `RobotInterface`, or a diagram that exports all of its inputs and outputs, to plant and scene."""
+    builder.Connect(scene_graph.get_query_output_port(), robot.GetInputPort("geometry_query"))
+    builder.Connect(plant.get_state_output_port(model), robot.GetInputPort("multibody_state"))
+    if plant.time_step() > 0.0:
+        builder.Connect(robot.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
+    else:
+        builder.Connect(robot.GetOutputPort("actuation"), plant.get_actuation_input_port(model))

@@ -1,0 +1,140 @@
+"""Functions that take the place of others in an ablation, and a pool whose workers use them.
+
+A name says where a function is looked up by its caller. Compiled loops do not look anything up: only what Python calls
+can be replaced.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, Future
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from drake_starnav.baselines.paper.frontiers import cluster_frontiers
+from drake_starnav.baselines.paper.perception import sight_range
+from drake_starnav.baselines.paper.planner import way_ahead
+from drake_starnav.control.heading_controller import turning_law
+from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.evaluation.workers import Pool
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning import PlannerInput, StarRoadmap
+from drake_starnav.planning.cost_field import CostField
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.roadmap import extended
+from drake_starnav.planning.search import optimistic_cost
+from drake_starnav.regions import StarParameters, StarRegion
+from drake_starnav.regions.erosion import FreeRange
+from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_segments
+from drake_starnav.robot import RobotParameters
+from scripts.experiments.ablate_segments import fit_equal
+
+Replaced = Mapping[str, Any]
+"""By dotted name, what takes a function's place."""
+SEGMENTS = 16
+"""Number of segments of equal length."""
+
+
+def run_replaced(replaced: Replaced, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function while others are replaced."""
+    with ExitStack() as stack:
+        for name, value in replaced.items():
+            stack.enter_context(patch(name, value))
+        return function(*arguments)
+
+
+def replacing_pool(pool: Pool, replaced: Replaced) -> Pool:
+    """A pool whose workers run each trial with functions replaced."""
+    return Pool(lambda: _replacing(pool.make_executor(), replaced), pool.in_flight)
+
+
+@contextmanager
+def _replacing(made: AbstractContextManager[Executor], replaced: Replaced) -> Iterator[Executor]:
+    with made as executor:
+        yield _ReplacingExecutor(executor, replaced)
+
+
+class _ReplacingExecutor(Executor):
+    """Submits each call with functions replaced."""
+
+    def __init__(self, executor: Executor, replaced: Replaced) -> None:
+        self._executor, self._replaced = executor, replaced
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        return self._executor.submit(run_replaced, dict(self._replaced), function, *arguments, **named)
+
+
+def second_argument(first: Any, second: Any, *others: Any) -> Any:
+    """For functions of a position and a direction, which stays as it is."""
+    return second
+
+
+def first_argument(first: Any, *others: Any) -> Any:
+    """For functions of a state, which stays as it is, or of a path."""
+    return first
+
+
+def nothing(*arguments: Any) -> None:
+    """For functions that may find nothing."""
+    return
+
+
+def never(*arguments: Any) -> bool:
+    """For conditions."""
+    return False
+
+
+def uncertified_twist(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, *others: Any) -> tuple:
+    """For `certified_twist`: whatever is desired."""
+    return float(desired[0]), float(desired[1]), True
+
+
+def shortened_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
+    """For `free_range`: ranges less the radius."""
+    inflated = radius + parameters.margin
+    return sight_range(scan, distance, parameters, radius=inflated)._replace(margin=parameters.margin)
+
+
+def two_sided_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
+    """For `fit_segments`: cubics through the samples."""
+    return fit_segments(samples, breaks, tolerance, False)
+
+
+def equal_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
+    """For `fit_segments`: SEGMENTS segments of equal length."""
+    return fit_equal(samples, SEGMENTS, one_sided)
+
+
+def extended_at_clusters(
+    roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, *others: Any
+) -> StarRoadmap:
+    """For `extended`: frontiers between clusters of hits."""
+
+    def clusters(region: StarRegion, owner: int) -> Frontiers:
+        return cluster_frontiers(region, scan, pose, owner)
+
+    with patch("drake_starnav.planning.roadmap.edge_frontiers", clusters):
+        return extended(roadmap, region, scan, pose, *others)
+
+
+def full_cost(roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray, at_robot: bool = True) -> CostField:
+    """For `optimistic_cost`: exact at all frontiers, not only where they are cheaper than a virtual one."""
+    return optimistic_cost(roadmap, now, cost_to_come, False)
+
+
+def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
+    """For `estimates`: the straight line to the goal."""
+    return np.hypot(*(frontiers.probe - goal).T)
+
+
+def nodes_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """For `_path_ahead`: way points are driven to."""
+    return way_ahead(path, position)
+
+
+def law_tracked(
+    heading: float, twist: np.ndarray, errors: np.ndarray, period: float, robot: RobotParameters
+) -> tuple[np.ndarray, np.ndarray]:
+    """For the paper's `tracked`: this project's turning law."""
+    return turning_law(heading, robot.max_speed, ControllerParameters(), robot), errors

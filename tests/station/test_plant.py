@@ -1,0 +1,112 @@
+"""The continuous plant goes as the discrete one does, and its simulator as its context says."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.navigation import add_navigation
+from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation import scenario_station
+from drake_starnav.station.navigation_station import add_station
+from drake_starnav.station.plant import LONGEST_STEP, add_plant, make_simulator, plant_config
+from drake_starnav.worlds import make_world
+from drake_starnav.worlds.world import World
+
+LIDAR = LidarParameters(beams=36)
+POST = World("post", (0.0, 0.0, 0.4), (5.0, 0.0), cylinders=[(1.0, 0.5, 0.2)])
+OPEN = World("open", (0.0, 0.0, 0.4), (5.0, 0.0))
+
+
+class Drive:
+    """A robot that is told a constant twist, in a continuous plant or in a discrete one."""
+
+    def __init__(self, world: World = OPEN, twist=(0.8, 0.5), continuous: bool = True, mass_error: float = 0.0) -> None:
+        builder, robot = DiagramBuilder(), RobotParameters(mass_error=mass_error)
+        self.station = add_station(builder, world, robot, LIDAR, continuous=continuous)
+        source = builder.AddSystem(ConstantVectorSource(twist))
+        builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))
+        self.simulator = make_simulator(builder.Build())
+
+    def state(self, port: str = "localization.state") -> np.ndarray:
+        output = self.station.GetOutputPort(port)
+        return output.Eval(output.get_system().GetMyContextFromRoot(self.simulator.get_context()))
+
+
+@pytest.mark.parametrize("twist", [(0.8, 0.0), (0.8, 2.0), (0.0, -2.0), (-0.4, 1.0)])
+def test_the_robot_drives_as_told_and_as_in_a_discrete_plant(twist) -> None:
+    runs = [Drive(twist=twist, continuous=continuous) for continuous in (True, False)]
+    for run in runs:
+        run.simulator.AdvanceTo(3.0)
+        assert run.state()[3:] == pytest.approx(twist, abs=1.3e-3)
+    assert runs[0].state()[:2] == pytest.approx(runs[1].state()[:2], abs=8e-3)
+
+
+@pytest.mark.parametrize("mass_error", [0.0, 0.5])
+def test_the_motors_give_no_more_than_their_efforts(mass_error: float) -> None:
+    """To be at full speed at once, the wheels would need far more than 2 N m."""
+    runs = [Drive(twist=(2.0, 0.0), continuous=continuous, mass_error=mass_error) for continuous in (True, False)]
+    for run in runs:
+        run.simulator.AdvanceTo(0.15)
+    v, expected = (run.state()[3] for run in runs)
+    assert v == pytest.approx(expected, rel=0.05)
+    assert v < 0.15 * 2.0 * 2.0 / 0.05 / (8.2 * (1.0 + mass_error) + 2.0 * 0.5) < 2.0
+
+
+def test_who_drives_against_a_post_is_held_up_by_it() -> None:
+    for continuous in (True, False):
+        run = Drive(World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.0, 0.0, 0.2)]), (0.5, 0.0), continuous)
+        run.simulator.AdvanceTo(4.0)
+        assert run.state()[0] == pytest.approx(1.0 - 0.2 - 0.25, abs=2e-3)
+
+
+def test_steps_are_no_longer_than_they_may_be_whatever_the_plants_error() -> None:
+    run = Drive()
+    run.simulator.AdvanceTo(1.0)
+    assert run.simulator.get_integrator().get_fixed_step_mode()
+    assert run.simulator.get_num_steps_taken() == pytest.approx(1.0 / LONGEST_STEP, abs=2)
+
+
+def test_a_clone_under_a_new_simulator_goes_the_same_way() -> None:
+    """Off the grid of all events, with faults, close to an obstacle."""
+    text = """
+world: !Obstacles {cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}
+drive: {delay: 0.04, slip: 0.1}
+localization: {drift: 0.03}
+"""
+    scenario, builder = parse_scenario(text, name="clone"), DiagramBuilder()
+    world = make_world(scenario.world, 0, scenario.robot.radius)
+    station = scenario_station(builder, scenario, world, 1)
+    add_navigation(builder, scenario, seed=1, world=world, station=station)
+    diagram = builder.Build()
+    simulator = make_simulator(diagram)
+    simulator.AdvanceTo(1.2013)
+    twin = make_simulator(diagram, simulator.get_context().Clone())
+    assert twin.get_context().get_time() == 1.2013
+    for until in (1.2217, 2.0, 3.1003):
+        simulator.AdvanceTo(until)
+        twin.AdvanceTo(until)
+        states = [each.get_context().get_continuous_state_vector().CopyToVector() for each in (simulator, twin)]
+        assert states[0].tobytes() == states[1].tobytes()
+
+
+def test_a_discrete_plant_has_a_simulator_as_any() -> None:
+    run = Drive(continuous=False)
+    assert run.station.plant.time_step() == 0.005
+    other = Simulator(run.simulator.get_system())
+    run.simulator.AdvanceTo(0.5)
+    other.AdvanceTo(0.5)
+    states = [run.station.plant.GetMyContextFromRoot(each.get_context()) for each in (run.simulator, other)]
+    states = [run.station.plant.GetPositionsAndVelocities(each).tobytes() for each in states]
+    assert states[0] == states[1]
+
+
+def test_the_plant_is_the_one_that_is_asked_for() -> None:
+    assert plant_config().time_step == 0.0
+    for step in (0.0, 0.002):
+        plant, _, model, _ = add_plant(DiagramBuilder(), POST, RobotParameters(), step)
+        assert plant.time_step() == step and plant.is_finalized()
+        assert plant.GetModelInstanceName(model) == "starbot"
