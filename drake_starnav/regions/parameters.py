@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import parameter
-
 
 @dataclass(frozen=True)
 class StarParameters:
@@ -18,8 +16,6 @@ class StarParameters:
     margin: float = 0.0315
     least_margin: float = 0.0115
     smoothing_slack: float = 0.0
-    smoothing_beams: int = parameter(3, "half width of the moving average, in beams", low=0, high=50)
-    bearings: int = parameter(720, "samples of the boundary, rounded up to whole samples a beam", low=36, high=7200)
 
 
 @dataclass(frozen=True)
@@ -39,9 +35,3 @@ class SafetyParameters:
     safety_range: float = 1.2
     smoothed_beams: int = 0
     average_scans: bool = False
-    scan_memory: int = parameter(
-        5,
-        "number of scans from which the safety star is made",
-        low=1,
-        high=100,
-    )

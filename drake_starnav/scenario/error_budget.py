@@ -12,6 +12,7 @@ from typing import NamedTuple
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
+from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import Scenario
@@ -83,7 +84,7 @@ class Declared:
     def scans_awaited(self) -> float:
         """Periods of the lidar until the next scan at the latest; scans may be lost."""
         lost = self.lidar.scan_loss > 0.0 or self.lidar.silence_duration > 0.0
-        return self.controller.scan_patience if lost else 1.0
+        return SCAN_PATIENCE if lost else 1.0
 
     @property
     def driven_blind(self) -> float:
@@ -98,7 +99,7 @@ class Declared:
     @property
     def memory(self) -> float:
         """From the oldest scan in use until the robot stands, s."""
-        return max(DRIFT_MEMORY, (1.0 + self.controller.scan_patience) / self.lidar.rate + self.braking_time)
+        return max(DRIFT_MEMORY, (1.0 + SCAN_PATIENCE) / self.lidar.rate + self.braking_time)
 
     @property
     def jumps(self) -> int:
@@ -154,12 +155,12 @@ SYMBOLS: dict[str, Entry] = {
     "B": Entry("v^2 / (2 * a)", "braking distance from full speed, m", attrgetter("braking_distance")),
     "S": Entry("v * (d + t) + B", "distance until a command to brake has stopped the robot, m",
                attrgetter("stopping_distance")),
-    "n": Entry("controller.scan_patience if lidar.scan_loss or lidar.silence_duration else 1",
+    "n": Entry("3 if lidar.scan_loss or lidar.silence_duration else 1",
                "scan periods until the next scan at the latest", attrgetter("scans_awaited")),
     "L": Entry("n / lidar.rate + lidar.delay + d + t",
                "time for which the robot drives by one scan before a command brakes it, s", attrgetter("driven_blind")),
     "R": Entry("L + T / 2", "time for which a drifting heading leads astray, s", attrgetter("drifting_time")),
-    "M": Entry("max(1, (1 + controller.scan_patience) / lidar.rate + T)",
+    "M": Entry("max(1, (1 + 3) / lidar.rate + T)",
                "time from the oldest scan in use to standing still, s", attrgetter("memory")),
     "J": Entry("1 + floor((L + T) / localization.jump_interval)", "most jumps in the time L + T", attrgetter("jumps")),
     "C": Entry("0.004 + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m",

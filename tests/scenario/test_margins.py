@@ -111,9 +111,9 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
     if not controller.smoothed_beams:
         assert math.radians(noise / 0.015) < 0.5 * lidar.angle_increment  # nothing is taken off
         return
-    smoothing = dataclasses.replace(planner, smoothing_beams=controller.smoothed_beams)
+    smoothing = planner.smoothing_slack, controller.smoothed_beams
     for scan in wedge_scans(angle, RADIUS + controller.safety_margin, lidar):
-        lost = smoothed_distances(scan, smoothing).min() - scan.distances.min()
+        lost = smoothed_distances(scan, *smoothing).min() - scan.distances.min()
         assert lost < controller.safety_margin
 
 
