@@ -1,13 +1,14 @@
 """Which regions cover the edge frontiers of which nodes: a revision looks only at those whose region has changed."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.planning.frontiers import Frontiers, edge_frontiers
-from drake_starnav.regions.star_region import RegionStack, StarRegion, covers
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.regions.star_region import RegionStack, covers
 
 UNCOVERED, UNKNOWN = -1, -2
 
@@ -35,17 +36,16 @@ class EdgeCoverage(NamedTuple):
         return Frontiers(self.open_rows[:, :2].copy(), self.open_rows[:, 2:].copy(), owner)
 
 
-def with_newest(before: EdgeCoverage, region: StarRegion, stack: RegionStack, slack: float) -> EdgeCoverage:
+def with_newest(before: EdgeCoverage, rows: np.ndarray, stack: RegionStack, slack: float) -> EdgeCoverage:
     """The coverage after a node was added.
 
     Args:
         before: of the older nodes.
-        region: of the new node.
+        rows: of the new node.
         stack: all regions, with the new one.
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
     newest = len(stack) - 1
-    rows = _edge_rows(region)
     now_covered = _covering(before.open_rows, *stack.arrays, np.full(len(before.open), -1), newest, slack) >= 0
     by = _covering(rows, *stack.arrays, np.full(len(rows), newest), 0, slack)
     covered_by = np.concatenate((before.covered_by, by))
@@ -60,7 +60,12 @@ def with_newest(before: EdgeCoverage, region: StarRegion, stack: RegionStack, sl
 
 
 def revised(
-    before: EdgeCoverage, kept: np.ndarray, changed: np.ndarray, regions: list[StarRegion], stack: RegionStack, slack: float
+    before: EdgeCoverage,
+    kept: np.ndarray,
+    changed: np.ndarray,
+    fresh: Sequence[np.ndarray],
+    stack: RegionStack,
+    slack: float,
 ) -> EdgeCoverage:
     """The coverage after regions were changed or dropped.
 
@@ -68,7 +73,8 @@ def revised(
         before: of all nodes.
         kept: shape (n,), indices of the nodes that remain.
         changed: shape (n,), whether the region of such a node has changed.
-        regions, stack: of the nodes that remain.
+        fresh: rows of the changed nodes.
+        stack: regions of the nodes that remain.
         slack: as in `with_newest`.
     """
     counts = np.array([len(rows) for rows in before.rows])
@@ -77,27 +83,22 @@ def revised(
     number[kept[~changed]] = np.flatnonzero(~changed)
     number[-1] = UNCOVERED
     known = number[before.covered_by]
-    rows, parts = [], []
-    for new, (old, fresh) in enumerate(zip(kept.tolist(), changed.tolist(), strict=True)):
-        rows.append(_edge_rows(regions[new]) if fresh else before.rows[old])
-        parts.append(np.full(len(rows[-1]), UNKNOWN, np.int32) if fresh else known[starts[old] : starts[old + 1]])
+    rows, parts, ahead = [], [], iter(fresh)
+    for old, new in zip(kept.tolist(), changed.tolist(), strict=True):
+        rows.append(next(ahead) if new else before.rows[old])
+        parts.append(np.full(len(rows[-1]), UNKNOWN, np.int32) if new else known[starts[old] : starts[old + 1]])
     covered_by = np.concatenate(parts) if parts else np.zeros(0, np.int32)
     pending = np.flatnonzero(covered_by < 0)
-    node = np.searchsorted(np.cumsum([len(each) for each in rows]), pending, side="right")
     first = np.concatenate(([0], np.cumsum([len(each) for each in rows])))
+    node = np.searchsorted(first[1:], pending, side="right")
     places = np.empty((len(pending), 4))
-    begins = np.flatnonzero(np.diff(node, prepend=-1))
-    for begin, end in zip(begins, np.append(begins[1:], len(pending)), strict=True):
+    bounds = np.append(np.flatnonzero(np.diff(node, prepend=-1)), len(pending))
+    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
         owner = node[begin]
         places[begin:end] = rows[owner][pending[begin:end] - first[owner]]
     _recover(covered_by, pending, places, node, *stack.arrays, np.flatnonzero(changed), slack)
     still = covered_by[pending] < 0
     return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
-
-
-def _edge_rows(region: StarRegion) -> np.ndarray:
-    edges = edge_frontiers(region, 0)
-    return np.hstack((edges.stand, edges.probe))
 
 
 @njit(cache=True)

@@ -21,6 +21,7 @@ from drake_starnav.planning.roadmap import (
     DRIVEN_EDGE_PENALTY,
     STANDING_THERE,
     StarRoadmap,
+    edge_rows,
     enterable,
     impassable_points,
     overlap,
@@ -240,14 +241,15 @@ def _remade(
     changed = np.array([new is not roadmap.regions[old] for new, old in zip(regions, kept, strict=True)], bool)
     hits = roadmap.hits
     if parameters.drop_seen_through:
-        hits = StarRoadmap.empty(parameters, robot_radius).hits
+        hits, changed = StarRoadmap.empty(parameters, robot_radius).hits, np.ones(len(kept), bool)
         for scan, pose in scans:
             hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     if not regions:
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     edges, lengths = _revised_edges(roadmap, kept, changed, stack)
-    coverage = revised(roadmap.coverage, kept, changed, regions, stack, COVER_SLACK)
+    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed)]
+    coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
         regions=tuple(regions),

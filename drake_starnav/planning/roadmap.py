@@ -10,7 +10,7 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.cost_field import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
-from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, uncovered
+from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
@@ -113,12 +113,19 @@ def extended(
     if stamp:
         hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
-    coverage, old = with_newest(roadmap.coverage, region, grown.stack, COVER_SLACK), roadmap.frontiers
+    rows, old = edge_rows(region, hits, robot_radius), roadmap.frontiers
+    coverage = with_newest(roadmap.coverage, rows, grown.stack, COVER_SLACK)
     newest = (array[-1:] for array in grown.stack.arrays)
     new = coverage.frontiers
     frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(new.where(new.owner == len(roadmap)))
     frontiers = frontiers.where(enterable(frontiers, grown, robot_radius))
     return dataclasses.replace(grown, frontiers=frontiers, coverage=coverage)
+
+
+def edge_rows(region: StarRegion, hits: DistanceGrid, robot_radius: float) -> np.ndarray:
+    """Stands and probes of a region's edge frontiers that are not at a hit, shape (n, 4), W, m."""
+    edges = edge_frontiers(region, 0)
+    return np.hstack((edges.stand, edges.probe))[hits.distance(edges.probe) > robot_radius - PROBE_SLACK]
 
 
 def with_node(
