@@ -131,7 +131,9 @@ def digest(before: str, state: PlannerState) -> str:
     """A hash of a state and of the hash before it."""
     roadmap = state.roadmap
     arrays = (state.path, state.optimistic_path, roadmap.stack.values, roadmap.edges, roadmap.frontiers.probe)
-    return hashlib.sha256(b"".join((before.encode(), state.status.value.encode(), *map(np.ndarray.tobytes, arrays)))).hexdigest()
+    return hashlib.sha256(
+        b"".join((before.encode(), state.status.value.encode(), *map(np.ndarray.tobytes, arrays)))
+    ).hexdigest()
 
 
 def replayed(scans: int, spacing: float, seed: int) -> Pipeline:

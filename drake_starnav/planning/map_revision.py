@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.edge_coverage import revised
+from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
     DRIVEN_EDGE_PENALTY,
@@ -182,7 +182,9 @@ def _rough_bearing(y, x):
         return 0.0
     z = min(a, b) / max(a, b)
     s = z * z
-    angle = z * (0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212)))))
+    angle = z * (
+        0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212))))
+    )
     if b > a:
         angle = 0.5 * math.pi - angle
     if x < 0.0:
@@ -270,7 +272,9 @@ def _revised_stack(
     stack: RegionStack, kept: np.ndarray, changed: np.ndarray, regions: Sequence[StarRegion]
 ) -> RegionStack:
     """The rows of the regions that remain, shape (n,), with those of the changed ones replaced."""
-    out = RegionStack(stack.center[kept], stack.bearing_0[kept], stack.values[kept], stack.slopes[kept], stack.reach[kept])
+    out = RegionStack(
+        stack.center[kept], stack.bearing_0[kept], stack.values[kept], stack.slopes[kept], stack.reach[kept]
+    )
     for k in np.flatnonzero(changed):
         fit = regions[k].boundary
         out.values[k], out.slopes[k], out.reach[k] = fit.values, fit.slopes, regions[k].reach

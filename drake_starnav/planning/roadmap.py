@@ -117,7 +117,9 @@ def extended(
     coverage = with_newest(roadmap.coverage, rows, grown.stack, COVER_SLACK)
     newest = (array[-1:] for array in grown.stack.arrays)
     new = coverage.frontiers
-    frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(new.where(new.owner == len(roadmap)))
+    frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(
+        new.where(new.owner == len(roadmap))
+    )
     frontiers = frontiers.where(enterable(frontiers, grown, robot_radius))
     return dataclasses.replace(grown, frontiers=frontiers, coverage=coverage)
 

@@ -78,7 +78,12 @@ def _blocked_at(center, bearing_0, values, reach, x0, y0, x1, y1, guess):
             n += 1
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
-        if _cover_of(center, bearing_0, values, reach, nearby[:n], -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) < 0:
+        if (
+            _cover_of(
+                center, bearing_0, values, reach, nearby[:n], -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+            )
+            < 0
+        ):
             return max(length * i / count, 1e-9)
     last, i, step = -1, 0, 1
     while i <= count:
@@ -92,7 +97,15 @@ def _blocked_at(center, bearing_0, values, reach, x0, y0, x1, y1, guess):
         i += 1
         while step > 1 and i <= count:
             ahead = min(i + step, count)
-            if _covers_all(center[last], bearing_0[last], values[last], x, y, x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count):
+            if _covers_all(
+                center[last],
+                bearing_0[last],
+                values[last],
+                x,
+                y,
+                x0 + (x1 - x0) * ahead / count,
+                y0 + (y1 - y0) * ahead / count,
+            ):
                 i = ahead + 1
                 x, y = x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count
                 step *= 2
