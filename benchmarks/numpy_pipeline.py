@@ -13,12 +13,11 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import (
     LONGEST_STEP,
     SAMPLE_SPACING,
-    SPEED_SHARES,
     STOPPED_DISTANCE,
-    TURN_SHARES,
 )
-from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.heading_controller import CREEP_SPEED
+from drake_starnav.control.certificates import PROPOSALS
+from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, HEADING_GAIN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.path_following import MAX_BEND, MODULATION_DISTANCE, NEAR_WALL_ZONE, near_wall_radius
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -28,6 +27,7 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import RegionStack, StarParameters
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
 from drake_starnav.regions.star_region import LINE_STEP, segment_covered
@@ -141,7 +141,7 @@ def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def safety_values(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float) -> np.ndarray:
     """As the values of `stars.safety.safety_star`; the latest scan is added to the memory here."""
     counts = memory.counts
-    old = sum(counts[max(len(counts) + 1 - ControllerParameters().scan_memory, 0) :])
+    old = sum(counts[max(len(counts) + 1 - SCAN_MEMORY, 0) :])
     kept = slice(len(memory.points) - old, None)
     near = scan.hits & (scan.distances < reach + 2.0 * radius)
     latest = scan.points_at(scan.distances, near, pose)
@@ -181,11 +181,11 @@ def command(
         direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
     radius = near_wall_radius(parameters.safety_margin, robot.radius)
     direction = _off_walls(pose[:2], direction, star.near_hits, radius, NEAR_WALL_ZONE)
-    direction = _free_heading(pose[:2], direction, star, parameters.free_heading_range)
+    direction = _free_heading(pose[:2], direction, star, FREE_HEADING_RANGE)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
-    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)
-    omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
+    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, GOAL_SLOWDOWN * stop_at + CREEP_SPEED)
+    omega = min(max(HEADING_GAIN * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
     v, omega = _certified_twist(pose, twist, v, omega, 1.0 / parameters.rate + parameters.delay, star, robot)
     limits = np.array((robot.max_speed, robot.max_yaw_rate))
     change = np.array((robot.max_acceleration, robot.max_yaw_acceleration)) / parameters.rate
@@ -265,11 +265,9 @@ def _free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar,
 def _certified_twist(
     pose: np.ndarray, twist: np.ndarray, v: float, omega: float, hold: float, star: SafetyStar, robot: RobotParameters
 ) -> tuple[float, float]:
-    tried = [(v * share, omega) for share in SPEED_SHARES]
-    tried += [(v * share, omega * turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
-    for candidate in tried:
+    for candidate in PROPOSALS * (v, omega):
         if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
-            return candidate
+            return float(candidate[0]), float(candidate[1])
     standing = twist[0] ** 2 <= 2.0 * robot.max_acceleration * STOPPED_DISTANCE
     return 0.0, omega if standing else 0.0
 

@@ -32,7 +32,7 @@ from benchmarks.kinematic_drive import (
     scan_processing,
 )
 from drake_starnav.baselines import foa_velocity
-from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.control.heading_controller import HEADING_GAIN, limited_twist
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.regions.erosion import free_range, smoothed_distances
@@ -54,7 +54,7 @@ def foa_command(moment: CommandMoment) -> np.ndarray:
     velocity = foa_velocity(moment.pose[:2], nominal, points, control_radius=ROBOT.radius)
     turn = math.atan2(velocity[1], velocity[0]) - moment.pose[2]
     heading = (turn + math.pi) % (2.0 * math.pi) - math.pi
-    desired = np.array((math.hypot(*velocity) * max(math.cos(heading), 0.0) ** 3, CONTROLLER.heading_gain * heading))
+    desired = np.array((math.hypot(*velocity) * max(math.cos(heading), 0.0) ** 3, HEADING_GAIN * heading))
     return limited_twist(moment.twist, desired, ROBOT, 1.0 / CONTROLLER.rate)
 
 

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, ZeroOrderHold
 
 from drake_starnav.baselines import known_obstacles, paper
+from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import Law, control_step
 from drake_starnav.control.parameters import GUIDED
-from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step
@@ -51,6 +51,7 @@ METHODS = {
 """By `controller.kind`, of GUIDED."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
+    "command_hold",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
@@ -164,7 +165,13 @@ def add_navigation(
         if scenario.controller.target == "short_term_goal":
             perception, planner, tracker, _ = _add_planning(builder, scenario, station, goal, stopwatch)
         controller = _add_baseline(builder, scenario, world, station, goal, planner, stopwatch)
-    builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
+    command, equipment = controller.GetOutputPort("twist_command"), _equipment(station)
+    if equipment.continuous:  # a discrete plant takes a command up at its next step, and so it is certified
+        period, offset = 1.0 / scenario.controller.rate, _command_offset(scenario) + step
+        hold = builder.AddNamedSystem("command_hold", ZeroOrderHold(period, 2, offset))
+        builder.Connect(command, hold.get_input_port())
+        command = hold.get_output_port()
+    builder.Connect(command, station.GetInputPort("drive.twist_command"))
     if matcher is not None:
         builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
     return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
@@ -191,6 +198,17 @@ class _Schedule:
             matcher=perception + step if matching else None,
             last=(2 + moving + matching) * step,
         )
+
+
+def _command_offset(scenario: Scenario) -> float:
+    """When the controller is first updated, s."""
+    if scenario.controller.kind in GUIDED:
+        return _Schedule.of(scenario).last
+    return 2 * scenario.simulation.time_step
+
+
+def _equipment(station: NavigationStation | Station | RobotInterface) -> RobotInterface:
+    return station if isinstance(station, RobotInterface) else station.equipment
 
 
 def _add_planning(
@@ -275,7 +293,7 @@ def _add_certified_controller(
     tracker: ObstacleTracker | None,
     stopwatch: Stopwatch | None,
 ) -> CertifiedController:
-    offset, rate = _Schedule.of(scenario).last, scenario.controller.rate
+    offset, rate = _command_offset(scenario), scenario.controller.rate
     delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
     controller = builder.AddNamedSystem(
         "controller",
@@ -319,7 +337,7 @@ def _add_baseline(
     stopwatch: Stopwatch | None,
 ) -> BaselineController:
     """Add a baseline; it reads the same scans at the same times as the star controller."""
-    kind, offset = scenario.controller.kind, 2 * scenario.simulation.time_step
+    kind, offset = scenario.controller.kind, _command_offset(scenario)
     settings = getattr(scenario, kind)
     controller = builder.AddNamedSystem(
         "controller",

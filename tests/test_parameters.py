@@ -37,6 +37,8 @@ class Example:
     kind: str = parameter("round", "which", choices=("round", "square"))
     name: str = parameter("a", "what it is called")
     offset: float = parameter(0.0, "any number", unit="m")
+    counts: tuple[int, int] = parameter((1, 4), "how few and how many", low=0, high=9)
+    gap: tuple[float, float] = parameter((0.5, 1.0), "how narrow and how wide", unit="m", above=0.0)
 
 
 def field(name: str) -> dataclasses.Field:
@@ -52,6 +54,8 @@ def field(name: str) -> dataclasses.Field:
         ("active", "true or false"),
         ("kind", "one of round, square"),
         ("offset", "a finite number m"),
+        ("counts", "[least, most], 0 <= x <= 9"),
+        ("gap", "[least, most], 0 < x m"),
     ],
 )
 def test_what_is_allowed_in_words(name, text):
@@ -98,6 +102,14 @@ def test_limits_are_exclusive_above_and_inclusive_high(value):
         ({"active": 1}, r"example\.active is 1; allowed: true or false"),
         ({"kind": "oval"}, r"example\.kind is 'oval'; allowed: one of round, square"),
         ({"name": 3}, r"example\.name is 3; allowed: a text"),
+        ({"counts": [5, 4]}, r"example\.counts is \[5, 4\]; allowed: \[least, most\], 0 <= x <= 9"),
+        ({"counts": [5, 10]}, r"example\.counts is \[5, 10\]; allowed: \[least, most\], 0 <= x <= 9"),
+        ({"counts": [5]}, r"example\.counts is \[5\]; allowed: \[least, most\], two whole numbers"),
+        ({"counts": 5}, r"example\.counts is 5; allowed: \[least, most\], two whole numbers"),
+        ({"counts": [1, 2.0]}, r"example\.counts is \[1, 2\.0\]; allowed: \[least, most\], two whole numbers"),
+        ({"gap": [0.5, "wide"]}, r"example\.gap is \[0\.5, 'wide'\]; allowed: \[least, most\], two numbers"),
+        ({"gap": [0.0, 1.0]}, r"example\.gap is \[0\.0, 1\.0\]; allowed: \[least, most\], 0 < x m"),
+        ({"gap": [float("nan"), 1.0]}, r"example\.gap is \[nan, 1\.0\]; allowed: \[least, most\], 0 < x m"),
         ({"offset": float("nan")}, r"example\.offset is nan; allowed: a finite number"),
         ({"sped": 1.0}, r"unknown key example\.sped: did you mean speed\? allowed: speed, share"),
         ({7: 1.0}, r"unknown key example\.7: allowed"),
@@ -135,6 +147,15 @@ def test_scalars_of_numpy_become_those_of_python():
     check_parameters(example, "example")
     assert example == Example(speed=1.5, share=1.0, count=2, active=False)
     assert [type(getattr(example, name)) for name in ("speed", "share", "count", "active")] == [float, float, int, bool]
+
+
+def test_ranges_become_tuples_of_their_kind():
+    example = build(Example, {"counts": [2, 2], "gap": [1, 2]}, "example")
+    assert example == Example(counts=(2, 2), gap=(1.0, 2.0)) and hash(example)
+    assert [type(end) for end in (*example.counts, *example.gap)] == [int, int, float, float]
+    given = Example(counts=[np.int64(1), 3])
+    check_parameters(given, "example")
+    assert given == Example(counts=(1, 3))
 
 
 def test_fields_that_are_no_parameters_are_not_checked():

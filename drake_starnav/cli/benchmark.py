@@ -4,8 +4,8 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -131,7 +131,9 @@ def _benchmark(options: argparse.Namespace) -> int:
         check_worlds(cases, worlds)
     read = {*map(scenario_path, sources), *(file for case in cases for file in case_files(case))}
     _check_report_outputs(options, read, options.json)
-    header = make_header(cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None)
+    header = make_header(
+        cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None, command=options.typed
+    )
     with (
         chosen_pool(options) as pool,
         TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
@@ -181,9 +183,9 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a report that opens offline")
     parser.add_argument(
-        "--recordings", type=int, default=3, metavar="N",
-        help="for the HTML report, record at most N failures of each scenario and method, and two successes "
-        "(default: 3; -1: record nothing)",
+        "--recordings", type=int, nargs="?", const=3, metavar="N",
+        help="once the HTML report is written, record at most N failures of each scenario and method, two successes "
+        "(default: none; without N: 3)",
     )  # fmt: skip
     parser.add_argument(
         "--panels", type=int, default=12, metavar="N", help="worlds of each scenario that it draws (default: 12)"
@@ -192,7 +194,9 @@ def _add_report_options(parser: argparse.ArgumentParser) -> None:
 
 def _check_report_options(options: argparse.Namespace) -> None:
     """Raise `StarnavError` for a bad number among the options of `_add_report_options`."""
-    check_numbers(options, recordings=(-1, math.inf), panels=(1, math.inf))
+    check_numbers(options, panels=(1, math.inf))
+    if options.recordings is not None:
+        check_numbers(options, recordings=(0, math.inf))
 
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
@@ -205,7 +209,7 @@ def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | s
     """
     check_outputs((*outputs, options.markdown, options.csv, options.html), inputs)
     if options.html is not None:
-        if options.recordings >= 0:
+        if options.recordings is not None:
             check_writable(_recordings_folder(options.html) / "trial.html")
         from drake_starnav.evaluation.report.figures import new_figure
         from drake_starnav.evaluation.report.page import load_template
@@ -237,23 +241,29 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
         write_text(options.markdown, tables + "\n")
     if options.csv is not None:
         write_text(options.csv, summary_csv(results))
+    chosen = chosen_trials(results)
     if options.html is not None:
-        recordings = chosen_trials(results)
-        if options.recordings >= 0:
-            with tqdm(desc="recordings", unit="trial", disable=options.quiet or None, leave=False) as bar:
-
-                def progress(done: int, total: int) -> None:
-                    bar.total = total
-                    bar.update(done - bar.n)
-
-                recordings = record_chosen(
-                    results,
-                    recordings,
-                    _recordings_folder(options.html),
-                    failures=options.recordings,
-                    jobs=options.jobs,
-                    progress=progress,
-                )
-        write_text(options.html, write_page(Report(results, recordings, options.panels)))
+        with _bar("drawing", "picture", options.quiet) as progress:
+            write_text(options.html, write_page(Report(results, chosen, options.panels), progress))
     if not options.quiet:
         print_written((options.markdown, options.csv, options.html))
+        sys.stdout.flush()  # now the report can be read, while what follows is recorded
+    if options.html is not None and options.recordings is not None:
+        folder, failures = _recordings_folder(options.html), options.recordings
+        with _bar("recordings", "trial", options.quiet) as progress:
+            chosen = record_chosen(results, chosen, folder, failures=failures, jobs=options.jobs, progress=progress)
+        write_text(options.html, write_page(Report(results, chosen, options.panels)))
+        if not options.quiet:
+            print(f"wrote recordings into {folder}, with links in {options.html}")
+
+
+@contextmanager
+def _bar(label: str, unit: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar; the function it yields takes the number done and the number of all."""
+    with tqdm(desc=label, unit=unit, disable=quiet or None, leave=False) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield progress

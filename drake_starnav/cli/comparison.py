@@ -15,13 +15,21 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.simulation import run_trial
-from drake_starnav.station.model_world import add_model, make_world_with_footprints
+from drake_starnav.station.model_world import add_model, floor_geometries, make_world_with_footprints
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_world
 from drake_starnav.visualization import meshes
-from drake_starnav.visualization.camera import camera_presets
-from drake_starnav.visualization.film import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Actor, Film
+from drake_starnav.visualization.collision_shapes import show_collision_shapes
+from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.meshes import LAYERS, Color, Layer
+from drake_starnav.visualization.meshes import (
+    DECK_COLOR,
+    HEADING_COLOR,
+    LAYERS,
+    LIDAR_COLOR,
+    LINE_WIDTH,
+    Color,
+    Layer,
+)
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
@@ -88,6 +96,7 @@ def record_comparison(
     html: Path,
     *,
     view: str = "top",
+    shown: frozenset[str] | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Film:
     """Let each method drive the same world alone, then record all their robots in one scene.
@@ -99,6 +108,7 @@ def record_comparison(
         seed: of the world and of the sensor's noise.
         html: the file to write.
         view: camera preset that it opens with.
+        shown: layers that are shown at first; None for all.
         progress: called repeatedly with the simulated time of the current run and its time limit, s.
 
     Raises:
@@ -111,15 +121,16 @@ def record_comparison(
         entries.append(Entry(method, witness.outcome, witness.motion, COLORS[k % len(COLORS)]))
     scenario = next(iter(scenarios.values()))
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-    layers = meshes.with_moving_obstacles(comparison_layers(entries), world)
-    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers)
+    layers = meshes.with_scene(comparison_layers(entries), world)
+    del layers["robot"]  # there are several, each with a row of its own
+    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers, shown)
     return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
 
 
 def comparison_layers(entries: list[Entry]) -> dict[str, Layer]:
     """The layers of a comparison: the goal, and each method's trail with its outcome as the label."""
     layers = {
-        f"trails/{entry.method}": Layer(f"{entry.method}: {entry.outcome}", entry.color, "line", 0.1 - 0.005 * k)
+        f"trail/{entry.method}": Layer(f"{entry.method}: {entry.outcome}", entry.color, "robot", 0.1 - 0.005 * k)
         for k, entry in enumerate(entries)
     }
     return {**layers, "goal": LAYERS["goal"]}
@@ -146,7 +157,7 @@ def replay(
         view: camera preset that the file opens with.
     """
     paths = {entry.method: f"{ROBOT_PATH}/{entry.method}" for entry in entries}
-    cameras = Cameras(camera_presets(world), view, paths[entries[0].method], world.start[:2])
+    cameras = Cameras(world.extent, view, paths[entries[0].method], world.start[:2])
     layers = dict(caption.layers or {})
     meshcat, timeline = quiet_meshcat(), Timeline()
     frame = 1.0 / parameters.frames_per_second
@@ -161,7 +172,7 @@ def replay(
     stage.move("goal", np.array(world.goal), 0.0)
     _play_moving_obstacles(meshcat, world, max(entry.motion.duration for entry in entries), parameters)
     for entry in entries:
-        _play(meshcat, stage, entry, paths[entry.method], layers[f"trails/{entry.method}"].height, parameters)
+        _play(meshcat, stage, entry, paths[entry.method], layers[f"trail/{entry.method}"].height, parameters)
     finish_recording(meshcat, html, caption, cameras)
     actors = tuple(Actor(entry.motion, radius, entry.color, DECK) for entry in entries)
     return Film(caption, world, timeline, actors)
@@ -171,7 +182,7 @@ def _play(
     meshcat: Meshcat, stage: MeshcatStage, entry: Entry, path: str, height: float, parameters: RecordingParameters
 ) -> None:
     """Keyframes of one robot and its trail."""
-    rate, motion, layer = parameters.frames_per_second, entry.motion, f"trails/{entry.method}"
+    rate, motion, layer = parameters.frames_per_second, entry.motion, f"trail/{entry.method}"
     times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
     every = max(round(TRAIL_PERIOD * rate), 1)
     poses = np.array([motion.at(float(time)) for time in times])
@@ -180,7 +191,7 @@ def _play(
         meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
         if k > 0 and (k % every == 0 or k == len(times) - 1):
             points = poses[(k - 1) // every * every : k + 1, :2]
-            stage.add(layer, meshes.ribbon(points, parameters.line_width, height), time + FRAME_SLACK)
+            stage.add(layer, meshes.ribbon(points, LINE_WIDTH, height), time + FRAME_SLACK)
 
 
 def _play_moving_obstacles(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
@@ -203,6 +214,7 @@ def _publish_world(meshcat: Meshcat, world: World) -> None:
     else:
         add_model(plant, scene_graph, world.model)
     plant.Finalize()
+    show_collision_shapes(plant, scene_graph, floor_geometries(plant, scene_graph))
     looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, looks)
     diagram = builder.Build()

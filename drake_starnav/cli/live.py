@@ -1,20 +1,23 @@
 """A run that is watched while it happens: buttons start, pause and stop it, sliders move the goal."""
 
+import dataclasses
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.navigation import add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.visualization.camera import VIEWS, around_robot, camera_presets
+from drake_starnav.station.plant import make_simulator
+from drake_starnav.visualization.live_page import LivePage, LiveState
+from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
     add_visualizers,
@@ -25,11 +28,10 @@ from drake_starnav.visualization.recorder import (
     start_recording,
 )
 from drake_starnav.visualization.slider_goal import SliderGoal, add_goal_sliders
-from drake_starnav.worlds.world import World
 
 START, PAUSE, STOP = "start", "pause", "stop"
 KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
-"""Buttons and the keys that press them; each of `camera.VIEWS` has a button as well."""
+"""Buttons and the keys that press them."""
 STEP = 0.05
 """Polling period of the buttons in simulated time, s."""
 POLL = 0.05
@@ -42,44 +44,34 @@ class Controls:
     Attributes:
         running: whether the robot is to drive.
         stopped: whether the run is to end.
-        view: the last chosen camera preset.
     """
 
-    def __init__(self, meshcat: Meshcat, world: World) -> None:
-        self.running, self.stopped, self.view = False, False, "top"
-        self._meshcat, self._world = meshcat, world
-        for name in (*KEYS, *VIEWS):
-            meshcat.AddButton(name, KEYS.get(name, ""))
+    def __init__(self, meshcat: Meshcat) -> None:
+        self.running, self.stopped = False, False
+        self._meshcat = meshcat
+        for name, key in KEYS.items():
+            meshcat.AddButton(name, key)
         self._clicks = self._count()
-        frame_camera(meshcat, world.extent, panel="right")
 
-    def poll(self, pose: np.ndarray) -> None:
-        """Apply the clicks since the last call.
-
-        Args:
-            pose: of the robot, (x, y, yaw), W, m and rad.
-        """
+    def poll(self) -> None:
+        """Apply the clicks since the last call."""
         clicks = self._count()
         pressed = {name for name, count in clicks.items() if count > self._clicks[name]}
         self._clicks = clicks
         self.stopped = self.stopped or STOP in pressed
         if pressed & {START, PAUSE}:
             self.running = PAUSE not in pressed
-        for view in pressed & set(VIEWS):
-            self.view = view
-        if pressed & set(VIEWS) or self.view == "follow":
-            extent = around_robot(pose) if self.view == "follow" else self._world.extent
-            frame_camera(self._meshcat, extent, self.view, panel="right")
 
     def _count(self) -> dict[str, int]:
-        return {name: self._meshcat.GetButtonClicks(name) for name in (*KEYS, *VIEWS)}
+        return {name: self._meshcat.GetButtonClicks(name) for name in KEYS}
 
 
 class LiveRun:
     """A scenario in an open Meshcat page.
 
     Attributes:
-        meshcat: the page; its address is `meshcat.web_url()`.
+        meshcat: the scene.
+        page: around it; `page.address` is where to watch.
         controls: its buttons.
         simulator: of the diagram.
         outcome: why the run ended, in words; empty while it runs.
@@ -90,6 +82,7 @@ class LiveRun:
         self,
         scenario: Scenario,
         *,
+        method: str = "star",
         seed: int = 0,
         real_time_rate: float = 1.0,
         html: Path | None = None,
@@ -98,6 +91,7 @@ class LiveRun:
         """
         Args:
             scenario: the parameters.
+            method: its name, for the caption.
             seed: of the world and of the sensor's noise.
             real_time_rate: simulated time over real time at most; 0 for as fast as it goes.
             html: file for a recording, if any; the page then slows down as the recording grows.
@@ -109,13 +103,15 @@ class LiveRun:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
         self.meshcat = Meshcat(MeshcatParams(host="localhost"))
         set_look(self.meshcat)
-        self.controls = Controls(self.meshcat, world)
+        frame_camera(self.meshcat, world.extent)
+        self.controls = Controls(self.meshcat)
         builder = DiagramBuilder()
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
-        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, goal=goal)
+        station = scenario_station(builder, scenario, world, seed)
+        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, goal=goal)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)
-        self.simulator = Simulator(builder.Build())
+        self.simulator = make_simulator(builder.Build())
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
             start_recording(self.meshcat, scenario.recording, live=True)
@@ -123,6 +119,10 @@ class LiveRun:
         self.outcome, self.collided = "", False
         self._scenario, self._html, self._say = scenario, html, say
         self._said = ""
+        self._cameras = Cameras(world.extent, "top", robot_path(self._navigation.station), world.start[:2])
+        self._caption = Caption(scenario.name, (f"method {method}, seed {seed}, live",), with_scene(LAYERS, world))
+        self._state = LiveState(0.0, said="press start")
+        self.page = LivePage(self.meshcat, self._caption, self._cameras, lambda: self._state)
 
     @property
     def time(self) -> float:
@@ -148,7 +148,7 @@ class LiveRun:
             whether the run goes on.
         """
         was_running = self.controls.running
-        self.controls.poll(self.pose)
+        self.controls.poll()
         if self.controls.stopped:
             self._end(f"stopped after {self.time:.1f} s")
         elif not self.controls.running:
@@ -156,13 +156,15 @@ class LiveRun:
         else:
             if not was_running:
                 self.simulator.ResetStatistics()  # or it would catch up on the paused time
-            status = self.simulator.AdvanceTo(self.time + STEP)
+            status = self.simulator.AdvanceTo(STEP * (round(self.time / STEP) + 1))  # where events end steps anyway
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().split()[0]} after {self.time:.1f} s")
             else:
                 self._tell()
-        return not self.outcome
+        ended, said = bool(self.outcome), self.outcome or self._said or "press start"
+        self._state = LiveState(self.time, self.controls.running and not ended, ended, said)
+        return not ended
 
     def run(self) -> None:
         """Follow the buttons until the run ends, or until it is interrupted from the keyboard."""
@@ -172,7 +174,7 @@ class LiveRun:
         except KeyboardInterrupt:
             self._end(f"stopped after {self.time:.1f} s")
 
-    def finish(self, method: str, seed: int) -> None:
+    def finish(self) -> None:
         """Write the recording, if requested, and remove the buttons from the page.
 
         Raises:
@@ -180,10 +182,8 @@ class LiveRun:
         """
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
-            world, station = self._navigation.world, self._navigation.station
-            caption = Caption(self._scenario.name, (f"method {method}, seed {seed}, live", self.outcome))
-            cameras = Cameras(camera_presets(world), "top", robot_path(station), world.start[:2])
-            finish_recording(self.meshcat, self._html, caption, cameras)
+            caption = dataclasses.replace(self._caption, lines=(*self._caption.lines, self.outcome))
+            finish_recording(self.meshcat, self._html, caption, self._cameras)
 
     def _end(self, outcome: str) -> None:
         self.outcome = outcome

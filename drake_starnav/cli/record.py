@@ -39,6 +39,10 @@ TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
 """Suffixes of files with trials; every other argument is a scenario."""
 SINGLE_KINDS = {"scenario": str, "method": str, "seed": int}
 """Required fields of a file with a single trial; the scenario, `text`, is optional."""
+STILLS = {
+    "png": "stills as pixels", "svg": "vector graphics with axes in metres", "pdf": "the same as PDF",
+}  # fmt: skip
+"""Options for pictures of one time."""
 RENDERERS = ("auto", "browser", "matplotlib")
 
 
@@ -63,6 +67,18 @@ class Run:
         return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
 
 
+@dataclass(frozen=True)
+class Still:
+    """A picture of one time of the run, s; None for its end."""
+
+    path: Path
+    time: float | None
+
+    def at(self, film: "Film") -> float:
+        """The time, s."""
+        return film.duration if self.time is None else self.time
+
+
 def record(arguments: Sequence[str] | None = None) -> int:
     """Record one run; see `--help`. Returns the exit code."""
     parser = CommandParser(
@@ -82,7 +98,13 @@ def record(arguments: Sequence[str] | None = None) -> int:
     add_overrides(parser)
     parser.add_argument("--compare", nargs="+", metavar="METHOD", help="methods whose robots drive in one scene")
     parser.add_argument("--html", type=Path, metavar="FILE", help="(default: out/SCENARIO-METHOD-SEED.html)")
-    parser.add_argument("--png", type=float, nargs="+", default=[], metavar="T", help="stills at these times, s")
+    for kind, what in STILLS.items():
+        parser.add_argument(
+            f"--{kind}", type=float, nargs="*", metavar="T", help=f"{what} at these times, s (default: at the end)"
+        )
+    parser.add_argument(
+        "--layers", metavar="NAME,...", help="what is drawn beside robot and obstacles, e.g. trail,scan (default: all)"
+    )
     for option in ("--gif", "--mp4"):
         text = f"write a clip (default: the HTML file's name with .{option[2:]})"
         parser.add_argument(option, type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
@@ -105,25 +127,33 @@ def _record(options: argparse.Namespace) -> int:
     html = options.html or Path("out") / f"{run.name}.html"
     check_outputs([html])  # so that it has a name, from which others are derived
     clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
-    stills = {time: html.with_name(f"{html.stem}-{time:g}s.png") for time in options.png}
     _check_numbers(options)
+    stills = _stills(html, options)
     read = {Path(options.run), *(file for scenario in run.scenarios.values() for file in source_files(scenario))}
     if not Path(options.run).name.endswith(TRIAL_SUFFIXES):
         read.add(scenario_path(options.run))
-    check_outputs([html, *clips.values(), *stills.values()], read)
+    check_outputs([html, *clips.values(), *(still.path for still in stills)], read)
 
     from drake_starnav.visualization.camera import check_view  # late: bad input is reported before Drake is loaded
 
     check_view(options.view)
-    _check_tools(options, bool(clips or stills))
-    film, same = _shoot(run, html, options)
-    written = [html]
-    if clips or stills:
-        late = [time for time in stills if time > film.duration]
-        if late:
-            raise StarnavError(f"--png is {late[0]:g}, after the run; allowed: times up to {film.duration:.1f} s")
+    shown = _shown_layers(options)
+    pictures = [still for still in stills if still.path.suffix == ".png"]
+    _check_tools(options, bool(clips or pictures))
+    film, same = _shoot(run, html, options, shown)
+    for still in stills:
+        if (still.time or 0.0) > film.duration:
+            kind = still.path.suffix[1:]
+            raise StarnavError(f"--{kind} is {still.time:g}, after the run; allowed: times up to {film.duration:.1f} s")
+    if clips or pictures:
         with _camera(film, html, options) as camera:
-            written += _develop(camera, film, stills, clips, options)
+            _develop(camera, film, pictures, clips, options)
+    for still in stills:
+        if still not in pictures:
+            from drake_starnav.visualization.vector_figure import write_figure
+
+            write_figure(still.path, film, still.at(film))
+    written = [html, *(still.path for still in stills), *clips.values()]
     if not options.quiet:
         print_written(written)
     if not same:
@@ -204,9 +234,10 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
 
 
 def _check_numbers(options: argparse.Namespace) -> None:
-    for time in options.png:
-        if not 0.0 <= time < math.inf:
-            raise StarnavError(f"--png is {time:g}; allowed: 0 <= T s")
+    for kind in STILLS:
+        for time in getattr(options, kind) or []:
+            if not 0.0 <= time < math.inf:
+                raise StarnavError(f"--{kind} is {time:g}; allowed: 0 <= T s")
     check_numbers(options, width=(100, 4400), rate=(1, 50), speed=(0.1, 100.0))
 
 
@@ -225,18 +256,27 @@ def _check_tools(options: argparse.Namespace, pictures: bool) -> None:
         raise StarnavError(f"{what} needs {missing}; allowed: install it, or --renderer matplotlib --view top")
 
 
-def _shoot(run: Run, html: Path, options: argparse.Namespace) -> tuple["Film", bool]:
+def _shown_layers(options: argparse.Namespace) -> frozenset[str] | None:
+    """The layers that --layers names; None for all."""
+    from drake_starnav.visualization.meshes import LAYERS, selected_layers
+
+    trails = [f"trail/{method}" for method in options.compare or []]
+    return None if options.layers is None else selected_layers(options.layers, [*LAYERS, *trails])
+
+
+def _shoot(run: Run, html: Path, options: argparse.Namespace, shown: frozenset[str] | None) -> tuple["Film", bool]:
     """Simulate and record; returns the film, and whether the run repeats the given trial."""
     with progress_bar("driving", options.quiet) as progress:
         if options.compare:
             from drake_starnav.cli.comparison import record_comparison
 
-            return record_comparison(run.scenarios, run.seed, html, view=options.view, progress=progress), True
+            film = record_comparison(run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress)
+            return film, True
         from drake_starnav.simulation import run_trial
         from drake_starnav.visualization.recorder import Recorder
 
         ((method, scenario),) = run.scenarios.items()
-        recorder = Recorder(html, options.view)
+        recorder = Recorder(html, options.view, shown)
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.film is not None
     return recorder.film, run.state_hash in (None, trial.state_hash)
@@ -254,23 +294,33 @@ def _camera(film: "Film", html: Path, options: argparse.Namespace) -> "BrowserCa
 def _develop(
     camera: "BrowserCamera | PlotCamera",
     film: "Film",
-    stills: dict[float, Path],
+    stills: list[Still],
     clips: dict[str, Path],
     options: argparse.Namespace,
-) -> list[Path]:
+) -> None:
     """Write stills and clips; each picture is taken once."""
     from drake_starnav.visualization.clips import picture_times, trimmed, write_gif, write_mp4, write_png
 
     trim = trimmed if options.trim else list
-    for path, still in zip(stills.values(), trim([camera.picture(time) for time in stills]), strict=True):
-        write_png(path, still)
+    for still, picture in zip(stills, trim([camera.picture(still.at(film)) for still in stills]), strict=True):
+        write_png(still.path, picture)
     if clips:
         times = picture_times(film.duration, options.rate, options.speed)
         shown = tqdm(times, disable=options.quiet or None, leave=False, desc="pictures")
         pictures = trim([camera.picture(float(time)) for time in shown])
         for kind, path in clips.items():
             {"gif": write_gif, "mp4": write_mp4}[kind](path, pictures, options.rate)
-    return [*stills.values(), *clips.values()]
+
+
+def _stills(html: Path, options: argparse.Namespace) -> list[Still]:
+    """What the options of `STILLS` ask for, beside the recording and under its name."""
+    stills = []
+    for kind in STILLS:
+        times = getattr(options, kind)
+        stills += [Still(html.with_name(f"{html.stem}-{time:g}s.{kind}"), time) for time in times or []]
+        if times == []:
+            stills.append(Still(html.with_suffix(f".{kind}"), None))
+    return stills
 
 
 def _clips(options: argparse.Namespace) -> dict[str, Path]:

@@ -7,10 +7,23 @@ from contextlib import closing
 from tqdm import tqdm
 
 from drake_starnav.errors import one_line
-from drake_starnav.evaluation.jobs import Case, Record, make_jobs
+from drake_starnav.evaluation.jobs import Case, Job, Record, make_jobs
 from drake_starnav.evaluation.summary import UNSUPPORTED
 from drake_starnav.evaluation.trial_file import TrialFile, record_key
 from drake_starnav.evaluation.workers import Pool, run_jobs
+
+TYPICAL_WALL_S = {"star": 2.0}
+OTHER_WALL_S = 12.0
+"""Time of a trial on one core, s: what `star` took in forests, mazes and rooms, and what took methods that often run
+into the time limit."""
+
+
+def announcement(jobs: Sequence[Job], workers: int) -> str:
+    """The size of a batch and a rough estimate of its time, which the progress bar soon improves."""
+    seconds = sum(TYPICAL_WALL_S.get(job.case.method, OTHER_WALL_S) for job in jobs) / max(min(workers, len(jobs)), 1)
+    amount, unit = next((seconds / s, unit) for s, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s")) if seconds >= s)
+    cases = len({(job.case.scenario, job.case.method) for job in jobs})
+    return f"{len(jobs)} trials of {cases} cases, {workers} at a time: about {max(amount, 1.0):.2g} {unit}"
 
 
 def run_batch(
@@ -41,6 +54,8 @@ def run_batch(
     done = {key for key, record in records.items() if record["outcome"] != "error"}
     jobs = make_jobs(cases, trials, seed, done)
     total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
+    if jobs and not quiet:
+        print(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()), file=sys.stderr, flush=True)
     untried: set[tuple[str, str]] = set()
     bar = tqdm(total=total, initial=total - len(jobs), desc=title, unit="trial", disable=quiet or None, leave=False)
     with bar, closing(run_jobs(jobs, pool)) as results:

@@ -59,7 +59,7 @@ def dask_pool(address: str, count: int) -> Iterator[Pool]:
             ) from None
         threads = _check_workers(client, address)
         executor = client.get_executor(pure=False)
-        yield Pool(lambda: nullcontext(executor), max(2 * threads, LEAST_IN_FLIGHT))
+        yield Pool(lambda: nullcontext(executor), max(2 * threads, LEAST_IN_FLIGHT), threads)
 
 
 def _check_workers(client: Any, address: str) -> int:

@@ -50,7 +50,7 @@ HEADER: Kinds = {
     "format": INTEGER, "versions": MAPPING, "machine": MAPPING, "seed": WHOLE, "suite": _or_null(TEXT),
     "overrides": TEXTS, "cases": LIST,
 }  # fmt: skip
-HEADER_IF_THERE: Kinds = {"in_worlds": FLAG, "files": MAPPING}
+HEADER_IF_THERE: Kinds = {"in_worlds": FLAG, "files": MAPPING, "command": TEXT}
 VERSIONS: Kinds = {"drake_starnav": TEXT, "source": TEXT, "drake": TEXT}
 MACHINE: Kinds = {"processor": TEXT}
 CASE: Kinds = {"scenario": TEXT, "method": TEXT, "text": TEXT}

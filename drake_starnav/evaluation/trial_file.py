@@ -39,6 +39,7 @@ def make_header(
     *,
     suite: str | None = None,
     in_worlds: bool = False,
+    command: str = "",
 ) -> Header:
     """The header of a file: the versions that ran its trials, and everything that defines them.
 
@@ -46,6 +47,7 @@ def make_header(
         cases, seed, overrides: see `make_cases` and `trial_seed`.
         suite: name of the suite that the cases belong to; a report then shows its table.
         in_worlds: whether the number of a trial is the number of its world.
+        command: that was typed; empty if there was none.
     """
     return {
         "format": FORMAT,
@@ -57,6 +59,7 @@ def make_header(
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
         "files": file_hashes(cases),
+        "command": command,
     }
 
 

@@ -28,15 +28,17 @@ class Pool:
     Attributes:
         make_executor: makes an executor as a context manager, and a new one after it broke.
         in_flight: number of trials submitted to the executor at a time; at least its number of workers.
+        workers: number of trials that run at a time.
     """
 
     make_executor: Callable[[], AbstractContextManager[Executor]]
     in_flight: int
+    workers: int = 1
 
 
 def local_pool(count: int) -> Pool:
     """`count` processes of this machine."""
-    return Pool(lambda: local_processes(count), 2 * count)
+    return Pool(lambda: local_processes(count), 2 * count, count)
 
 
 def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:

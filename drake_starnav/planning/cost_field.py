@@ -91,8 +91,8 @@ class DistanceGrid:
                 out[members] = tile[inside[members, 0], inside[members, 1]]
         return out
 
-    def window(self, low: np.ndarray, high: np.ndarray, stride: int = STRIDE) -> tuple[np.ndarray, np.ndarray]:
-        """A coarser grid over a box in W, whose cells hold `stride` x `stride` cells of the memory.
+    def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A coarser grid over a box in W, whose cells hold STRIDE x STRIDE cells of the memory.
 
         A coarse cell has the greatest distance of its cells, so that no passage falls between them.
 
@@ -102,26 +102,17 @@ class DistanceGrid:
         Raises:
             StarnavError: there would be more than LARGEST_GRID cells.
         """
-        cell = self.resolution * stride
+        cell = self.resolution * STRIDE
         if float(np.prod((high - low) / cell)) > LARGEST_GRID:
             raise StarnavError(
                 f"the goal is too far: a grid from {low.tolist()} to {high.tolist()} would have more than "
                 f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
             )
-        first = np.floor(low / self.resolution / stride).astype(np.int64) * stride
-        count = np.ceil((high - low) / self.resolution / stride).astype(np.int64) + 1
+        first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
+        count = np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
         out = np.full(count, self.cap, np.float32)
-        last = first + count * stride - 1
-        for (i, j), tile in self.tiles.items():
-            a, b = i * TILE, j * TILE  # multiples of the stride, as `first` is
-            if a > last[0] or b > last[1] or a + TILE <= first[0] or b + TILE <= first[1]:
-                continue
-            a0, b0 = max(a, int(first[0])), max(b, int(first[1]))
-            a1, b1 = min(a + TILE, int(last[0]) + 1), min(b + TILE, int(last[1]) + 1)
-            part = tile[a0 - a : a1 - a, b0 - b : b1 - b]
-            part = part.reshape(part.shape[0] // stride, stride, -1, stride).max(axis=(1, 3))
-            p, q = (a0 - int(first[0])) // stride, (b0 - int(first[1])) // stride
-            out[p : p + part.shape[0], q : q + part.shape[1]] = part
+        for (i, j), tile in self.tiles.items():  # its first cell is a multiple of the stride, as `first` is
+            _coarsen(tile, (i * TILE - int(first[0])) // STRIDE, (j * TILE - int(first[1])) // STRIDE, out)
         return out, first
 
     def _patch(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -272,6 +263,19 @@ def _stamp(patch, first, resolution, points, cap, touched):
         for a in range((i - reach) // TILE, (i + reach) // TILE + 1):
             for b in range((j - reach) // TILE, (j + reach) // TILE + 1):
                 touched[a, b] = True
+
+
+@njit(cache=True)
+def _coarsen(tile, p, q, out):
+    """Write the greatest of each STRIDE x STRIDE cells of a tile into a coarse grid, from cell (p, q) of it on."""
+    count = tile.shape[0] // STRIDE
+    for i in range(max(-p, 0), min(count, out.shape[0] - p)):
+        for j in range(max(-q, 0), min(count, out.shape[1] - q)):
+            most = tile[i * STRIDE, j * STRIDE]
+            for a in range(STRIDE):
+                for b in range(STRIDE):
+                    most = max(most, tile[i * STRIDE + a, j * STRIDE + b])
+            out[p + i, q + j] = most
 
 
 @njit(cache=True)

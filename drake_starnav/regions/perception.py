@@ -20,6 +20,8 @@ from drake_starnav.regions.star_region import fit_region
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 
+SCAN_MEMORY = 5
+"""Number of scans from which the safety star is made."""
 AVERAGED = 0.5
 """With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
@@ -131,7 +133,7 @@ def perceive(
         with stopwatch.measure("fit"):
             region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
         safe_radius = robot_radius + controller.safety_margin
-        kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory
+        kept = controller.safety_range + 2.0 * safe_radius, SCAN_MEMORY
         memory = known = before.memory.remembered(near, pose, *kept)
         if controller.average_scans and near.motion is None:
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)

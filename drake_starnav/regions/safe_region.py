@@ -22,6 +22,8 @@ from drake_starnav.regions.erosion import (
 )
 from drake_starnav.utils.snapshot import snapshot
 
+SCAN_PATIENCE = 3.0
+"""A safety star lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this enter the near-wall term, m."""
 BLIND_SIDE = math.radians(60.0)

@@ -4,15 +4,27 @@ import itertools
 import math
 import os
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, GeometryId, SceneGraph, SceneGraphInspector, Sphere
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    GeometryId,
+    ProximityProperties,
+    RoleAssign,
+    SceneGraph,
+    SceneGraphInspector,
+    Sphere,
+)
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains, RevoluteJoint
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGains, RevoluteJoint
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.robot import RobotParameters
@@ -26,6 +38,8 @@ HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
+CASTER_CLEARANCE = 0.005
+"""A sphere this near to the floor, or nearer, is a caster, m."""
 TOLERANCE = 1e-3
 """Of where a model's lidar and wheels are, how they are turned, its wheels' radii and `robot.radius`, m and rad."""
 
@@ -42,13 +56,14 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
         if path.suffix != ".urdf" or not os.path.isfile(path):
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf file")
-        if robot.mass_error == 0.0:
-            return str(path), None
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
     try:
         root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, ElementTree.ParseError) as error:
         raise StarnavError(f"robot model {path} cannot be read: {error}; allowed: a URDF file with one robot") from None
+    rounded = _round_wheels(root)
+    if not (shipped or rounded) and robot.mass_error == 0.0:
+        return str(path), None
     for mesh in root.iter("mesh"):
         name = mesh.get("filename", "")
         if "://" not in name:  # relative to the file, which is unknown once its text is parsed
@@ -66,6 +81,24 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
                 element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
     text = ElementTree.tostring(root, encoding="unicode")
     return str(path), text
+
+
+def _round_wheels(root: ElementTree.Element) -> bool:
+    """Let wheels that collide as cylinders collide as spheres of their radius; returns whether there are any.
+
+    The edge of a cylinder on the floor makes the robot 0.03 m/s too slow.
+    """
+    found = False
+    for name in WHEELS:
+        child = root.find(f"joint[@name='{name}']/child")
+        link = None if child is None else root.find(f"link[@name='{child.get('link')}']")
+        for geometry in () if link is None else link.findall("collision/geometry"):
+            cylinder = geometry.find("cylinder")
+            if cylinder is not None:
+                geometry.remove(cylinder)
+                ElementTree.SubElement(geometry, "sphere", radius=cylinder.get("radius", "0"))
+                found = True
+    return found
 
 
 def _pull_in(root: ElementTree.Element, radius: float) -> None:
@@ -131,91 +164,116 @@ def add_robot(
             plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
     base = plant.GetBodyByName("base_link", model)
     height = _wheel_radii(plant, scene_graph, model)[0] - _axles(plant, model)[0][2]
+    _free_casters(plant, scene_graph, model, -height)
     X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], height])
     plant.SetDefaultFloatingBaseBodyPose(base, X_WB)
     return model
 
 
 def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, path: str) -> None:
-    """Raise a `StarnavError` that names the first thing that the model of a file lacks."""
+    """Raise a `StarnavError` that names all that the model of a file lacks."""
+    faults = list(_missing(plant, model))
+    if not faults:  # else what follows could not be looked at
+        faults = [*_base_faults(plant, model), *_wheel_faults(plant, scene_graph, model)]
+    if faults:
+        counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
+        raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
+
+
+def _missing(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
     for kind, names, has in (
         ("link", ("base_link",), plant.HasBodyNamed),
         ("frame", ("lidar",), plant.HasFrameNamed),
         ("joint", WHEELS, plant.HasJointNamed),
         ("actuator", WHEELS, plant.HasJointActuatorNamed),
     ):
-        for name in names:
-            if not has(name, model):
-                raise StarnavError(f"robot model {path} has no {kind} {name}; allowed: {kind} {', '.join(names)}")
+        missing = [name for name in names if not has(name, model)]
+        if missing:
+            yield f"it has no {kind} {', '.join(missing)}; allowed: {kind} {', '.join(names)}"
+
+
+def _base_faults(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
     for index in plant.GetJointIndices(model):
         joint = plant.get_joint(index)
         if joint.child_body().name() == "base_link":
-            raise StarnavError(
-                f"robot model {path}: link base_link hangs by joint {joint.name()} on {joint.parent_body().name()}; "
+            yield (
+                f"link base_link hangs by joint {joint.name()} on {joint.parent_body().name()}; "
                 "allowed: base_link as the root, to which all else is joined"
             )
     X_BL = plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame()
     x, y, _ = X_BL.translation()
     if math.hypot(x, y) > TOLERANCE or not X_BL.rotation().IsNearlyIdentity(TOLERANCE):
         roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector()
-        raise StarnavError(
-            f"robot model {path}: frame lidar lies at x {x:g}, y {y:g} m of base_link, turned by roll {roll:g}, pitch "
-            f"{pitch:g}, yaw {yaw:g} rad; allowed: on its z axis, unturned (lidar.angle_min says where beams begin)"
+        yield (
+            f"frame lidar lies at x {x:g}, y {y:g} m of base_link, turned by roll {roll:g}, pitch {pitch:g}, yaw "
+            f"{yaw:g} rad; allowed: on its z axis, unturned (lidar.angle_min says where beams begin)"
         )
-    inspector = scene_graph.model_inspector()
+
+
+def _wheel_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Iterator[str]:
+    """What keeps the wheels from turning the robot about base_link's z axis as commanded."""
+    inspector, radii = scene_graph.model_inspector(), []
     for name in WHEELS:
         wheel = plant.GetJointByName(name, model).child_body()
-        shapes = [type(inspector.GetShape(g)).__name__ for g in plant.GetCollisionGeometriesForBody(wheel)]
-        if shapes != ["Sphere"]:
-            raise StarnavError(
-                f"robot model {path}: link {wheel.name()} collides as {', '.join(shapes) or 'nothing'}; "
-                "allowed: one Sphere, of the wheel's radius"
-            )
+        shapes = [inspector.GetShape(g) for g in plant.GetCollisionGeometriesForBody(wheel)]
+        if len(shapes) == 1 and isinstance(shapes[0], Sphere):
+            radii.append(shapes[0].radius())
+            continue
+        kinds = ", ".join(type(shape).__name__ for shape in shapes) or "nothing"
+        yield f"link {wheel.name()} collides as {kinds}; allowed: one Sphere or Cylinder, of the wheel's radius"
+    if len(radii) == 2 and abs(radii[0] - radii[1]) > TOLERANCE:
+        yield f"wheels have radii {radii[0]:g}, {radii[1]:g} m; allowed: the same"
     actuators = _actuators(plant, model)
     if len(actuators) != len(WHEELS):
-        raise StarnavError(
-            f"robot model {path} has the actuators {', '.join(actuators)}; allowed: {', '.join(WHEELS)}, as the others "
-            "would get no command"
+        yield (
+            f"it has the actuators {', '.join(actuators)}; allowed: {', '.join(WHEELS)}, as the others would get no "
+            "command"
         )
-    _check_wheels(plant, scene_graph, model, path)
-
-
-def _check_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, path: str) -> None:
-    """Raise a `StarnavError` if the wheels do not turn the robot about base_link's z axis as commanded."""
-    places, radii = _axles(plant, model), _wheel_radii(plant, scene_graph, model)
-    (left_x, left_y), (right_x, right_y) = (place[:2] for place in places)
+    (left_x, left_y), (right_x, right_y) = (place[:2] for place in _axles(plant, model))
     if max(abs(left_x), abs(right_x), abs(left_y + right_y)) > TOLERANCE or left_y <= right_y:
-        raise StarnavError(
-            f"robot model {path}: joints {', '.join(WHEELS)} lie at x {left_x:g}, {right_x:g}, y {left_y:g}, "
-            f"{right_y:g} m of base_link; allowed: at x 0 and as far to the left (y > 0) as to the right, since the "
-            "robot turns about its axis"
+        yield (
+            f"joints {', '.join(WHEELS)} lie at x {left_x:g}, {right_x:g}, y {left_y:g}, {right_y:g} m of base_link; "
+            "allowed: at x 0 and as far to the left (y > 0) as to the right, since the robot turns about its axis"
         )
-    if abs(radii[0] - radii[1]) > TOLERANCE:
-        raise StarnavError(f"robot model {path}: wheels have radii {radii[0]:g}, {radii[1]:g} m; allowed: the same")
     for name in WHEELS:
         joint = plant.GetJointByName(name, model)
         if not isinstance(joint, RevoluteJoint):
             kind = type(joint).__name__.split("_")[0]
-            raise StarnavError(f"robot model {path}: joint {name} is a {kind}; allowed: continuous or revolute")
+            yield f"joint {name} is a {kind}; allowed: continuous or revolute"
+            continue
         axis = joint.frame_on_parent().GetFixedPoseInBodyFrame().rotation() @ joint.revolute_axis()
         if axis[1] < 1.0 - TOLERANCE:
             x, y, z = (round(float(value), 3) for value in axis)
-            raise StarnavError(
-                f"robot model {path}: joint {name} turns about {x:g} {y:g} {z:g} of base_link; allowed: 0 1 0, about "
-                "which positive speeds drive forwards"
+            yield (
+                f"joint {name} turns about {x:g} {y:g} {z:g} of base_link; allowed: 0 1 0, about which positive speeds "
+                "drive forwards"
             )
+
+
+def _free_casters(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, floor: float) -> None:
+    """Take the friction from the spheres that stand on the floor beside the wheels, as a caster's wheel turns freely.
+
+    Args:
+        plant, scene_graph, model: the robot's.
+        floor: its height in base_link, m.
+    """
+    inspector = scene_graph.model_inspector()
+    wheels = {plant.GetJointByName(name, model).child_body().index() for name in WHEELS}
+    for index, X_BL in _link_poses(plant, model).items():
+        for geometry in () if index in wheels else plant.GetCollisionGeometriesForBody(plant.get_body(index)):
+            shape = inspector.GetShape(geometry)
+            if not isinstance(shape, Sphere):
+                continue
+            middle = (X_BL @ inspector.GetPoseInFrame(geometry)).translation()
+            if middle[2] - shape.radius() < floor + CASTER_CLEARANCE:
+                properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+                properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
+                scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def robot_reach(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> tuple[float, str]:
     """How far from base_link's z axis a robot collides, m, and its link that reaches there."""
-    base = plant.GetBodyByName("base_link", model).index()
-    poses, joints = {base: RigidTransform()}, [plant.get_joint(index) for index in plant.GetJointIndices(model)]
-    for _ in joints:  # each round knows the links one joint farther from the base
-        for joint in joints:
-            parent, child = joint.parent_body().index(), joint.child_body().index()
-            if parent in poses and child not in poses:
-                X_PF, X_CM = (f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child()))
-                poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
+    poses = _link_poses(plant, model)
     inspector, reaches = scene_graph.model_inspector(), [(0.0, "base_link")]
     for index, X_BL in poses.items():
         body = plant.get_body(index)
@@ -224,6 +282,19 @@ def robot_reach(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInst
             reach = float(np.hypot(*((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[:2]).max()) + grown
             reaches.append((reach, body.name()))
     return max(reaches)
+
+
+def _link_poses(plant: MultibodyPlant, model: ModelInstanceIndex) -> dict[BodyIndex, RigidTransform]:
+    """Where a robot's links are in base_link, with all joints at zero."""
+    base = plant.GetBodyByName("base_link", model).index()
+    poses, joints = {base: RigidTransform()}, [plant.get_joint(index) for index in plant.GetJointIndices(model)]
+    for _ in joints:  # each round knows the links one joint farther from the base
+        for joint in joints:
+            parent, child = joint.parent_body().index(), joint.child_body().index()
+            if parent in poses and child not in poses:
+                X_PF, X_CM = (f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child()))
+                poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
+    return poses
 
 
 def _outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, float]:

@@ -17,7 +17,7 @@ PLACES = ("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",)
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """For rendering without a graphics card, also as root in a container."""
 PATIENCE = 120.0
-"""Time limit for a page to become ready, s."""
+"""Time limit for a page to become ready or to answer, s."""
 
 
 def find_chromium() -> str | None:
@@ -71,8 +71,9 @@ class BrowserCamera:
                 executable_path=find_chromium(), headless=True, args=list(FLAGS)
             )
             self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
+            self.page.set_default_timeout(1e3 * PATIENCE)
             self.page.goto(self._html.resolve().as_uri())
-            self.page.wait_for_function("viewer.animator.duration > 0", timeout=1e3 * PATIENCE)
+            self.page.wait_for_function("viewer.animator.duration > 0")
         except Error as error:
             self._playwright.stop()  # and with it the browser
             raise StarnavError(
@@ -80,8 +81,10 @@ class BrowserCamera:
                 "allowed: a Chromium that works, or pictures by matplotlib"
             ) from None
         self.page.evaluate(f"starnav.look('{self._view}')")
-        # Meshcat's own panel and the camera buttons are for a live page.
-        self.page.add_style_tag(content=".lil-gui, .dg, #starnav-views {display: none !important}")
+        # Buttons are not for pictures.
+        controls = "#starnav-views, #starnav-controls, #starnav-legend summary, #starnav-legend tr.off"
+        self.page.add_style_tag(content=f"{controls} {{display: none !important}}")
+        self.page.add_style_tag(content="#starnav-play, #starnav-time {visibility: hidden}")
         return self
 
     def __exit__(self, *error: object) -> None:

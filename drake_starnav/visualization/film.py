@@ -3,16 +3,10 @@
 from dataclasses import dataclass
 
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.visualization.meshes import Color
+from drake_starnav.visualization.meshes import SHELL_COLOR, Color
 from drake_starnav.visualization.page import Caption
 from drake_starnav.visualization.timeline import Timeline
 from drake_starnav.worlds.world import World
-
-SHELL_COLOR: Color = (0.13, 0.32, 0.58)
-"""Colour of the shipped robot's hull; the others are of the parts on it."""
-DECK_COLOR: Color = (0.90, 0.92, 0.95)
-HEADING_COLOR: Color = (0.98, 0.60, 0.10)
-LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
 
 
 @dataclass(frozen=True)

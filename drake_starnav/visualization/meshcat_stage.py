@@ -38,7 +38,8 @@ class MeshcatStage:
         self._layers, self._keep = layers, keep
         self._count = 0
         self._shown: dict[str, str] = {}  # layer and key -> the object shown last
-        self._places: dict[str, np.ndarray | None] = {}  # layer -> where its only object is, None while hidden
+        self._places: dict[str, np.ndarray | None] = {}  # layer -> where its moving object is, None while hidden
+        self._swapped: set[str] = set()  # layers whose second object is the one shown last
 
     def clear(self) -> None:
         """Remove everything."""
@@ -46,6 +47,7 @@ class MeshcatStage:
         self._count = 0
         self._shown.clear()
         self._places.clear()
+        self._swapped.clear()
 
     def add(
         self, layer: str, mesh: Mesh, time: float, opacity: float = 1.0, colors: np.ndarray | None = None
@@ -97,24 +99,27 @@ class MeshcatStage:
         self._replace(layer + key, self.add_points(layer, points, time), time)
 
     def prepare(self, layer: str, mesh: Mesh) -> None:
-        """Create the only object of a layer, hidden, with a mesh about the origin."""
-        path = f"{self._root}/{layer}"
-        self._set_mesh(path, layer, mesh, 1.0, None)
-        self._show(path, False, 0.0)
+        """Create what `move` shows of a layer, hidden, with a mesh about the origin."""
+        for path in self._pair(layer):
+            self._set_mesh(path, layer, mesh, 1.0, None)
+            self._show(path, False, 0.0)
         self._places[layer] = None
 
     def move(self, layer: str, position: np.ndarray | None, time: float) -> None:
-        """Put the prepared object of a layer at a position of shape (2,), W, m; None hides it."""
-        path, last = f"{self._root}/{layer}", self._places[layer]
-        if position is None:
-            if last is not None:
-                self._show(path, False, time)
-        elif last is None or not np.array_equal(position, last):
-            if last is None:
-                self._show(path, True, time)
-            elif time > self._frame:  # Meshcat glides between keyframes: hold the last place until the frame before
-                self._meshcat.SetTransform(path, RigidTransform([*last, 0.0]), time - self._frame)
-            self._meshcat.SetTransform(path, RigidTransform([*position, 0.0]), time)
+        """Put the prepared object of a layer at a position of shape (2,), W, m; None hides it.
+
+        Meshcat lets an object glide between keyframes of its position. So there are two, and the hidden one jumps.
+        """
+        (shown, hidden), last = self._pair(layer), self._places[layer]
+        if position is None and last is None or np.array_equal(position, last):  # type: ignore[arg-type]
+            return
+        if last is not None:
+            self._meshcat.SetTransform(shown, RigidTransform([*last, 0.0]), time)
+            self._show(shown, False, time)
+        if position is not None:
+            self._meshcat.SetTransform(hidden, RigidTransform([*position, 0.0]), time)
+            self._show(hidden, True, time)
+            self._swapped ^= {layer}
         self._places[layer] = None if position is None else np.array(position)
 
     def remove(self, path: str, time: float) -> None:
@@ -125,8 +130,13 @@ class MeshcatStage:
             self._meshcat.Delete(path)
 
     def set_opacity(self, path: str, opacity: float, time: float) -> None:
-        """Set a keyframe of the opacity of an object that was added with one below 1."""
+        """Set a keyframe of the opacity of an object that was added with one below 1; it changes evenly in between."""
         self._meshcat.SetProperty(f"{path}/<object>", "material.opacity", opacity, time)
+
+    def _pair(self, layer: str) -> tuple[str, str]:
+        """Paths of a layer's two moving objects: the one shown last, and the other."""
+        first, second = f"{self._root}/{layer}/a", f"{self._root}/{layer}/b"
+        return (second, first) if layer in self._swapped else (first, second)
 
     def _set_mesh(self, path: str, layer: str, mesh: Mesh, opacity: float, colors: np.ndarray | None) -> None:
         vertices, faces = np.asfortranarray(mesh.vertices.T), np.asfortranarray(mesh.faces.T)

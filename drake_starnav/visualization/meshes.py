@@ -1,10 +1,13 @@
 """The layers of a recording with their colours, and flat triangle meshes for them."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from drake_starnav.errors import shown
+from drake_starnav.parameters import unknown_name
 from drake_starnav.planning.frontiers import Frontiers, uncovered
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
@@ -26,7 +29,7 @@ class Layer:
     Attributes:
         label: its meaning, for the legend.
         color: red, green, blue, 0 to 1.
-        symbol: in the legend: area, line, disc, square, dot, ring, cross, star or gradient.
+        symbol: in the legend: area, line, disc, square, dot, ring, cross, star, robot or gradient.
         height: above the floor, m; higher layers hide lower ones.
     """
 
@@ -37,6 +40,8 @@ class Layer:
 
 
 # Colours distinguishable for colour-blind readers (Okabe and Ito, 2008); symbols differ as well.
+LINE_WIDTH = 0.07
+"""Of path and trail, m; edges are wider, outlines narrower by half."""
 LAYERS = {
     "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
     "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
@@ -54,16 +59,39 @@ LAYERS = {
 }
 """By name in Meshcat's panel, lowest first."""
 
+SHELL_COLOR: Color = (0.13, 0.32, 0.58)
+"""Colour of the shipped robot's hull; the others are of the parts on it."""
+DECK_COLOR: Color = (0.90, 0.92, 0.95)
+HEADING_COLOR: Color = (0.98, 0.60, 0.10)
+LIDAR_COLOR: Color = (0.12, 0.12, 0.14)
+
+ROBOT = Layer("robot, its front", SHELL_COLOR, "robot", 1.0)
+"""It is part of the scene, as are the obstacles that move; see `with_scene`."""
 MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0.5)
-"""They are part of the scene; see `with_moving_obstacles`."""
 
 SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
 
 
-def with_moving_obstacles(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
-    """The layers of a legend, with the moving obstacles if the world has any."""
-    return {**layers, "moving_obstacles": MOVING_OBSTACLES} if len(world.moving_obstacles) else layers
+def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
+    """The layers of a legend, with the robot, and with the moving obstacles if the world has any."""
+    moving = {"moving_obstacles": MOVING_OBSTACLES} if len(world.moving_obstacles) else {}
+    return {**layers, **moving, "robot": ROBOT}
+
+
+def selected_layers(names: str, layers: Iterable[str]) -> frozenset[str]:
+    """Those layers that a list such as "trail,scan,frontiers" names, one by one or by folder, and what is no layer.
+
+    Raises:
+        StarnavError: no layer has such a name.
+    """
+    layers, chosen = list(layers), {"robot", "moving_obstacles"}
+    for name in names.split(","):
+        found = [layer for layer in layers if f"{layer}/".startswith(f"{name}/")]
+        if not name or not found:
+            raise unknown_name(f"layer {shown(name)}", name, dict.fromkeys(x.partition("/")[0] for x in layers))
+        chosen.update(found)
+    return frozenset(chosen)
 
 
 @dataclass(frozen=True)

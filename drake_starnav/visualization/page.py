@@ -1,15 +1,30 @@
-"""A recording's page: Meshcat's own, with a caption, a clock, camera buttons and a legend beside the scene."""
+"""The page around a scene: Meshcat's own, with a caption, camera buttons, a legend and a bar with clock and scale."""
 
 import html
 import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from drake_starnav.visualization.camera import PANEL_WIDTH, check_view
-from drake_starnav.visualization.meshes import LAYERS, SPEED_COLORS, Layer
+from drake_starnav.visualization.camera import (
+    BAR_HEIGHT,
+    FIELD_OF_VIEW,
+    PANEL_WIDTH,
+    SCALE_WIDTH,
+    SPARE,
+    TILTS,
+    VIEWS,
+    Extent,
+    around_robot,
+    check_view,
+)
+from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer
+
+ROOT = "starnav"
+"""Folder of Meshcat's panel that holds the layers."""
 
 
 @dataclass(frozen=True)
@@ -19,18 +34,26 @@ class Caption:
     Attributes:
         heading: e.g. the scenario.
         lines: e.g. method and seed, outcome.
-        layers: the rows of the legend, lowest first; those without a label are left out.
+        layers: the rows of the legend by name, lowest first; those without a label are left out.
+        shown: names of the layers that are shown at first; None for all.
     """
 
     heading: str
     lines: tuple[str, ...] = ()
     layers: Mapping[str, Layer] | None = None
+    shown: frozenset[str] | None = None
 
     @property
-    def legend(self) -> list[Layer]:
+    def legend(self) -> dict[str, Layer]:
         """The rows of the legend, from the highest layer to the lowest."""
         layers = LAYERS if self.layers is None else self.layers
-        return [layer for layer in sorted(layers.values(), key=lambda layer: -layer.height) if layer.label]
+        return {k: layer for k, layer in sorted(layers.items(), key=lambda row: -row[1].height) if layer.label}
+
+    def shows(self, name: str) -> bool:
+        """Whether a layer, or an object in its folder, is shown at first."""
+        layers = LAYERS if self.layers is None else self.layers
+        hidden = set() if self.shown is None else set(layers) - self.shown
+        return not any(f"{name}/".startswith(f"{layer}/") for layer in hidden)
 
 
 @dataclass(frozen=True)
@@ -38,13 +61,13 @@ class Cameras:
     """The camera presets of a page.
 
     Attributes:
-        poses: view -> position and target, each of shape (3,), W, m, at the start of the run.
+        extent: the box of the floor that `top` and `oblique` show, W, m.
         view: the one the page opens with.
         followed: path in Meshcat of the object that the view `follow` moves with.
         start: its initial position, (x, y), W, m.
     """
 
-    poses: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    extent: Extent
     view: str
     followed: str
     start: tuple[float, float]
@@ -53,102 +76,68 @@ class Cameras:
         check_view(self.view)
 
 
-def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
-    """A static Meshcat page with a caption, a clock, camera buttons and a legend on its left.
+def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = False) -> str:
+    """A Meshcat page with a panel on its left, or below the scene where the window is narrow, and a bar.
 
     Its script has two functions for programs: `starnav.show(seconds)` stops the animation at a time, and
     `starnav.look(view)` takes a camera preset.
+
+    Args:
+        page: Meshcat's.
+        caption: of the panel, with the rows of the legend, each of which hides or shows its layer.
+        cameras: the presets.
+        live: whether a program drives on behind the page, see `live_page`; else its recording is played.
     """
-    rows = "".join(f"<tr><td>{_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>" for layer in caption.legend)
-    buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in cameras.poses)
+    followed = cameras.followed.strip("/").split("/")
+    rows = "".join(_row(name, layer, caption, followed) for name, layer in caption.legend.items())
+    buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in VIEWS)
+    lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
     panel = (
-        f'<style>{_STYLE}</style><div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>'
-        + "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
-        + f'<p id="starnav-clock">t = 0.0 s</p><div id="starnav-views">{buttons}</div><table>{rows}</table></div>'
-        + f"<script>{_SCRIPT.replace('SETTINGS', _settings(cameras))}</script>"
+        f"<style>{_style()}</style>"
+        f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{lines}<p id="starnav-said"></p>'
+        f'<div id="starnav-views">{buttons}</div>'
+        f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
+        f'<details id="starnav-controls"><summary>Meshcat</summary></details></div>'
+        '<div id="starnav-bar"><button id="starnav-play" title="play or pause">▶</button>'
+        '<input id="starnav-time" type="range" min="0" step="any" value="0" aria-label="time">'
+        '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
+        f"<script>{_script(cameras, followed, live)}</script>"
     )
     title = html.escape(" · ".join((caption.heading, *caption.lines)))
-    page = page.replace("<title>Drake MeshCat</title>", f"<title>{title}</title>", 1)
+    narrow = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    page = page.replace("<title>Drake MeshCat</title>", f"{narrow}<title>{title}</title>", 1)
     head, end, tail = page.rpartition("</body>")
     return head + panel + end + tail
 
 
-def _settings(cameras: Cameras) -> str:
-    poses = {view: [point.tolist() for point in pose] for view, pose in cameras.poses.items()}
+def _row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
+    """A row of the legend; obstacles that move have no folder of their own and cannot be hidden."""
+    path = followed if name == "robot" else [ROOT, *name.split("/")]
+    data = f' data-path="{html.escape(json.dumps(path))}" title="hide or show"' if name != "moving_obstacles" else ""
+    off = "" if caption.shows(name) else ' class="off"'
+    return f"<tr{data}{off}><td>{_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
+
+
+def _style() -> str:
+    text = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
+    return text.replace("PANEL", f"{PANEL_WIDTH:g}").replace("BAR", f"{BAR_HEIGHT:g}")
+
+
+def _script(cameras: Cameras, followed: list[str], live: bool) -> str:
+    boxes = {view: around_robot(np.array(cameras.start)) if view == "follow" else cameras.extent for view in VIEWS}
     settings = {
-        "poses": poses,
+        "extents": {view: [float(x) for x in box] for view, box in boxes.items()},
+        "tilts": TILTS,
+        "field_of_view": FIELD_OF_VIEW,
+        "spare": SPARE,
+        "scale_width": SCALE_WIDTH,
         "view": cameras.view,
-        "followed": cameras.followed.strip("/").split("/"),
-        "start": [*cameras.start, 0.0],
+        "followed": followed,
+        "start": [*map(float, cameras.start), 0.0],
+        "live": live,
     }
-    return json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
-
-
-_STYLE = (
-    f"#starnav-panel{{position:fixed;left:0;top:0;width:{PANEL_WIDTH - 25:g}px;padding:10px 12px;color:#222;"
-    "background:rgba(255,255,255,.93);font:12px/1.35 system-ui,sans-serif;pointer-events:none}"
-    "#starnav-panel h1{font-size:17px;margin:0 0 4px}#starnav-panel p{margin:0 0 2px}"
-    "#starnav-views{margin-top:8px}#starnav-views button{pointer-events:auto;font:inherit;margin-right:4px;"
-    "padding:1px 8px;border:1px solid #bbb;border-radius:3px;background:#fff;color:#222;cursor:pointer}"
-    "#starnav-views button.on{background:#222;color:#fff;border-color:#222}"
-    "#starnav-panel table{margin-top:8px;border-spacing:0 3px}#starnav-panel svg{display:block;margin-right:6px}"
-)
-_SCRIPT = """
-const starnav = (function () {
-  const settings = SETTINGS;
-  const clock = document.getElementById('starnav-clock');
-  const buttons = document.querySelectorAll('#starnav-views button');
-  let view = settings.view, at = null;
-  const drawn = (p) => [p[0], p[2], -p[1]];  // three.js has y up
-  function followed() {
-    viewer.scene.updateMatrixWorld(true);
-    const e = viewer.scene_tree.find(settings.followed).object.matrixWorld.elements;
-    return [e[12], 0, e[14]];
-  }
-  function move(by) {
-    const target = viewer.controls.target.toArray().map((x, i) => x + by[i]);
-    viewer.camera.position.fromArray(viewer.camera.position.toArray().map((x, i) => x + by[i]));
-    viewer.set_camera_target(target);
-    viewer.controls.update();
-    viewer.set_dirty();
-  }
-  function look(name) {
-    view = name;
-    const [position, target] = settings.poses[name].map(drawn);
-    viewer.camera.position.fromArray(position);
-    viewer.set_camera_target(target);
-    viewer.controls.update();
-    viewer.set_dirty();
-    at = name === 'follow' ? drawn(settings.start) : null;
-    buttons.forEach(b => b.className = b.textContent === name ? 'on' : '');
-    update();
-  }
-  function update() {
-    let t = 0;  // each action's own time: unlike the animator's, it also follows a seek
-    for (const action of viewer.animator.actions) t = Math.max(t, action.time);
-    clock.textContent = 't = ' + t.toFixed(1) + ' s';
-    if (at !== null) {
-      const now = followed();
-      if (now.some((x, i) => x !== at[i])) move(now.map((x, i) => x - at[i]));
-      at = now;
-    }
-    // Or points are drawn in the wrong size in the first frame that shows them.
-    viewer.scene.traverse(o => {
-      if (o.isPoints && !o.userData.fresh) { o.userData.fresh = true; o.material.needsUpdate = true; }
-    });
-  }
-  function show(seconds) {
-    viewer.animator.pause();
-    viewer.animator.seek(seconds);
-    update();
-    viewer.render();
-  }
-  const tick = () => { update(); requestAnimationFrame(tick); };
-  look(view);
-  tick();
-  return {show, look};
-})();
-"""
+    text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
+    return Path(__file__).with_name("page.js").read_text(encoding="utf-8").replace("SETTINGS", text, 1)
 
 
 def css_color(color: tuple[float, float, float] | np.ndarray) -> str:
@@ -176,6 +165,9 @@ def _symbol(layer: Layer) -> str:
         "ring": f'<circle cx="11" cy="7" r="5" fill="none" stroke="{color}" stroke-width="2.4"/>',
         "cross": f'<path d="M7 3L15 11M15 3L7 11" stroke="{color}" stroke-width="2.6"/>',
         "star": f'<polygon points="{corners}" fill="{color}"/>',
+        "robot": f'<circle cx="11" cy="7" r="6.5" fill="{color}"/>'
+        f'<circle cx="11" cy="7" r="4.5" fill="{css_color(DECK_COLOR)}"/>'
+        f'<path d="M11 7H16" stroke="{css_color(HEADING_COLOR)}" stroke-width="2.6"/>',
         "gradient": f'<linearGradient id="starnav-speed">{stops}</linearGradient>'
         '<rect x="1" y="5" width="20" height="4" fill="url(#starnav-speed)"/>',
     }

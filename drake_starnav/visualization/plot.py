@@ -1,32 +1,30 @@
-"""Draw moments of a recorded run with Matplotlib, as a browser shows them from above."""
+"""Pictures of a recorded run by Matplotlib, as a browser shows it from above."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
-from matplotlib.path import Path
+from matplotlib.patches import Rectangle
 from PIL import Image
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.station.world_geometry import OBSTACLE_COLOR, WALL_COLOR, WALL_THICKNESS
-from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, around_robot, check_view, floor_to_page
-from drake_starnav.visualization.film import DECK_COLOR, HEADING_COLOR, LIDAR_COLOR, Actor, Film
-from drake_starnav.visualization.meshes import MOVING_OBSTACLES, SPEED_COLORS, Layer
+from drake_starnav.visualization.camera import (
+    BAR_HEIGHT,
+    PAGE,
+    PANEL_WIDTH,
+    around_robot,
+    check_view,
+    floor_to_page,
+    scale_length,
+)
+from drake_starnav.visualization.film import Film
 from drake_starnav.visualization.page import Caption
-from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import Shape
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
-from drake_starnav.worlds.world import World
+from drake_starnav.visualization.scene_plot import PANEL_ORDER, TEXT_COLOR, draw_legend, draw_scene
 
 DPI = 72.0
 """One point is one pixel of the page."""
-OBSTACLE_ORDER, ROBOT_ORDER, ON_TOP, PANEL_ORDER = 100.0, 200.0, 300.0, 1000.0
-"""Drawing order; flat layers have the order of their height in cm."""
 
 
 class PlotCamera:
@@ -67,117 +65,31 @@ class PlotCamera:
             return np.asarray(points, dtype=float)[..., :2] @ matrix.T + offset
 
         scale = math.sqrt(abs(np.linalg.det(matrix)))
-        _draw_world(axes, self._film.world, to_page, scale)
-        _draw_moving_obstacles(axes, self._film.world.moving_obstacles, time, to_page, scale)
-        for shape in self._film.timeline.visible(time + FRAME_SLACK):
-            _draw_shape(axes, shape, time, to_page)
-        for actor in reversed(self._film.actors):  # the first on top
-            _draw_robot(axes, actor, time, to_page, scale)
-        _draw_panel(axes, self._film.caption, time)
+        draw_scene(axes, self._film, time, to_page, scale)
+        _draw_panel(axes, self._film.caption)
+        _draw_bar(axes, time, scale)
         canvas.draw()
         return Image.fromarray(np.array(canvas.buffer_rgba())[..., :3])
 
 
-ToPage = Callable[[np.ndarray], np.ndarray]
-
-
-def _draw_world(axes: Axes, world: World, to_page: ToPage, scale: float) -> None:
-    for x, y, radius in np.vstack((world.cylinders, world.spheres)):
-        disc = Circle(to_page(np.array([x, y])), scale * radius, facecolor=OBSTACLE_COLOR[:3], zorder=OBSTACLE_ORDER)
-        axes.add_artist(disc)
-    for polygon in world.polygons:
-        axes.add_artist(Polygon(to_page(polygon), facecolor=OBSTACLE_COLOR[:3], zorder=OBSTACLE_ORDER))
-    if world.bounds is not None:
-        x0, y0, x1, y1 = world.bounds
-        t = 0.5 * WALL_THICKNESS
-        corners = np.array([(x0 - t, y0 - t), (x1 + t, y0 - t), (x1 + t, y1 + t), (x0 - t, y1 + t)])
-        wall = Polygon(
-            to_page(corners),
-            fill=False,
-            edgecolor=WALL_COLOR[:3],
-            linewidth=scale * WALL_THICKNESS,
-            joinstyle="miter",
-            zorder=OBSTACLE_ORDER,
-        )
-        axes.add_artist(wall)
-
-
-def _draw_moving_obstacles(
-    axes: Axes, moving_obstacles: MovingObstacles, time: float, to_page: ToPage, scale: float
-) -> None:
-    positions, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
-    for place, radius in zip(to_page(positions[0]), moving_obstacles.radii, strict=True):
-        axes.add_artist(Circle(place, scale * radius, facecolor=MOVING_OBSTACLES.color, zorder=OBSTACLE_ORDER))
-
-
-def _draw_shape(axes: Axes, shape: Shape, time: float, to_page: ToPage) -> None:
-    order = ON_TOP if shape.on_top else 100.0 * shape.height
-    points = to_page(shape.points + shape.value("position", time, np.zeros(2)))
-    if shape.faces is None:
-        axes.scatter(*points.T, s=shape.size**2, c=shape.colors, marker="s", linewidths=0.0, zorder=order)
-    elif len(shape.colors) == 1:
-        loops = [Path(points[[*loop, loop[0]]], closed=True) for loop in shape.loops]
-        opacity = shape.value("opacity", time, 1.0)
-        axes.add_artist(
-            PathPatch(Path.make_compound_path(*loops), color=shape.colors[0], alpha=opacity, lw=0.0, zorder=order)
-        )
-    else:
-        colors = shape.colors[shape.faces].mean(axis=1)
-        triangles = PolyCollection(points[shape.faces], facecolors=colors, edgecolors="face", lw=0.3, zorder=order)
-        axes.add_collection(triangles, autolim=False)
-
-
-def _draw_robot(axes: Axes, actor: Actor, time: float, to_page: ToPage, scale: float) -> None:
-    """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
-    x, y, yaw = actor.motion.at(time)
-    place = to_page(np.array([x, y]))
-    for share, color in ((1.0, actor.color), (actor.deck, DECK_COLOR)):
-        axes.add_artist(Circle(place, share * scale * actor.radius, facecolor=color, zorder=ROBOT_ORDER))
-    tip = np.array([x, y]) + 0.8 * actor.radius * np.array([math.cos(yaw), math.sin(yaw)])
-    ends = np.array([place, to_page(tip)])
-    axes.plot(
-        *ends.T, color=HEADING_COLOR, linewidth=0.2 * scale * actor.radius, solid_capstyle="butt", zorder=ROBOT_ORDER
-    )
-    axes.add_artist(Circle(place, 0.24 * scale * actor.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
-
-
-def _draw_panel(axes: Axes, caption: Caption, time: float) -> None:
-    axes.add_artist(
-        Rectangle((0.0, 0.0), PANEL_WIDTH, 138.0 + 21.0 * len(caption.legend), color="white", alpha=0.93, linewidth=0.0,
-                  zorder=PANEL_ORDER)
-    )  # fmt: skip
-    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": "#222222", "parse_math": False}
+def _draw_panel(axes: Axes, caption: Caption) -> None:
+    axes.add_artist(Rectangle((0.0, 0.0), PANEL_WIDTH, PAGE[1], color="white", linewidth=0.0, zorder=PANEL_ORDER))
+    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": TEXT_COLOR, "parse_math": False}
     axes.text(12.0, 21.0, caption.heading, size=16.0, weight="bold", **text)
-    lines = (*caption.lines, f"t = {time:.1f} s")
-    for k, line in enumerate(lines):
+    for k, line in enumerate(caption.lines):
         axes.text(12.0, 45.0 + 18.0 * k, line, size=12.0, **text)
-    top = 45.0 + 18.0 * len(lines) + 15.0
-    for k, layer in enumerate(caption.legend):
-        y = top + 21.0 * k
-        _draw_symbol(axes, layer, 24.0, y)
-        axes.text(43.0, y, layer.label.replace(" (newest bright)", ""), size=12.0, **text)
+    draw_legend(axes, caption, 12.0, 45.0 + 18.0 * len(caption.lines) + 15.0)
 
 
-def _draw_symbol(axes: Axes, layer: Layer, x: float, y: float) -> None:
-    """The layer's symbol in the legend, about a point of the page."""
-    if layer.symbol == "area":
-        color = (*layer.color, 0.45)
-        axes.add_artist(
-            Rectangle((x - 9.0, y - 5.0), 18.0, 10.0, facecolor=color, edgecolor=layer.color, zorder=PANEL_ORDER)
-        )
-    elif layer.symbol in ("line", "gradient"):
-        colors = SPEED_COLORS if layer.symbol == "gradient" else np.array([layer.color])
-        at = np.linspace(x - 10.0, x + 10.0, len(colors) + 1)
-        for left, right, color in zip(at[:-1], at[1:], colors, strict=True):
-            axes.plot((left, right), (y, y), color=color, linewidth=3.0, solid_capstyle="butt", zorder=PANEL_ORDER)
-    else:
-        marker, size = {
-            "disc": ("o", 9.0), "square": ("s", 6.0), "dot": ("o", 4.5), "ring": ("o", 10.0), "cross": ("x", 8.0),
-            "star": ("*", 13.0),
-        }[layer.symbol]  # fmt: skip
-        face = "none" if layer.symbol == "ring" else layer.color
-        width = 2.5 if layer.symbol in ("ring", "cross") else 0.0
-        axes.plot(
-            x, y, marker=marker, markersize=size, markerfacecolor=face, markeredgecolor=layer.color,
-            markeredgewidth=width, zorder=PANEL_ORDER,
-        )  # fmt: skip
+def _draw_bar(axes: Axes, time: float, scale: float) -> None:
+    """The clock and a bar of a round length."""
+    length = scale_length(scale)
+    top, right = PAGE[1] - BAR_HEIGHT, PAGE[0] - 12.0
+    left, y = right - scale * length, top + 0.6 * BAR_HEIGHT
+    look = {"zorder": PANEL_ORDER, "color": TEXT_COLOR}
+    axes.add_artist(Rectangle((0.0, top), PAGE[0], BAR_HEIGHT, color="white", linewidth=0.0, zorder=PANEL_ORDER))
+    axes.plot((left, left, right, right), (y - 5.0, y, y, y - 5.0), linewidth=1.5, **look)
+    text = {**look, "size": 12.0, "verticalalignment": "center"}
+    words = f"{length:g} m" if length >= 1.0 else f"{100.0 * length:.0f} cm"
+    axes.text(0.5 * (left + right), y - 8.0, words, horizontalalignment="center", **text)
+    axes.text(left - 80.0, y - 4.0, f"t = {time:.1f} s", **text)

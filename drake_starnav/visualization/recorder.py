@@ -12,9 +12,10 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.utils.files import write_text
-from drake_starnav.visualization.camera import FIELD_OF_VIEW, PAGE, Extent, camera_pose, camera_presets, check_view
+from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
+from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
-from drake_starnav.visualization.meshes import LAYERS, with_moving_obstacles
+from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
@@ -38,17 +39,18 @@ class Recorder:
         film: what is needed to draw pictures of the run, once it has ended.
     """
 
-    def __init__(self, html: str | os.PathLike, view: str = "top") -> None:
+    def __init__(self, html: str | os.PathLike, view: str = "top", shown: frozenset[str] | None = None) -> None:
         """
         Args:
             html: the file to write.
             view: camera preset that it opens with, one of `camera.VIEWS`.
+            shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
 
         Raises:
             StarnavError: unknown view.
         """
         check_view(view)
-        self._html, self._view = html, view
+        self._html, self._view, self._shown = html, view, shown
         self.film: Film | None = None
 
     def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: "Scenario") -> None:
@@ -82,8 +84,9 @@ class Recorder:
         """
         world, station = self._navigation.world, self._navigation.station
         trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
-        caption = Caption(self._scenario.name, lines, with_moving_obstacles({**LAYERS, "trail": trail}, world))
-        cameras = Cameras(camera_presets(world), self._view, robot_path(station), world.start[:2])
+        layers = with_scene({**LAYERS, "trail": trail}, world)
+        caption = Caption(self._scenario.name, lines, layers, self._shown)
+        cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         robot = Actor(motion, self._scenario.robot.radius)
         self.film = Film(caption, world, self._timeline, (robot,))
@@ -112,6 +115,7 @@ def add_visualizers(
     """
     station, controller = navigation.station, navigation.controller
     period = 1.0 / scenario.recording.frames_per_second
+    show_collision_shapes(station.plant, station.scene_graph, station.floor)
     MeshcatVisualizer.AddToBuilder(
         builder,
         station.GetOutputPort("cheat.geometry_query"),
@@ -173,13 +177,13 @@ def set_look(meshcat: Meshcat) -> None:
         meshcat.SetProperty(helper, "visible", False)
 
 
-def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top", panel: str = "left") -> None:
+def frame_camera(meshcat: Meshcat, extent: Extent, view: str = "top") -> None:
     """Take a camera preset; arguments after the first as for `camera_pose`."""
-    position, target = camera_pose(extent, view, panel)
+    position, target = camera_pose(extent, view)
     distance = float(np.linalg.norm(position - target))
     # A near plane that is not too near keeps flat layers a centimetre apart from flickering.
     camera = Meshcat.PerspectiveCamera(
-        fov=FIELD_OF_VIEW, aspect=PAGE[0] / PAGE[1], near=0.02 * distance, far=10.0 * distance
+        fov=FIELD_OF_VIEW, aspect=SCENE[0] / SCENE[1], near=0.02 * distance, far=10.0 * distance
     )
     meshcat.SetCamera(camera)
     meshcat.SetCameraPose(position, target)

@@ -15,14 +15,27 @@ from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
+from drake_starnav.regions import StarRegion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.meshes import LAYERS, Mesh
+from drake_starnav.visualization.meshes import LAYERS, LINE_WIDTH, Mesh
 
+SCAN_POINTS = 180
+"""Points of a scan that are drawn at most."""
+REGION_VERTICES = 120
+"""Corners of a region's outline."""
+NODE_RADIUS = 0.09
+"""Of a roadmap node, m."""
+NEW_OPACITY, OLD_OPACITY = 0.45, 0.12
+"""Of the newest region, and of a region as soon as a newer one is there."""
+FADE_TIME = 3.0
+"""A region is gone this long after a newer one is there, s."""
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
+OLD_REGIONS = 3
+"""At most so many old regions are shown: on top of one another they are still fainter than the newest."""
 OUTLINE_OPACITY = (0.9, 0.3)
 """Opacity of the newest region's outline, and of older ones."""
 CERTIFICATE_OPACITY = 0.55
@@ -98,7 +111,7 @@ class StarRoadmapVisualizer(LeafSystem):
     def _clear(self, context: Context) -> EventStatus:
         self._stage.clear()
         self._drawn = _Drawn(self._nothing)
-        node, here = self._parameters.node_radius, np.zeros(2)
+        node, here = NODE_RADIUS, np.zeros(2)
         hidden = {
             "goal": meshes.five_pointed_star(here, 0.9 * self._robot.radius, LAYERS["goal"].height),
             "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
@@ -116,8 +129,6 @@ class StarRoadmapVisualizer(LeafSystem):
         if state is not None:
             self._draw_roadmap(state.roadmap, time)
             self._fade(time)
-            path = state.guidance.path
-            self._stage.move("short_term_goal", path[0] if len(path) else None, time)
             self._stage.move("frontiers/target", None if state.target is None else state.target[0], time)
         if pose is not None:
             self._drawn.trail.append((pose[0], pose[1], 0.0 if twist is None else twist[0]))
@@ -144,13 +155,13 @@ class StarRoadmapVisualizer(LeafSystem):
             for path in drawn.growing:  # another margin: other regions from the same scans
                 self._stage.remove(path, time)
             drawn.growing.clear()
-            drawn.bright.clear()
+            self._remove_regions(len(drawn.regions), time)
             known = edges = 0
         else:
             self._draw_spent_frontiers(last.frontiers, roadmap, time)
-        for k in range(known, len(roadmap)):
-            self._add_region(k, roadmap, time)
-        nodes, radius, width = roadmap.stack.center, self._parameters.node_radius, 1.5 * self._parameters.line_width
+        if len(roadmap) > known:
+            self._draw_region(roadmap.regions[-1], time)
+        nodes, radius, width = roadmap.stack.center, NODE_RADIUS, 1.5 * LINE_WIDTH
         dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
         self._grow("roadmap/nodes", dots, time)
         lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
@@ -169,37 +180,40 @@ class StarRoadmapVisualizer(LeafSystem):
         path = self._stage.add_points("frontiers/covered", covered, time)
         if path:
             self._drawn.growing.append(path)
-        size = 1.5 * self._parameters.node_radius
+        size = 1.5 * NODE_RADIUS
         self._grow("frontiers/stuck", meshes.crosses(stuck, size, LAYERS["frontiers/stuck"].height), time)
 
-    def _add_region(self, k: int, roadmap: StarRoadmap, time: float) -> None:
-        region, height = roadmap.regions[k], LAYERS["regions"].height
-        rim = region.outline(self._parameters.region_vertices)
-        newest = k == len(roadmap) - 1
-        new = (self._parameters.new_opacity, OUTLINE_OPACITY[0])
-        old = (self._parameters.old_opacity, OUTLINE_OPACITY[1])
-        parts = (
-            meshes.fan(region.center, rim, height),
-            meshes.ribbon(rim, 0.5 * self._parameters.line_width, height, closed=True),
-        )
-        for mesh, bright, faint in zip(parts, new, old, strict=True):
-            path = self._grow("regions", mesh, time, bright if newest else faint)
-            if newest and path:
-                self._drawn.bright.append(_Fading(path, k, bright, faint))
+    def _draw_region(self, region: StarRegion, time: float) -> None:
+        """Draw the newest region; the one before it is faint at once."""
+        for path, bright, faint in self._drawn.regions[-1].parts if self._drawn.regions else ():
+            self._stage.set_opacity(path, bright, max(time - 1.0 / self._parameters.frames_per_second, 0.0))
+            self._stage.set_opacity(path, faint, time)
+        if self._drawn.regions:
+            self._drawn.regions[-1].old_since = time
+        self._remove_regions(len(self._drawn.regions) - OLD_REGIONS, time)
+        height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
+        outline = meshes.ribbon(rim, 0.5 * LINE_WIDTH, height, closed=True)
+        fill = NEW_OPACITY, OLD_OPACITY
+        parts = []
+        for mesh, (bright, faint) in ((meshes.fan(region.center, rim, height), fill), (outline, OUTLINE_OPACITY)):
+            added = self._stage.add("regions", mesh, time, bright)
+            if added:
+                parts.append((added, bright, faint))
+        self._drawn.regions.append(_Region(parts))
 
     def _fade(self, time: float) -> None:
-        """Fade the regions that are no longer the newest, with one keyframe at the start and one at the end.
+        """Remove regions that have faded; each keyframe is set in its own time, or the recording might be too long."""
+        due = [self._is_due(time, region.old_since + FADE_TIME) for region in self._drawn.regions]
+        self._remove_regions(sum(due), time)
 
-        Each keyframe is set in its own time: one ahead of it might make the recording longer than the run.
-        """
-        newest = len(self._drawn.roadmap) - 1
-        for item in list(self._drawn.bright):
-            if item.region < newest and item.since is None:
-                self._stage.set_opacity(item.path, item.bright, time)
-                item.since = time
-            elif item.since is not None and self._is_due(time, item.since + self._parameters.fade_time):
-                self._stage.set_opacity(item.path, item.faint, time)
-                self._drawn.bright.remove(item)
+    def _remove_regions(self, count: int, time: float) -> None:
+        """Remove the oldest ones; the number may be negative for none."""
+        for region in self._drawn.regions[: max(count, 0)]:
+            for path, _, _ in region.parts:
+                if region.old_since < math.inf:
+                    self._stage.set_opacity(path, 0.0, time)  # evenly from when it became old
+                self._stage.remove(path, time)
+        del self._drawn.regions[: max(count, 0)]
 
     def _is_due(self, time: float, due: float) -> bool:
         """With half a frame of tolerance: publishes are as far apart as frames, up to rounding."""
@@ -220,14 +234,15 @@ class StarRoadmapVisualizer(LeafSystem):
         if np.array_equal(points, self._drawn.path):
             return
         self._drawn.path = points
-        self._stage.swap("path", meshes.ribbon(points, self._parameters.line_width, LAYERS["path"].height), time)
+        self._stage.move("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
+        self._stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
 
     def _draw_scan(self, scan: LaserScan | None, pose: np.ndarray | None, time: float) -> None:
         if scan is None or pose is None or scan is self._drawn.scan:
             return
         self._drawn.scan = scan
         points = scan.points(pose)
-        every = math.ceil(max(len(points), 1) / self._parameters.scan_points)
+        every = math.ceil(max(len(points), 1) / SCAN_POINTS)
         self._stage.swap_points("scan", points[::every], time)
 
     def _draw_certificate(self, certificate: Any, time: float) -> None:
@@ -245,27 +260,29 @@ class StarRoadmapVisualizer(LeafSystem):
         trail = np.array(self._drawn.trail)
         if len(trail) < 2:
             return
-        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * self._parameters.line_width:
+        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * LINE_WIDTH:
             self._drawn.trail = [self._drawn.trail[0]]  # as good as standing
             return
         # One quad per step, so that each shows its own speed.
         ends = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
         steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > meshes.SAME_POINT
-        mesh = meshes.segments(ends[steps], self._parameters.line_width, LAYERS["trail"].height)
+        mesh = meshes.segments(ends[steps], LINE_WIDTH, LAYERS["trail"].height)
         colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
         self._stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]
 
 
 @dataclass
-class _Fading:
-    """A part of a region that is the newest one, or is fading."""
+class _Region:
+    """A region that is shown.
 
-    path: str
-    region: int
-    bright: float
-    faint: float
-    since: float | None = None
+    Attributes:
+        parts: path, opacity while it is the newest, opacity as soon as it is not.
+        old_since: when a newer one came, s.
+    """
+
+    parts: list[tuple[str, float, float]]
+    old_since: float = math.inf
 
 
 @dataclass
@@ -278,5 +295,5 @@ class _Drawn:
     path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     trail: list[tuple[float, float, float]] = field(default_factory=list)
     growing: list[str] = field(default_factory=list)
-    bright: list[_Fading] = field(default_factory=list)
+    regions: list[_Region] = field(default_factory=list)
     next_scan_time: float = 0.0

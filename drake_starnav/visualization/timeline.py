@@ -126,9 +126,9 @@ class Timeline:
         """Remove everything in a folder."""
         self._shapes = {name: shape for name, shape in self._shapes.items() if not f"{name}/".startswith(f"{path}/")}
 
-    def visible(self, time: float) -> list[Shape]:
-        """The visible objects at a time, s, in the order of their creation."""
-        return [shape for shape in self._shapes.values() if shape.value("visible", time, True)]
+    def visible(self, time: float) -> dict[str, Shape]:
+        """Path -> object of what is visible at a time, s, in the order of their creation."""
+        return {path: shape for path, shape in self._shapes.items() if shape.value("visible", time, True)}
 
     def _set(self, path: str, name: str, value: Any, time: float) -> None:
         self._shapes[path].tracks.setdefault(name, Track()).set(value, time)

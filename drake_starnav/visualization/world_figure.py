@@ -121,11 +121,13 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
 
     from drake_starnav.lidar.sensor_model import LidarParameters
     from drake_starnav.station.navigation_station import NavigationStation
+    from drake_starnav.visualization.collision_shapes import show_collision_shapes
     from drake_starnav.visualization.recorder import frame_camera, set_look
 
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, LidarParameters()))
+    show_collision_shapes(station.plant, station.scene_graph, station.floor)
     query = station.GetOutputPort("cheat.geometry_query")
     MeshcatVisualizer.AddToBuilder(builder, query, meshcat, MeshcatVisualizerParams(role=Role.kIllustration))
     diagram = builder.Build()

@@ -29,6 +29,7 @@ ROBOT, LIDAR = RobotParameters(max_speed=0.6), LidarParameters(beams=180)
 FIELD = PotentialFieldParameters(max_speed=0.6)
 PERIOD = 0.1  # of a step, s
 TOLERANCE = 0.3  # of the goal, m
+TIMEOUT = 40.0  # of an episode, s
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class ForestEnvironment:
         far, near = (math.dist(pose[:2], self.world.goal) for pose in (before, self.pose))
         collided = status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
         outcome = "collision" if collided else "reached" if near < TOLERANCE else ""
-        truncated = not outcome and time >= self.world.timeout
+        truncated = not outcome and time >= TIMEOUT
         return self._observed(), far - near, bool(outcome), truncated, {"outcome": outcome or "timeout"}
 
     @property

@@ -16,7 +16,6 @@ from drake_starnav.baselines.paper.frontiers import cluster_frontiers
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.baselines.paper.planner import way_ahead
 from drake_starnav.control.heading_controller import turning_law
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, StarRoadmap
@@ -137,4 +136,4 @@ def law_tracked(
     heading: float, twist: np.ndarray, errors: np.ndarray, period: float, robot: RobotParameters
 ) -> tuple[np.ndarray, np.ndarray]:
     """For the paper's `tracked`: this project's turning law."""
-    return turning_law(heading, robot.max_speed, ControllerParameters(), robot), errors
+    return turning_law(heading, robot.max_speed, robot), errors

@@ -49,7 +49,7 @@ def test_a_browser_shows_them_there_too(recorded) -> None:
         ring = round(0.8 * actor.radius * np.sqrt(abs(np.linalg.det(matrix))))
         for place in (row - ring, row + ring):
             assert image[place, column] == pytest.approx(actor.color, abs=0.13)
-    assert all(layer.label in text for layer in film.caption.legend)
+    assert all(layer.label in text for layer in film.caption.legend.values())
     assert text.index("star: reached in") < text.index("star_paper: ")
 
 

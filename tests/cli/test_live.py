@@ -46,7 +46,7 @@ def test_stop_ends_it_and_the_buttons_go(run) -> None:
     click(run, "stop")
     assert not run.step()
     assert run.outcome.startswith("stopped after")
-    run.finish("star", 3)
+    run.finish()
     assert run.meshcat.GetButtonNames() == [] and run.meshcat.GetSliderNames() == []
 
 
@@ -76,7 +76,6 @@ def test_until_a_slider_moves_the_robot_drives_as_without_a_page(run) -> None:
     run_trial(SCENARIO, seed=3, observer=alone)
     click(run, "start")
     advance(run, 2.0)
-    assert (alone.motion.poses == run.pose).all(axis=1).any()
     assert run.pose[:2] == pytest.approx(alone.motion.at(run.time)[:2], abs=0.01)
 
 
@@ -87,21 +86,6 @@ def test_what_has_left_the_stage_leaves_the_page(run) -> None:
     assert len(scans) == 1
 
 
-def test_the_camera_takes_views_and_follows(run) -> None:
-    def camera() -> bytes:
-        return run.meshcat._GetPackedProperty("/Cameras/default/rotated/<object>", "position")
-
-    seen = [camera()]
-    for view in ("oblique", "top", "follow"):
-        click(run, view)
-        run.step()
-        seen.append(camera())
-    assert seen[2] == seen[0] and len(set(seen)) == 3
-    click(run, "start")
-    advance(run, 1.0)
-    assert camera() != seen[3]
-
-
 def test_a_recording_of_it_may_be_kept(tmp_path) -> None:
     html = tmp_path / "live.html"
     run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, html=html, say=lambda text: None)
@@ -109,7 +93,7 @@ def test_a_recording_of_it_may_be_kept(tmp_path) -> None:
     advance(run, 0.5)
     click(run, "stop")
     run.run()
-    run.finish("star", 3)
+    run.finish()
     assert "stopped after 0.5 s" in html.read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [html]
 

@@ -9,6 +9,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numba
 import pytest
 
 from drake_starnav.cli.main import main
@@ -18,8 +19,11 @@ from drake_starnav.cli.options import (
     INTERRUPTED,
     check_numbers,
     command_name,
+    compilations,
     exit_code,
     program_name,
+    progress_bar,
+    typed_command,
 )
 from drake_starnav.errors import StarnavError
 
@@ -52,6 +56,26 @@ def test_a_command_has_the_name_it_was_called_by(called: str, program: str, comm
     assert (program_name(), command_name("simulate")) == (program, command)
 
 
+@pytest.mark.parametrize(
+    ("called", "prog", "typed"),
+    [
+        ("/usr/bin/starnav", "starnav benchmark", "starnav benchmark forest --html 'my page.html'"),
+        ("scripts/benchmark.py", "benchmark.py", "python scripts/benchmark.py forest --html 'my page.html'"),
+    ],
+)
+def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: str, monkeypatch) -> None:
+    monkeypatch.setattr("sys.argv", [called])
+    assert typed_command(prog, ["forest", "--html", "my page.html"]) == typed
+
+
+def test_the_bar_of_a_run_estimates_what_may_remain(monkeypatch, capsys) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with progress_bar("driving", False) as progress:
+        progress(10.0, 60.0)
+        shown = capsys.readouterr().err
+    assert "driving:  10.0 s of at most 60 s" in shown and "at most 00:" in shown
+
+
 def test_the_entry_point_is_the_package_s_main() -> None:
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     module, _, function = project["scripts"][ENTRY_POINT].partition(":")
@@ -82,3 +106,22 @@ def test_a_number_out_of_its_range_is_refused() -> None:
         check_numbers(options, rate=(6, 7))
     with pytest.raises(StarnavError, match=r"--speed is 0.5; allowed: 1 <= x$"):
         check_numbers(options, speed=(1, math.inf))
+
+
+def test_what_numba_compiles_is_counted_and_nothing_else() -> None:
+    counts: list[int] = []
+    double = numba.njit(lambda x: 2 * x)
+    with compilations(counts.append):
+        assert double(1) == 2
+        assert double(2) == 4
+    double(1.5)
+    assert counts == [0, 1]
+
+
+def test_without_a_terminal_a_first_run_says_once_that_it_compiles(capsys) -> None:
+    double, halve = numba.njit(lambda x: 2 * x), numba.njit(lambda x: x / 2)
+    for quiet, said in ((True, ""), (False, "compiling, as it is the first run\n")):
+        with progress_bar("x", quiet):
+            double(1.0 if quiet else 1)
+            halve(1.0 if quiet else 1)
+        assert capsys.readouterr().err == said

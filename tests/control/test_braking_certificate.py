@@ -9,12 +9,10 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import (
     SAMPLE_SPACING,
-    SPEED_SHARES,
-    TURN_SHARES,
     Certificate,
     braking_path,
-    certified_twist,
 )
+from drake_starnav.control.certificates import PROPOSALS, certified_twist
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
@@ -164,8 +162,7 @@ def test_the_braking_path_is_what_is_certified(seed, hold):
 @given(seeds)
 def test_the_first_certified_share_is_taken(seed):
     _, star, _, pose, twist, desired = random_situation(seed)
-    tried = [(share * desired[0], desired[1]) for share in SPEED_SHARES]
-    tried += [(share * desired[0], turn * desired[1]) for turn in TURN_SHARES for share in (0.5, 0.0)]
+    tried = PROPOSALS * desired
     good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
     v, omega, accepted = certified_twist(pose, twist, desired, PERIOD, LIMITS, star)
     assert accepted == bool(good)
@@ -173,7 +170,7 @@ def test_the_first_certified_share_is_taken(seed):
         assert (v, omega) == pytest.approx(good[0])
     else:
         assert v == 0.0
-    assert (np.diff(SPEED_SHARES) < 0.0).all() and SPEED_SHARES[0] == 1.0 and SPEED_SHARES[-1] == 0.0
+    assert (PROPOSALS[0] == 1.0).all() and (np.diff(PROPOSALS[:7, 0]) < 0.0).all()
 
 
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import SPEED_SHARES
+from drake_starnav.control.certificates import PROPOSALS
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.point_certificate import (
     KnownHits,
@@ -39,7 +39,7 @@ def clear_twist(
 ) -> np.ndarray | None:
     """The desired twist at the largest share of its speed that the certificate accepts; None if it accepts none."""
     known = KnownHits(star.hits, needed_distances(star.half_gaps, RADIUS), star.center, star.reach - RADIUS)
-    for share in SPEED_SHARES:
+    for share in PROPOSALS[:7, 0]:
         tried = desired * (share, 1.0)
         if keeps_clear(*pose, *twist, *tried, PERIOD, 0.0, limits, known, MARGIN):
             return tried

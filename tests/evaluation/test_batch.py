@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -11,7 +12,10 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.main import benchmark, simulate
+from drake_starnav.cli.options import command_name
 from drake_starnav.evaluation import read_trials, trial_seed
+from drake_starnav.evaluation.batch import announcement
+from drake_starnav.evaluation.jobs import Case, Job
 
 TIMES = ("wall_s", "command", "scan", "fit", "plan")
 BROKEN = "world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n"
@@ -185,3 +189,26 @@ def test_an_ended_benchmark_leaves_no_process_and_goes_on(number: int, tiny: Pat
             time.sleep(0.05)
     assert benchmark(arguments(tiny, path, "--jobs", "1", "--resume")) == 0
     assert results(path) == results(whole)
+
+
+@pytest.mark.parametrize(
+    ("method", "count", "workers", "words"),
+    [
+        ("star", 4, 2, "4 trials of 1 cases, 2 at a time: about 4 s"),
+        ("dwa", 480, 8, "480 trials of 1 cases, 8 at a time: about 12 min"),
+        ("dwa", 4800, 4, "4800 trials of 1 cases, 4 at a time: about 4 h"),
+    ],
+)
+def test_size_and_estimate_are_said_first(method: str, count: int, workers: int, words: str) -> None:
+    jobs = [Job(Case("forest", method, ""), k, k) for k in range(count)]
+    assert announcement(jobs, workers) == words
+
+
+def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path, capsys) -> None:
+    path = tmp_path / "trials.jsonl"
+    command = [str(tiny), "--trials", "1", "--jobs", "1", "--json", str(path)]
+    assert benchmark(command) == 0
+    assert capsys.readouterr().err.startswith("1 trials of 1 cases, 1 at a time: about 2 s\n")
+    assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
+    assert benchmark([*command, "--resume"]) == 0  # nothing to say
+    assert "trials of" not in capsys.readouterr().err

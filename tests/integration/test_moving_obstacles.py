@@ -8,12 +8,12 @@ from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
 from drake_starnav.visualization.camera import floor_to_page
-from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, with_moving_obstacles
+from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, with_scene
 from drake_starnav.visualization.plot import PlotCamera
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import Crowd, World, make_world, moving_obstacle_states
 
-TEXT = "world: !Crowd {min_moving_obstacles: 4, max_moving_obstacles: 4}\nsimulation: {timeout: 2.5}\n"
+TEXT = "world: !Crowd {moving_obstacles: [4, 4]}\nsimulation: {timeout: 2.5}\n"
 SEED = 1
 TIMES = (0.0, 2.0)
 
@@ -58,8 +58,6 @@ def test_in_a_browser(recorded, k: int) -> None:
 
 
 def test_the_legend_names_them_only_where_there_are_some() -> None:
-    assert (
-        with_moving_obstacles(LAYERS, make_world(Crowd(min_moving_obstacles=0, max_moving_obstacles=0), 0, 0.25))
-        == LAYERS
-    )
-    assert MOVING_OBSTACLES in with_moving_obstacles(LAYERS, make_world(Crowd(), 0, 0.25)).values()
+    nobody = make_world(Crowd(moving_obstacles=(0, 0)), 0, 0.25)
+    assert with_scene(LAYERS, nobody) == {**LAYERS, "robot": ROBOT}
+    assert MOVING_OBSTACLES in with_scene(LAYERS, make_world(Crowd(), 0, 0.25)).values()

@@ -4,6 +4,7 @@ import pytest
 
 from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
+from drake_starnav.worlds.generators import channel
 
 
 def trial(scenario: str, seed: int, *overrides: str):
@@ -13,14 +14,17 @@ def trial(scenario: str, seed: int, *overrides: str):
 @pytest.mark.parametrize(
     ("shape", "seed"), [("serpentine", 3), ("spiral", 7), ("u_turn", 11), ("any", 3081312463)], ids=str
 )
-def test_a_winding_passage_that_leaves_35_mm_on_each_side_is_driven_through(shape: str, seed: int) -> None:
-    driven = trial("channel", seed, f"world.shape={shape}", "world.clearance=0.035", "world.max_lanes=4")
+def test_a_winding_passage_that_leaves_35_mm_on_each_side_is_driven_through(
+    shape: str, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(channel, "_LANES", (3, 4))
+    driven = trial("channel", seed, f"world.shape={shape}", "world.clearance=0.035")
     assert driven.outcome == "reached"
 
 
-def test_a_straight_passage_is_not_crept_through() -> None:
-    overrides = ("world.shape=corridor", "world.min_length=10", "world.max_length=10", "world.clearance=0.035")
-    driven = trial("channel", 0, *overrides)
+def test_a_straight_passage_is_not_crept_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(channel, "_LENGTHS", (10.0, 10.0))
+    driven = trial("channel", 0, "world.shape=corridor", "world.clearance=0.035")
     assert driven.outcome == "reached" and driven.mean_speed_mps > 0.3
 
 

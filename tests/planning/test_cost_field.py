@@ -254,13 +254,6 @@ def test_a_search_towards_a_cell_finds_the_same_cost(seed):
     assert (found < UNREACHED).sum() <= (whole < UNREACHED).sum()
 
 
-def test_a_window_may_show_every_cell():
-    grid = memory(np.array(((0.0, 0.0),)))
-    distance, first = grid.window(np.array((-0.2, -0.1)), np.array((0.2, 0.1)), stride=1)
-    centres = (np.stack(np.indices(distance.shape), axis=-1) + first) * RESOLUTION
-    np.testing.assert_allclose(distance, np.hypot(*np.moveaxis(centres, -1, 0)), atol=1e-6)
-
-
 @pytest.mark.parametrize("shift", np.arange(0.0, 2.0 * CELL, 0.25 * RESOLUTION))
 def test_a_passage_that_the_robot_just_fits_lies_between_no_cells(shift):
     """Wherever it lies on the grid, at both of the hits' errors; a passage too narrow by a cell's size stays shut."""

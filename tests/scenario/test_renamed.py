@@ -31,7 +31,14 @@ def test_new_names_are_valid_and_old_ones_are_not() -> None:
     for old, new in RENAMED.items():
         section, _, key = old.partition(".")
         valid = fields(sections[section]) if key else set(sections)
-        assert new in valid and (key or section) not in valid
+        elsewhere, _, name = new.rpartition(".")
+        assert (name in fields(sections[elsewhere]) if elsewhere else new in valid) and (key or section) not in valid
+
+
+@pytest.mark.parametrize("old", ["min_moving_obstacles", "max_moving_obstacles", "min_speed", "max_speed"])
+def test_the_ends_of_a_range_lead_to_its_name(old: str) -> None:
+    with pytest.raises(StarnavError, match=rf"unknown key world\.{old}: did you mean {old[4:]}\? allowed: "):
+        parse_scenario(f"world: !Crowd {{{old}: 1}}", name="old")
 
 
 def test_other_names_stay() -> None:

@@ -46,14 +46,14 @@ class Run:
 
 
 def state_hash() -> str:
-    run = Run(make_world(Crowd(min_moving_obstacles=20), 5, 0.25), twist=(0.0, 0.4))
+    run = Run(make_world(Crowd(moving_obstacles=(20, 20)), 5, 0.25), twist=(0.0, 0.4))
     run.simulator.AdvanceTo(2.0)
     return hashlib.sha256(
         run.station.plant.GetPositionsAndVelocities(run.station.plant.GetMyContextFromRoot(run.context)).tobytes()
     ).hexdigest()
 
 
-@pytest.mark.parametrize("kind", [Crowd(min_moving_obstacles=20), DynaBarn(id=3)])
+@pytest.mark.parametrize("kind", [Crowd(moving_obstacles=(20, 20)), DynaBarn(id=3)])
 def test_bodies_are_where_their_paths_say(kind) -> None:
     """Also where a path begins anew elsewhere, and whatever the robot does."""
     world = make_world(kind, 1, 0.25)

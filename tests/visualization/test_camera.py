@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, VIEWS, camera_pose
+from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, SCALE_WIDTH, SCENE, VIEWS, camera_pose, scale_length
 from tests.helpers.camera import projected
 
 
@@ -15,4 +15,12 @@ def test_the_camera_sees_all_of_the_extent_beside_the_panel(extent, view):
     corners = np.array([(x0, y0, 0.0), (x0, y1, 0.0), (x1, y0, 0.0), (x1, y1, 0.0)])
     columns, rows = np.array([projected(corner, position, target) for corner in corners]).T
     assert columns.min() > PANEL_WIDTH - 5.0 and columns.max() < PAGE[0] + 5.0
-    assert rows.min() > 0.0 and rows.max() < PAGE[1]
+    assert rows.min() > 0.0 and rows.max() < SCENE[1]
+
+
+@pytest.mark.parametrize(
+    "scale, length", [(50.0, 2.0), (24.0, 5.0), (60.0, 2.0), (61.0, 1.0), (900.0, 0.1), (1.0, 100.0)]
+)
+def test_the_scale_bar_has_a_round_length(scale, length):
+    assert scale_length(scale) == pytest.approx(length)
+    assert 0.3 * SCALE_WIDTH < scale * length <= SCALE_WIDTH

@@ -16,8 +16,8 @@ def test_texts_are_escaped_and_the_legend_is_ordered_by_height() -> None:
         "silent": Layer("", (0.0, 0.0, 1.0), "line", 0.3),
     }
     caption = Caption("<room>", ("seed 0",), layers)
-    text = with_panel(PAGE, caption, Cameras({}, "top", "/drake/robot", (1.0, 2.0)))
-    assert [layer.label for layer in caption.legend] == ["high", "low & wide"]
+    text = with_panel(PAGE, caption, Cameras((0.0, 0.0, 4.0, 3.0), "top", "/drake/robot", (1.0, 2.0)))
+    assert [layer.label for layer in caption.legend.values()] == ["high", "low & wide"]
     assert "<h1>&lt;room&gt;</h1>" in text and "<title>&lt;room&gt; · seed 0</title>" in text
     assert text.index(">high<") < text.index(">low &amp; wide<")
     assert text.endswith("</body></html>")
@@ -29,8 +29,17 @@ def test_without_layers_the_legend_is_of_all() -> None:
 
 def test_an_unknown_view_is_refused() -> None:
     with pytest.raises(StarnavError, match="camera view is 'side'"):
-        Cameras({}, "side", "robot", (0.0, 0.0))
+        Cameras((0.0, 0.0, 4.0, 3.0), "side", "robot", (0.0, 0.0))
 
 
 def test_colours_in_css() -> None:
     assert css_color((1.0, 0.5, 0.0)) == "rgb(255,128,0)"
+
+
+def test_a_caption_says_what_is_shown() -> None:
+    caption = Caption("room", shown=frozenset({"trail", "roadmap/nodes"}))
+    shown = [
+        name for name in ("trail/0003", "roadmap/nodes", "roadmap/edges/0001", "scan", "robot") if caption.shows(name)
+    ]
+    assert shown == ["trail/0003", "roadmap/nodes", "robot"]
+    assert all(Caption("room").shows(name) for name in ("trail", "scan"))

@@ -31,8 +31,9 @@ from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.camera import FIELD_OF_VIEW, PAGE, PANEL_WIDTH, VIEWS, around_robot, camera_pose
+from drake_starnav.visualization.camera import PANEL_WIDTH, VIEWS, around_robot, camera_pose
 from drake_starnav.visualization.meshes import LAYERS
+from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
@@ -51,9 +52,11 @@ POSTS = np.array([(1.5, 1.0, 0.3), (2.5, -1.0, 0.4), (4.0, 1.3, 0.3), (5.0, -1.2
 EXTENT = (-1.0, -2.5, 7.0, 2.5)
 DURATION, SPEED, PERIOD = 4.0, 0.8, 0.05
 MAGENTA = (1.0, 0.0, 1.0)  # the robot's, like nothing else in the picture
-CAPTION = Caption("posts <four>", ("method star, seed 3", "timeout </script> after 4.0 s"))
+CAPTION = Caption(
+    "posts <four>", ("method star, seed 3", "timeout </script> after 4.0 s"), {**LAYERS, "robot": ROBOT_ROW}
+)
 POSES = {view: camera_pose(around_robot([0.0, 0.0]) if view == "follow" else EXTENT, view) for view in VIEWS}
-CAMERAS = Cameras(POSES, "top", f"{WORLD_PREFIX}/robot", (0.0, 0.0))
+CAMERAS = Cameras(EXTENT, "top", f"{WORLD_PREFIX}/robot", (0.0, 0.0))
 
 
 def scan_at(pose, time, range_max=4.0, beams=180):
@@ -163,7 +166,7 @@ def page(recording):
         page.on("console", lambda message: message.type == "error" and page.complaints.append(message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.reload()  # what is heard now is heard from the start
-        page.wait_for_function("viewer.animator.duration > 0", timeout=60000)
+        page.wait_for_function("viewer.animator.duration > 0")
         yield page
 
 
@@ -182,9 +185,7 @@ def magenta(image):
 
 def pixel(x, y):
     """Column and row where the top view shows a point of the floor."""
-    position, target = camera_pose(EXTENT)
-    scale = 0.5 * PAGE[1] / math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / np.linalg.norm(position - target)
-    return np.array([0.5 * PAGE[0] + scale * (x - target[0]), 0.5 * PAGE[1] - scale * (y - target[1])])
+    return projected(np.array([x, y, 0.0]), *camera_pose(EXTENT))
 
 
 def test_no_error_and_no_network(page):
@@ -228,7 +229,7 @@ def test_hidden_scans_stay_hidden_while_the_recording_moves_on(page):
 
 def test_caption_clock_and_legend_are_read(page):
     picture(page, 2.0)
-    text = page.inner_text("#starnav-panel")
+    text = page.inner_text("#starnav-panel") + page.inner_text("#starnav-bar")
     for part in (CAPTION.heading, *CAPTION.lines, "t = 2.0 s"):
         assert part in text
     assert all(layer.label in text for layer in LAYERS.values())
@@ -250,11 +251,166 @@ def test_each_view_shows_the_robot_where_its_camera_looks(page, view):
 
 def test_the_following_camera_may_be_turned_by_hand_and_follows_on(page):
     page.evaluate("starnav.look('follow'); starnav.show(1.0)")
-    page.evaluate("viewer.camera.position.y += 2.0; viewer.controls.update(); starnav.show(1.0)")
-    before = magenta(picture(page, 1.0))
+    stand = "viewer.camera.position.clone().sub(viewer.controls.target).toArray()"
+    preset = np.array(page.evaluate(stand))
+    page.mouse.move(600, 300)
+    page.mouse.down()
+    page.mouse.move(640, 330)
+    page.mouse.up()
+    before, turned = magenta(picture(page, 1.0)), np.array(page.evaluate(stand))
     after = magenta(picture(page, 3.0))
+    assert np.abs(turned - preset).max() > 0.5
+    assert np.array(page.evaluate(stand)) == pytest.approx(turned)
     page.evaluate("starnav.look('top')")
     assert np.hypot(*(after - before)) < 3.0
+
+
+def seconds(page):
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return float(page.inner_text("#starnav-clock").removeprefix("t = ").removesuffix(" s"))
+
+
+def test_the_clock_holds_at_the_end(page):
+    page.evaluate("starnav.show(3.8)")
+    page.click("#starnav-play")
+    page.wait_for_function("!viewer.animator.playing")
+    page.wait_for_timeout(200)
+    assert seconds(page) == DURATION
+    assert page.evaluate("document.getElementById('starnav-time').valueAsNumber") == DURATION
+
+
+def test_the_button_plays_pauses_and_starts_again_at_the_end(page):
+    page.evaluate("starnav.show(1.0)")
+    page.click("#starnav-play")
+    page.wait_for_function("viewer.animator.time > 1.05")
+    page.click("#starnav-play")
+    now = seconds(page)
+    page.wait_for_timeout(200)
+    assert 1.0 < now < 3.5 and seconds(page) == pytest.approx(now, abs=0.11)
+    page.evaluate(f"starnav.show({DURATION})")
+    page.click("#starnav-play")
+    page.wait_for_function("viewer.animator.time < 3.5 && viewer.animator.time > 0.05")
+    page.click("#starnav-play")
+
+
+def test_what_has_ended_moves_again_after_a_seek(page):
+    page.evaluate(f"starnav.show({DURATION})")
+    page.click("#starnav-play")
+    page.wait_for_function("!viewer.animator.playing || viewer.animator.time > 1")
+    page.evaluate("starnav.show(1.0); viewer.animator.play()")
+    page.wait_for_function("viewer.animator.time > 2")
+    page.evaluate("viewer.animator.pause()")
+    at = page.evaluate("[viewer.animator.time, starnav.followed()[0]]")
+    assert at[1] == pytest.approx(SPEED * at[0], abs=0.05)
+
+
+def test_the_time_bar_seeks(page):
+    page.evaluate("starnav.show(0.5); viewer.animator.play()")
+    box = page.locator("#starnav-time").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_function("viewer.animator.time > 1.8")
+    assert seconds(page) == pytest.approx(0.5 * DURATION, abs=0.15)
+    assert np.hypot(*(magenta(picture(page, 0.5 * DURATION)) - pixel(0.5 * SPEED * DURATION, 0.0))) < 5.0
+
+
+SHOWN = """(layer) => {
+  const found = [];
+  const walk = (node, visible) => {
+    visible = visible && node.object.visible;
+    if (visible && node.object.geometry) found.push(node.object);
+    Object.values(node.children).forEach(child => walk(child, visible));
+  };
+  viewer.scene.updateMatrixWorld(true);
+  walk(viewer.scene_tree.find(['starnav', ...layer.split('/')]), true);
+  return found.map(o => ({
+    place: [o.matrixWorld.elements[12], -o.matrixWorld.elements[14]], opacity: o.material.opacity,
+    vertices: layer === 'path' ? Array.from(o.geometry.attributes.position.array) : [],
+  }));
+}"""
+
+
+def test_path_and_short_term_goal_never_come_apart(page):
+    page.evaluate("starnav.show(0)")
+    seen = 0
+    for k in range(round(DURATION / 0.1) + 1):
+        page.evaluate(f"starnav.show(0.1 * {k})")
+        paths, goals = page.evaluate(SHOWN, "path"), page.evaluate(SHOWN, "short_term_goal")
+        assert len(paths) == len(goals) <= 1, k
+        if paths:
+            left, right = np.split(np.reshape(paths[0]["vertices"], (-1, 3))[:, :2], 2)
+            middle = 0.5 * (left + right)
+            assert np.hypot(*(middle - goals[0]["place"]).T).min() < 0.05, k
+            seen += 1
+    assert seen > 20
+
+
+def test_the_newest_region_is_the_brightest_in_every_frame(page):
+    most = 0
+    for k in range(round(20 * DURATION) + 1):
+        page.evaluate(f"starnav.show({k} / 20)")
+        shown = [region["opacity"] for region in page.evaluate(SHOWN, "regions")]
+        for newest, old in ((shown[-2], shown[:-2:2]), (shown[-1], shown[1:-2:2])):  # areas and outlines
+            assert 1.0 - np.prod(1.0 - np.array(old)) < newest - 0.1, k
+        most = max(most, len(shown))
+    assert 2 < most <= 8
+
+
+BOXES = """() => Object.fromEntries(['meshcat-pane', 'starnav-panel', 'starnav-bar', 'starnav-play', 'starnav-time',
+  'starnav-scale'].map(id => [id, document.getElementById(id).getBoundingClientRect().toJSON()]))"""
+
+
+@pytest.mark.parametrize("width", [1600, 1100, 420])
+def test_nothing_covers_the_scene_which_is_seen_as_a_whole(page, width):
+    page.set_viewport_size({"width": width, "height": 800})
+    page.wait_for_function("document.querySelector('canvas').offsetWidth === viewer.dom_element.offsetWidth")
+    page.wait_for_timeout(300)
+    boxes = page.evaluate(BOXES)
+    scene = boxes.pop("meshcat-pane")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert scene["width"] > 0.6 * width and scene["height"] >= 400
+    for name, box in boxes.items():
+        apart = box["left"] >= scene["right"] or box["right"] <= scene["left"] or box["top"] >= scene["bottom"]
+        assert apart or box["bottom"] <= scene["top"], name
+        assert box["width"] > 30 or name == "starnav-scale"
+        assert box["right"] <= width and box["bottom"] <= 800 and box["height"] > 0
+    covered = page.evaluate(
+        "([x, y]) => document.elementFromPoint(x, y).tagName", [scene["right"] - 20, scene["top"] + 10]
+    )
+    assert covered == "CANVAS"
+    robot = magenta(picture(page, 2.0))
+    assert scene["left"] < robot[0] < scene["right"] and scene["top"] < robot[1] < scene["bottom"]
+    corners = page.evaluate(
+        """([x0, y0, x1, y1]) => [[x0, y0], [x0, y1], [x1, y0], [x1, y1]].map(([x, y]) => {
+          const p = viewer.camera.position.clone().set(x, 0, -y).project(viewer.camera);
+          return Math.max(Math.abs(p.x), Math.abs(p.y));
+        })""",
+        EXTENT,
+    )
+    assert 0.85 < max(corners) < 1.0
+    page.set_viewport_size({"width": 1100, "height": 800})
+    page.wait_for_timeout(300)
+
+
+def test_the_legend_folds_and_its_rows_hide_and_show(page):
+    legend = page.locator("#starnav-legend")
+    assert legend.get_attribute("open") is not None and "robot" in legend.inner_text()
+    page.click("#starnav-legend summary")
+    assert not page.locator("#starnav-legend table").is_visible()
+    page.click("#starnav-legend summary")
+    page.evaluate("starnav.show(2)")
+    row = page.locator("#starnav-legend tr", has_text="laser scan")
+    assert page.evaluate(SHOWN, "scan")
+    row.click()
+    assert not page.evaluate(SHOWN, "scan")
+    row.click()
+    assert page.evaluate(SHOWN, "scan")
+
+
+def test_the_scale_bar_is_as_long_as_it_says(page):
+    page.evaluate("starnav.look('top'); starnav.show(1)")
+    box = page.locator("#starnav-scale").bounding_box()
+    length = float(page.inner_text("#starnav-scale").removesuffix(" m"))
+    assert box["width"] == pytest.approx(np.hypot(*(pixel(length, 0.0) - pixel(0.0, 0.0))), abs=2.5)
 
 
 def test_the_file_is_small_and_alone_in_its_folder(recording):

@@ -17,8 +17,15 @@ from drake_starnav.planning.roadmap import rebuilt
 from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.visualization import star_roadmap_visualizer
 from drake_starnav.visualization.meshes import LAYERS
-from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
+from drake_starnav.visualization.star_roadmap_visualizer import (
+    NEW_OPACITY,
+    OLD_OPACITY,
+    OLD_REGIONS,
+    SCAN_POINTS,
+    StarRoadmapVisualizer,
+)
 
 ROBOT = RobotParameters()
 PLANNER = PlannerParameters()
@@ -130,7 +137,7 @@ def test_regions_nodes_and_open_frontiers_are_those_of_the_roadmap(log, script):
     assert len(log[-1]["roadmap"].roadmap) > 2
     for frame in (0, 20, 45, 60):
         roadmap = log[frame]["roadmap"].roadmap
-        assert len(script.visible("regions", frame)) == 2 * len(roadmap)  # a fan and its outline
+        assert 2 <= len(script.visible("regions", frame)) <= 2 * min(len(roadmap), 1 + OLD_REGIONS)  # fan and outline
         shown = set(script.visible("frontiers/extendable", frame))
         clouds = [call[2] for call in script if call[0] == "SetObject" and call[1] in shown]
         assert sum(cloud.size() for cloud in clouds) == len(roadmap.frontiers)
@@ -142,21 +149,23 @@ def test_one_scan_one_path_and_one_certificate_at_a_time(script):
 
 
 def test_scans_are_drawn_at_their_rate_and_thinned(log):
-    slow = play(log, scan_rate=2.0, scan_points=20)
+    slow = play(log, scan_rate=2.0)
     assert len(slow.objects("scan")) == 7  # at 0, 0.5 ... 3 s
     clouds = [call[2] for call in slow if call[0] == "SetObject" and call[1] in slow.objects("scan")]
-    assert all(0 < cloud.size() <= 20 for cloud in clouds)
+    assert all(0 < cloud.size() <= SCAN_POINTS for cloud in clouds)
 
 
-def test_the_newest_region_is_bright_and_fades_when_it_is_no_longer(log, script):
+def test_the_newest_region_is_bright_and_fades_when_it_is_no_longer(log, monkeypatch):
+    monkeypatch.setattr(star_roadmap_visualizer, "FADE_TIME", 1.0)
+    script = play(log)
     count = [len(row["roadmap"].roadmap) for row in log]
     second = next(k for k, n in enumerate(count) if n > 1)
     first_fan = script.objects("regions")[0]
-    defaults = RecordingParameters()
-    assert script.track(f"{first_fan}/<object>", "material.opacity") == [
-        (second, defaults.new_opacity),
-        (second + 20, defaults.old_opacity),
-    ]
+    track = script.track(f"{first_fan}/<object>", "material.opacity")
+    assert track[:2] == [(second - 1, NEW_OPACITY), (second, OLD_OPACITY)]
+    last, opacity = track[2]
+    assert opacity == 0.0 and second < last <= second + 20
+    assert script.track(first_fan, "visible")[-1] == (last, False)
 
 
 def test_no_keyframe_lies_ahead_of_the_run(script):
@@ -172,21 +181,23 @@ def test_a_rebuilt_roadmap_replaces_all_regions(log):
     after = {**log[-1], "roadmap": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)
-    assert len(old) == len(new) == 2 * len(narrow)
+    assert len(old) > 2 and len(new) == 2
     assert not set(old) & set(new)
     assert not script.visible("frontiers/covered", 61)
 
 
 def test_a_goal_that_jumps_does_not_glide(log):
     rows = [{**row, "goal": GOAL if k < 10 else -GOAL} for k, row in enumerate(log[:21])]
-    moves = [call for call in play(rows) if call[:2] == ("SetTransform", "/starnav/goal")]
-    frames = [(call[2].translation()[0], math.floor(20.0 * call[3])) for call in moves]
-    assert frames == [(8.0, 0), (8.0, 9), (-8.0, 10)]
+    script = play(rows)
+    (before,), (after,) = script.visible("goal", 9), script.visible("goal", 10)
+    for path, x in ((before, GOAL[0]), (after, -GOAL[0])):
+        places = [call[2].translation()[0] for call in script if call[:2] == ("SetTransform", path)]
+        assert set(places) == {x}
 
 
 def test_what_is_unconnected_is_not_drawn(log):
     script = play(log[:11], ports=("pose", "goal"))
-    assert script.visible("goal", 5) == ["/starnav/goal"]
+    assert script.visible("goal", 5) == ["/starnav/goal/b"]
     for layer in ("scan", "regions", "path", "certificate", "short_term_goal", "frontiers"):
         assert script.visible(layer, 5) == []
 

@@ -10,7 +10,7 @@ from drake_starnav.visualization.meshes import MOVING_OBSTACLES
 from drake_starnav.visualization.world_figure import draw_world, world_axes, write_html, write_png
 from drake_starnav.worlds import Crowd, make_world
 
-WORLD = make_world(Crowd(min_moving_obstacles=3, max_moving_obstacles=3), 0, 0.25)
+WORLD = make_world(Crowd(moving_obstacles=(3, 3)), 0, 0.25)
 
 
 def test_moving_obstacles_are_drawn_at_first_with_their_paths() -> None:

@@ -83,7 +83,7 @@ def test_timeouts(kind, timeout):
 
 
 def test_forest_keeps_its_gaps_and_its_trees():
-    world = make_world(Forest(min_trees=20, max_trees=20, min_gap=0.7, max_gap=0.7), 1, 0.25)
+    world = make_world(Forest(trees=(20, 20), gap=(0.7, 0.7)), 1, 0.25)
     assert len(world.cylinders) == 20
     offsets = world.cylinders[:, None, :2] - world.cylinders[None, :, :2]
     gaps = np.hypot(offsets[..., 0], offsets[..., 1]) + 10.0 * np.eye(20)
@@ -125,7 +125,7 @@ def test_a_corridor_is_about_as_long_as_asked(length):
     ("kind", "message"),
     [
         (Forest(width=1.0), r"Forest\.width is 1\.0; allowed: 6 <= x <= 200 m"),
-        (Forest(min_trees=50, max_trees=10), "allowed: min_trees <= max_trees"),
+        (Maze(cells=(9, 8)), r"Maze\.cells is \[9, 8\]; allowed: \[least, most\], 2 <= x <= 200"),
         (Maze(family="round"), "one of any, cells, open"),
         (Corridor(length=1000.0), "x <= 300 m"),
         ("Forest", "an instance of Forest"),

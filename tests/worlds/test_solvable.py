@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import parameter
 from drake_starnav.worlds.outlines import rectangle
-from drake_starnav.worlds.solvable import check_order, check_robot_radius, first_solvable, random_yaw
+from drake_starnav.worlds.solvable import check_robot_radius, first_solvable, random_yaw
 from drake_starnav.worlds.world import World
 
 
@@ -43,12 +43,6 @@ def test_where_no_world_is_solvable_the_generator_is_named() -> None:
 def test_a_radius_is_a_positive_length(radius: float) -> None:
     with pytest.raises(StarnavError, match="robot_radius is"):
         check_robot_radius(radius)
-
-
-def test_bounds_are_in_order() -> None:
-    check_order(Gate(1.0, 1.0), "low", "high")
-    with pytest.raises(StarnavError, match="Gate.low is 2, Gate.high is 1; allowed: low <= high"):
-        check_order(Gate(2.0, 1.0), "low", "high")
 
 
 def test_headings_are_in_one_turn() -> None:

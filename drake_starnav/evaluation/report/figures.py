@@ -91,15 +91,22 @@ def success_figure(results: Results) -> "Figure":
 
 
 def path_figure(results: Results) -> "Figure | None":
-    """Path length over the shortest path given the full map, where the goal was reached, with bootstrap intervals."""
+    """Mean of path over shortest path given the full map, where the goal was reached, with bootstrap intervals."""
     points = {}
     for scenario in results.scenarios:
         for method in results.methods:
             case = [r for r in results.of(scenario, method) if r["outcome"] == "reached" and r["shortest_path_m"]]
             if case:
-                value, low, high = ratio_interval(*_columns(case, "path_length_m", "shortest_path_m"))
+                ratios = [r["path_length_m"] / r["shortest_path_m"] for r in case]
+                value, low, high = ratio_interval(ratios, [1.0] * len(ratios))  # of the mean, as in the table
                 points[scenario, method] = Point(value, low, high, f"{value:.3f}")
-    return _panels(results, results.methods, points, "total path / total shortest path", guide=1.0) if points else None
+    return (
+        _panels(
+            results, results.methods, points, "path / shortest path, mean over the trials (95 % interval)", guide=1.0
+        )
+        if points
+        else None
+    )
 
 
 def comparison_figure(results: Results, field: str, label: str) -> "Figure | None":
@@ -119,10 +126,6 @@ def comparison_figure(results: Results, field: str, label: str) -> "Figure | Non
     return _panels(results, others, points, f"{label}, % of {reference}'s (95 % interval)", guide=100.0)
 
 
-def _columns(records: Sequence[Record], *fields: str) -> list[list[float]]:
-    return [[record[field] for record in records] for field in fields]
-
-
 def _panels(
     results: Results,
     methods: Sequence[str],
@@ -135,7 +138,7 @@ def _panels(
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
     rows = math.ceil(len(results.scenarios) / PANELS_A_ROW)
     columns = math.ceil(len(results.scenarios) / rows)
-    figure = new_figure(rows * (0.95 + 0.3 * len(methods)))
+    figure = new_figure(rows * (0.95 + 0.38 * len(methods)))
     grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
     figure.supxlabel(label, fontsize=10)
     for axes in grid.flat[len(results.scenarios) :]:
@@ -150,16 +153,28 @@ def _panels(
             look = style(results.methods, method)
             axes.plot([point.low, point.high], [y, y], color=look["color"], linewidth=2.0)
             axes.plot(point.value, y, color=look["color"], marker=look["marker"], markersize=6)
-            axes.annotate(point.text, (1.02, y), xycoords=("axes fraction", "data"), va="center", fontsize=9)
         if guide is not None:
             axes.axvline(guide, color="0.6", linewidth=0.8, zorder=0)
         if limits is not None:
             axes.set_xlim(*limits)
+        else:
+            axes.margins(x=0.12)
+        for y, method in enumerate(methods):
+            if (scenario, method) in points:
+                _label(axes, points[scenario, method], y)
         axes.grid(axis="x", color="0.9")
         axes.spines[["top", "right"]].set_visible(False)
     grid[0, 0].set_yticks(range(len(methods)), methods, parse_math=False)
-    grid[0, 0].set_ylim(len(methods) - 0.5, -0.5)
+    grid[0, 0].set_ylim(len(methods) - 0.5, -0.7)
     return figure
+
+
+def _label(axes: "Axes", point: Point, y: float) -> None:
+    """Write a point's number above it, inside the axes, whose limits are final."""
+    low, high = axes.get_xlim()
+    share = (point.value - low) / (high - low)
+    side = "left" if share < 0.2 else "right" if share > 0.8 else "center"
+    axes.annotate(point.text, (point.value, y), (0, 4), textcoords="offset points", ha=side, fontsize=8.5)
 
 
 def detour(record: Record) -> float | None:

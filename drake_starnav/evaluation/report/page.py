@@ -1,7 +1,7 @@
 """The report as one HTML page that requests nothing from a network; its template is page.html."""
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,10 @@ SECTIONS = {
     "reproduce": "How to reproduce it",
 }
 """Titles of the page's sections; those without content are left out."""
+COST_IMAGES = (
+    "path over shortest path", "time compared with the first method", "path compared with the first method",
+)  # fmt: skip
+"""The pictures of the section on cost, in words."""
 
 
 @dataclass(frozen=True)
@@ -44,20 +48,38 @@ class Report:
     worlds: int = WORLDS
 
 
-def write_page(report: Report) -> str:
+def write_page(report: Report, progress: Callable[[int, int], None] | None = None) -> str:
     """The text of the page.
+
+    Args:
+        report: what it is made of.
+        progress: called after each picture with the number drawn and the number of all.
 
     Raises:
         StarnavError: matplotlib or jinja2 is not installed.
     """
     template = load_template()
     results = report.results
-    trajectories = {name: _image(figures.trajectory_figure(results, name, report.worlds)) for name in results.scenarios}
+    drawings: dict[str, Callable[[], figures.Figure | None]] = {
+        "success": lambda: figures.success_figure(results),
+        "difficulty": lambda: figures.difficulty_figure(results),
+        COST_IMAGES[0]: lambda: figures.path_figure(results),
+        COST_IMAGES[1]: lambda: figures.comparison_figure(results, "time_s", "time"),
+        COST_IMAGES[2]: lambda: figures.comparison_figure(results, "path_length_m", "path length"),
+    }
+    for k, name in enumerate(results.scenarios):
+        drawings[f"{k}"] = lambda name=name: figures.trajectory_figure(results, name, report.worlds)  # type: ignore[misc]
+    images = {}
+    for done, (name, draw) in enumerate(drawings.items(), start=1):
+        images[name] = _image(draw())
+        if progress is not None:
+            progress(done, len(drawings))
+    trajectories = {name: images[f"{k}"] for k, name in enumerate(results.scenarios)}
     ends, *costs = result_tables(results)
     content = {
         "published": suite_tables(results),
-        "success": _image(figures.success_figure(results)),
-        "difficulty": _image(figures.difficulty_figure(results)),
+        "success": images["success"],
+        "difficulty": images["difficulty"],
         "trajectories": {name: image for name, image in trajectories.items() if image},
         "trials": [(chosen, results.trial_command(chosen.record)) for chosen in report.recordings],
     }
@@ -70,13 +92,7 @@ def write_page(report: Report) -> str:
         made_by=list(dict.fromkeys(_made_by(header["versions"]) for header in results.headers)),
         ends=[ends],
         costs=costs,
-        cost_images={
-            "path over shortest path": _image(figures.path_figure(results)),
-            "time compared with the first method": _image(figures.comparison_figure(results, "time_s", "time")),
-            "path compared with the first method": _image(
-                figures.comparison_figure(results, "path_length_m", "path length")
-            ),
-        },
+        cost_images={name: images[name] for name in COST_IMAGES},
         worlds=report.worlds,
         commands=results.commands(),
         facts=_facts(results),

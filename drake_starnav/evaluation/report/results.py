@@ -14,6 +14,7 @@ from drake_starnav.scenario import Scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.schema import differences, in_world
 
 RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
+"""Commands in a file that does not say what was typed."""
 SHARED = ("world", "robot", "simulation")
 """Sections of a scenario that must be equal for all methods, so that trials of the same number are the same task."""
 
@@ -74,10 +75,10 @@ class Results:
         return names
 
     def commands(self) -> list[str]:
-        """The commands that run the same trials, one for each file."""
+        """The commands that ran the trials, one for each file, as they were typed if the file says so."""
         numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
         return [
-            f"{_command(header, self.records)} --json out/trials{number}.jsonl"
+            header.get("command") or f"{_command(header, self.records)} --json out/trials{number}.jsonl"
             for header, number in zip(self.headers, numbers, strict=True)
         ]
 
@@ -95,7 +96,8 @@ class Results:
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
         parts += ["--html", f"out/{self.page_names[record_key(record)]}"]
-        return f"{SIMULATE} {shlex.join(parts)}"
+        program, _, typed = header.get("command", "").partition(" benchmark ")
+        return f"{f'{program} simulate' if typed else SIMULATE} {shlex.join(parts)}"
 
 
 def page_name(record: Record) -> str:

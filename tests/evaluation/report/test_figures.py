@@ -9,6 +9,7 @@ import pytest
 from drake_starnav.evaluation import make_cases, make_header, wilson_interval
 from drake_starnav.evaluation.report import figures
 from drake_starnav.evaluation.report.results import make_results
+from drake_starnav.evaluation.summary import cost_table, summarise
 from tests.helpers.trials import made_up, record
 
 METHODS = ("star", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "apf", "star_paper", "mpc", "other", "another")
@@ -26,6 +27,26 @@ def test_each_panel_has_the_rates_and_intervals_of_its_scenario() -> None:
             assert bar.get_xdata() == pytest.approx(100.0 * np.array(wilson_interval(reached, len(case))))
             assert list(marker.get_xdata()) == [100.0 * reached / len(case)]
             assert axes.texts[row].get_text() == f"{100.0 * reached / len(case):.1f} %"
+
+
+@pytest.mark.parametrize("draw", [figures.success_figure, figures.path_figure])
+def test_each_number_stands_inside_its_own_axes_beside_its_marker(draw) -> None:
+    figure = draw(made_up(trials=10))
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        frame = axes.get_window_extent()
+        for text in axes.texts:
+            box = text.get_window_extent()
+            assert frame.x0 - 3 <= box.x0 and box.x1 <= frame.x1 + 3 and box.y1 <= frame.y1 + 3
+            x, y = axes.transData.transform(text.xy)
+            assert box.x0 - 6 <= x <= box.x1 + 6 and 0 <= box.y0 - y < 12
+
+
+def test_the_chart_of_paths_has_the_numbers_of_the_table() -> None:
+    results = made_up(trials=10)
+    charted = [text.get_text() for axes in figures.path_figure(results).axes for text in axes.texts]
+    head, rows = cost_table(summarise(results.records))
+    assert charted == [row[head.index("path/shortest")] for row in rows]
 
 
 def test_methods_differ_in_colour_or_line_and_mostly_in_both() -> None:

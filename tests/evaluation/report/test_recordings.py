@@ -1,5 +1,6 @@
 """Which trials are chosen, and that their recordings are of the same runs."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,11 @@ def trials(tmp_path_factory) -> Path:
     options = ["--html", str(folder / "report.html"), "--recordings", "1"]
     assert benchmark([*scenarios, "--trials", "2", "--jobs", "1", "--json", str(path), "--quiet", *options]) == 0
     return path
+
+
+def commands(page: str, trials: Path) -> list[str]:
+    """Commands on a page that run a failure again, by the program that ran the tests."""
+    return re.findall(rf"simulate(?:\.py)? {re.escape(str(trials.with_name('far.yaml')))}", page)
 
 
 def test_failures_the_median_and_the_worst_success_are_chosen() -> None:
@@ -50,7 +56,7 @@ def test_recordings_are_of_the_same_runs_and_failures_are_limited(trials: Path) 
     for name in recorded:
         assert f'href="report_recordings/{name}"' in page
         assert (folder / name).stat().st_size > 100_000
-    assert page.count(f"python scripts/simulate.py {trials.with_name('far.yaml')}") == 1  # the second failure
+    assert len(commands(page, trials)) == 1  # the second failure
     assert "not the same run" not in page
 
 
@@ -72,13 +78,25 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     before = trials.read_bytes()
     out = {name: tmp_path / f"report.{name}" for name in ("html", "markdown", "csv")}
     options = [part for name, path in out.items() for part in (f"--{name}", str(path))]
-    assert report([str(trials), *options, "--recordings", "-1"]) == 0
+    assert report([str(trials), *options]) == 0
     printed = capsys.readouterr().out
     assert trials.read_bytes() == before
     assert out["markdown"].read_text().rstrip() in printed
     assert out["csv"].read_text().count("\n") == 3
-    assert f"python scripts/simulate.py {trials.with_name('far.yaml')}" in out["html"].read_text()
+    assert len(commands(out["html"].read_text(), trials)) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in out.values())
+
+
+def test_the_report_is_there_before_anything_is_recorded(trials: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+    html = tmp_path / "report.html"
+
+    def interrupted(*arguments, **options):
+        assert "reached the goal" in html.read_text(encoding="utf-8")
+        assert f"wrote {html}" in capsys.readouterr().out
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("drake_starnav.evaluation.report.record_chosen", interrupted)
+    assert report([str(trials), "--html", str(html), "--recordings"]) == 130
 
 
 @pytest.mark.parametrize(
@@ -86,7 +104,7 @@ def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path,
     [
         (["{missing}"], ["cannot read", "missing.jsonl"]),
         (["{trials}", "{trials}"], ["and so has"]),
-        (["{trials}", "--recordings", "-2"], ["--recordings is -2"]),
+        (["{trials}", "--html", "r.html", "--recordings", "-1"], ["--recordings is -1"]),
         (["{trials}", "--panels", "0"], ["--panels is 0"]),
         (["{trials}", "--jobs", "0"], ["--jobs is 0"]),
         (["{trials}", "--html", "/proc/forbidden/r.html"], ["cannot write /proc/forbidden/r.html"]),
@@ -105,6 +123,7 @@ def test_a_file_where_the_recordings_shall_be_is_reported_before_anything_runs(t
     (tmp_path / "r_recordings").touch()
     trials = tmp_path / "trials.jsonl"
     arguments = ["forest", "--trials", "1", "--json", str(trials), "--html", str(tmp_path / "r.html")]
+    arguments.append("--recordings")
     assert benchmark(arguments) == 2
     assert "cannot write" in capsys.readouterr().err
     assert not trials.exists()

@@ -60,6 +60,14 @@ def test_the_commands_say_all_that_the_trials_depend_on(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("program", ["starnav", "python -m drake_starnav"])
+def test_a_command_is_shown_as_it_was_typed(program: str, tmp_path: Path) -> None:
+    typed = f"{program} benchmark forest --trials 2 --html 'my report.html'"
+    results = read_results([written(tmp_path / "a.jsonl", command=typed)])
+    assert results.commands() == [typed]
+    assert results.trial_command(results.records[0]).startswith(f"{program} simulate forest --method star --seed ")
+
+
 def test_the_commands_name_a_file_as_it_was_given(tmp_path: Path) -> None:
     scenario = tmp_path / "yard.yaml"
     scenario.write_text("world: !Forest {}\n")

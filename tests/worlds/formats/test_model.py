@@ -27,7 +27,7 @@ def test_the_world_is_the_file_with_its_ends(tmp_path: Path) -> None:
         ({"directives": "package://other/no.sdf"}, "allowed: a path, or package://drake_starnav/"),
         ({"goal": []}, r"Model\.goal is \[\]; allowed: finite \[x, y\]"),
         ({"start": []}, r"Model\.start is \[\]; allowed: finite \[x, y, yaw\]"),
-        ({"timeout": 0.0}, r"Model\.timeout"),
+        ({"weld": 3}, r"Model\.weld is 3; allowed: true or false"),
     ],
 )
 def test_bad_input_is_refused(changes: dict, message: str) -> None:

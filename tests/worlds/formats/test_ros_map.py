@@ -67,11 +67,11 @@ def test_walls_are_where_cells_are(folder: Path, origin, unknown: str) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_random_places_are_wide_far_and_in_reach(folder: Path, seed: int) -> None:
-    kind = map_of(with_door(TWO_ROOMS, 9), folder, margin=0.08, min_distance=1.5)
+    kind = map_of(with_door(TWO_ROOMS, 9), folder, min_distance=1.4)
     world = make_world(kind, seed, RADIUS)
     ends = np.array([world.start[:2], world.goal])
-    assert (clearance(world, ends) >= RADIUS + 0.08).all()
-    assert math.hypot(*(ends[1] - ends[0])) >= 1.5
+    assert (clearance(world, ends) >= RADIUS + 0.1).all()
+    assert math.hypot(*(ends[1] - ends[0])) >= 1.4
     assert shortest_path(world, RADIUS + 0.05) is not None
     assert -math.pi <= world.start[2] < math.pi
     again = make_world(kind, seed, RADIUS)
@@ -142,11 +142,10 @@ def test_pockets_in_a_noisy_wall_need_no_boxes(folder: Path) -> None:
         (with_door(TWO_ROOMS, 4), {"start": [1.0, 1.0, 0.0], "goal": [3.0, 1.0]}, "out of reach"),
         (TWO_ROOMS, {"min_distance": 3.0}, "no start and goal 3 m apart .* robot_radius 0.25 m and 0.1 m to spare"),
         (TWO_ROOMS, {"start": [1.0, 1.0, 0.0], "min_distance": 3.0}, "no start and goal 3 m apart"),
-        (TWO_ROOMS, {"margin": 2.0}, "no start and goal"),
         (TWO_ROOMS, {"start": [1.0, 1.0]}, r"start is \[1\.0, 1\.0\]; allowed: finite \[x, y, yaw\], or an empty"),
         (TWO_ROOMS, {"goal": [1.0, float("nan")]}, r"RosMap\.goal is"),
         (TWO_ROOMS, {"unknown": "maybe"}, "one of occupied, free"),
-        (TWO_ROOMS, {"margin": -1.0}, r"RosMap\.margin is -1\.0"),
+        (TWO_ROOMS, {"min_distance": -1.0}, r"RosMap\.min_distance is -1\.0"),
     ],
 )
 def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: str) -> None:

@@ -3,17 +3,17 @@
 import pytest
 
 from drake_starnav.worlds import Corridor, make_world, shortest_path
+from drake_starnav.worlds.generators.corridor import _WIDTH
 
 
 @pytest.mark.parametrize("length", [20.0, 60.0])
 def test_a_smooth_corridor_is_about_as_long_as_its_middle_line(length: float) -> None:
-    kind = Corridor(length=length, fin=0.0)
-    world = make_world(kind, 0, 0.25)
+    world = make_world(Corridor(length=length, fin=0.0), 0, 0.25)
     found = shortest_path(world, 0.25)
     assert found is not None
     lanes = len(world.polygons) + 1
-    assert length - 2.0 * lanes * kind.width < found[0] <= length
-    assert world.timeout == pytest.approx(kind.timeout * length / 10.0)
+    assert length - 2.0 * lanes * _WIDTH < found[0] <= length
+    assert world.timeout == pytest.approx(60.0 * length / 10.0)
 
 
 def test_fins_stand_in_the_lanes_and_make_the_way_longer() -> None:

@@ -20,10 +20,10 @@ def test_moving_obstacles_keep_to_the_free_floor(kind: Crowd, seed: int) -> None
     for k, radius in enumerate(world.moving_obstacles.radii):
         assert clearance(world, positions[:, k]).min() >= radius
     speeds = np.hypot(velocities[..., 0], velocities[..., 1])
-    assert speeds.min() >= kind.min_speed - 1e-9
-    assert speeds.max() <= kind.max_speed + 1e-9
+    assert speeds.min() >= kind.speed[0] - 1e-9
+    assert speeds.max() <= kind.speed[1] + 1e-9
     assert np.ptp(speeds, axis=0) == pytest.approx(0.0, abs=1e-6), "each keeps its speed"
-    assert kind.min_moving_obstacles <= len(world.moving_obstacles) <= kind.max_moving_obstacles
+    assert kind.moving_obstacles[0] <= len(world.moving_obstacles) <= kind.moving_obstacles[1]
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
@@ -33,7 +33,7 @@ def test_paths_close_so_that_no_moving_obstacle_jumps(kind: Crowd, seed: int) ->
         assert path[0, 1:] == pytest.approx(path[-1, 1:])
     positions, _ = moving_obstacle_states(world.moving_obstacles, TIMES)
     steps = np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0))
-    assert steps.max() <= kind.max_speed * 0.05 + 1e-9
+    assert steps.max() <= kind.speed[1] * 0.05 + 1e-9
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
@@ -60,21 +60,20 @@ def test_shipped_scenarios() -> None:
 
 
 def test_numbers_and_speeds_as_asked() -> None:
-    world = make_world(Crowd(min_moving_obstacles=3, max_moving_obstacles=3, min_speed=1.5, max_speed=1.5), 1, RADIUS)
+    world = make_world(Crowd(moving_obstacles=(3, 3), speed=(1.5, 1.5)), 1, RADIUS)
     assert len(world.moving_obstacles) == 3
     assert world.moving_obstacles.max_speed == pytest.approx(1.5)
-    assert len(make_world(Crowd(min_moving_obstacles=0, max_moving_obstacles=0), 1, RADIUS).moving_obstacles) == 0
+    assert len(make_world(Crowd(moving_obstacles=(0, 0)), 1, RADIUS).moving_obstacles) == 0
 
 
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
         (
-            Crowd(min_moving_obstacles=5, max_moving_obstacles=4),
-            "allowed: min_moving_obstacles <= max_moving_obstacles",
+            Crowd(moving_obstacles=(5, 4)),
+            r"Crowd\.moving_obstacles is \[5, 4\]; allowed: \[least, most\], 0 <= x <= 1000",
         ),
-        (Crowd(min_speed=1.0), "allowed: min_speed <= max_speed"),
-        (Crowd(min_speed=0.0), r"Crowd\.min_speed is 0\.0; allowed: 0 < x <= 5 m/s"),
+        (Crowd(speed=(0.0, 1.0)), r"Crowd\.speed is \[0\.0, 1\.0\]; allowed: \[least, most\], 0 < x <= 5 m/s"),
     ],
 )
 def test_bad_parameters_are_refused(kind: Crowd, message: str) -> None:

@@ -12,12 +12,12 @@ def test_trees_keep_their_gap_and_leave_both_ends_clear(seed: int) -> None:
     kind = Forest()
     world = make_world(kind, seed, 0.25)
     trees = world.cylinders
-    assert len(trees) <= kind.max_trees and (trees[:, 2] == kind.radius).all()
+    assert len(trees) <= kind.trees[1] and (trees[:, 2] == kind.radius).all()
     apart = np.hypot(*(trees[:, None, :2] - trees[None, :, :2]).transpose(2, 0, 1))
-    assert apart[~np.eye(len(trees), dtype=bool)].min() >= 2.0 * kind.radius + kind.min_gap
+    assert apart[~np.eye(len(trees), dtype=bool)].min() >= 2.0 * kind.radius + kind.gap[0]
     assert world.start[0] < trees[:, 0].min() - kind.radius and world.goal[0] > trees[:, 0].max() + kind.radius
 
 
 def test_bounds_out_of_order_are_refused() -> None:
-    with pytest.raises(StarnavError, match="Forest.min_trees is 9, Forest.max_trees is 3"):
-        make_world(Forest(min_trees=9, max_trees=3), 0, 0.25)
+    with pytest.raises(StarnavError, match=r"Forest\.trees is \[9, 3\]; allowed: \[least, most\]"):
+        make_world(Forest(trees=(9, 3)), 0, 0.25)

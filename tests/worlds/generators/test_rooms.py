@@ -1,13 +1,12 @@
 """Rooms are all joined, their doors are as wide as asked, and the goal is as close to its walls."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import clearance, make_world, shortest_path
-from drake_starnav.worlds.generators.rooms import Rooms
+from drake_starnav.worlds.generators import rooms
+from drake_starnav.worlds.generators.rooms import _SIZE, Rooms
 
 RADIUS = 0.25
 WALL = 0.1
@@ -21,16 +20,16 @@ def test_the_goal_is_reached_and_as_close_to_its_walls_as_asked(kind, seed):
     goal = np.array([world.goal])
     assert clearance(world, goal)[0] == pytest.approx(RADIUS + kind.goal_clearance, abs=1e-6)
     assert shortest_path(world, RADIUS + 0.5 * kind.goal_clearance, 0.02) is not None
-    assert clearance(world, np.array([world.start[:2]]))[0] >= 0.5 * kind.size - WALL
+    assert clearance(world, np.array([world.start[:2]]))[0] >= 0.5 * _SIZE - WALL
 
 
 def doors(world, kind: Rooms) -> dict[tuple[int, int, int], float]:
     """The width of the door in each wall between two rooms, 0 where there is none, by axis and place of the wall."""
     out = {}
-    step = np.arange(0.0005, kind.size, 0.001)
+    step = np.arange(0.0005, _SIZE, 0.001)
     for axis in (0, 1):
         for i, j in np.ndindex(kind.count - 1, kind.count):
-            wall = np.column_stack((np.full(len(step), (i + 1) * kind.size), j * kind.size + step))
+            wall = np.column_stack((np.full(len(step), (i + 1) * _SIZE), j * _SIZE + step))
             free = clearance(world, wall if axis == 0 else wall[:, ::-1]) > 0.0
             out[axis, i, j] = 0.001 * float(free.sum())
             assert np.abs(np.diff(free.astype(int))).sum() in (0, 2), "one door in a wall, off its ends"
@@ -40,8 +39,9 @@ def doors(world, kind: Rooms) -> dict[tuple[int, int, int], float]:
 @pytest.mark.parametrize("shut", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("count", [2, 4])
-def test_doors_are_as_wide_as_asked_and_join_all_rooms(shut, seed, count):
-    kind = Rooms(count=count, shut=shut, door=0.8)
+def test_doors_are_as_wide_as_asked_and_join_all_rooms(shut, seed, count, monkeypatch):
+    monkeypatch.setattr(rooms, "_SHUT", shut)
+    kind = Rooms(count=count, door=0.8)
     widths = doors(make_world(kind, seed, RADIUS), kind)
     for width in widths.values():
         assert width == 0.0 or width == pytest.approx(kind.door, abs=0.003)
@@ -67,7 +67,7 @@ def test_equal_seeds_make_equal_rooms(seed):
 
 def test_each_kind_of_goal_comes_about():
     goals = [make_world(Rooms(), seed, RADIUS) for seed in range(20)]
-    side = Rooms().count * Rooms().size
+    side = Rooms().count * _SIZE
     off = RADIUS + Rooms().goal_clearance
     corner = [np.allclose(world.goal, side - off) for world in goals]
     beside = np.array((0.0, off + 0.03))  # inside a wall of a niche
@@ -81,7 +81,7 @@ def test_each_kind_of_goal_comes_about():
     [
         (Rooms(door=0.45), r"Rooms\.door is 0\.45 m .* allowed: wider than the robot, 0\.5 m, and at most 2\.3 m"),
         (Rooms(door=0.5), r"Rooms\.door is 0\.5 m"),
-        (Rooms(size=1.5, door=1.45), r"Rooms\.door is 1\.45 m .* at most 1\.3 m"),
+        (Rooms(door=2.4), r"Rooms\.door is 2\.4 m .* at most 2\.3 m"),
         (Rooms(goal="niche", goal_clearance=1.5), r"Rooms\.goal_clearance is 1\.5 m .* allowed: at most 1\.45 m"),
         (Rooms(goal="wall", goal_clearance=1.96), r"Rooms\.goal_clearance is 1\.96 m .* allowed: at most 1\.95 m"),
     ],
@@ -89,7 +89,7 @@ def test_each_kind_of_goal_comes_about():
 )
 def test_sizes_that_make_no_world_are_refused(kind, message):
     with pytest.raises(StarnavError, match=message):
-        make_world(dataclasses.replace(kind, shut=0.0), 0, RADIUS)
+        make_world(kind, 0, RADIUS)
 
 
 @pytest.mark.parametrize("kind", [Rooms(door=0.52), Rooms(door=2.3), Rooms(goal="niche", goal_clearance=1.45)], ids=str)

@@ -28,9 +28,9 @@ def test_each_disc_stands_first_and_then_walks_at_one_speed(seed: int) -> None:
         stands = speed < 1e-9
         assert stands[0]
         assert np.count_nonzero(~(stands[:-1] | stands[1:])) == 1  # only where it turns back, it walks on
-        assert (duration[stands] >= kind.min_wait - 1e-9).all() and (duration[stands] <= kind.max_wait + 1e-9).all()
+        assert (duration[stands] >= 0.5 - 1e-9).all() and (duration[stands] <= 6.0 + 1e-9).all()
         assert np.ptp(speed[~stands]) < 1e-6
-        assert kind.min_speed <= speed[~stands][0] <= kind.max_speed + 1e-9
+        assert kind.speed[0] <= speed[~stands][0] <= kind.speed[1] + 1e-9
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -55,9 +55,8 @@ def test_the_shipped_scenario_declares_what_moves() -> None:
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        (StopAndGo(min_speed=2.0), "allowed: min_speed <= max_speed"),
-        (StopAndGo(min_wait=7.0), "allowed: min_wait <= max_wait"),
-        (StopAndGo(width=5.0), r"StopAndGo\.width is 5\.0; allowed: 6 <= x <= 100 m"),
+        (StopAndGo(speed=(2.0, 1.5)), r"StopAndGo\.speed is \[2\.0, 1\.5\]; allowed: \[least, most\], 0 < x <= 5 m/s"),
+        (StopAndGo(moving_obstacles=-1), r"StopAndGo\.moving_obstacles is -1; allowed: 0 <= x <= 1000"),
     ],
 )
 def test_bad_parameters_are_refused(kind: StopAndGo, message: str) -> None:

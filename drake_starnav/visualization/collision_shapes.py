@@ -1,0 +1,49 @@
+"""Gives a look to what a model file describes for collision only."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from pydrake.geometry import (
+    GeometryId,
+    MakePhongIllustrationProperties,
+    Role,
+    SceneGraph,
+    SceneGraphInspector,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+
+from drake_starnav.station.world_geometry import OBSTACLE_COLOR
+
+
+def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor: Iterable[GeometryId]) -> None:
+    """Let visualizers draw the collision shapes that no visual shape of the same body stands for.
+
+    A visual shape stands for the collision shapes whose middle lies in its bounding box.
+
+    Args:
+        plant: finalized.
+        scene_graph: of the plant; no context of it exists yet.
+        floor: collision shapes that are not drawn.
+    """
+    inspector = scene_graph.model_inspector()
+    unseen = set(floor)
+    for frame in inspector.GetAllFrameIds():
+        boxes = [_box(inspector, geometry) for geometry in inspector.GetGeometries(frame, Role.kIllustration)]
+        for geometry in inspector.GetGeometries(frame, Role.kProximity):
+            box = _box(inspector, geometry)
+            if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
+                continue
+            if not any(seen is not None and _holds(seen, box[0].translation()) for seen in boxes):
+                look = MakePhongIllustrationProperties(OBSTACLE_COLOR)
+                scene_graph.AssignRole(plant.get_source_id(), geometry, look)
+
+
+def _box(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[RigidTransform, np.ndarray] | None:
+    """Pose in the body's frame and half widths of a shape's bounding box; None for an unbounded shape."""
+    box = inspector.GetObbInGeometryFrame(geometry)
+    return None if box is None else (inspector.GetPoseInFrame(geometry) @ box.pose(), box.half_width())
+
+
+def _holds(box: tuple[RigidTransform, np.ndarray], point: np.ndarray) -> bool:
+    return bool((np.abs(box[0].inverse() @ point) <= box[1]).all())

@@ -1,0 +1,67 @@
+"""What a model describes for collision only is seen, once, and the floor is not."""
+
+from pathlib import Path
+
+import pytest
+from pydrake.geometry import Role
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_starnav.station.world_geometry import add_ground, add_world
+from drake_starnav.visualization.browser import BrowserCamera, browser_missing
+from drake_starnav.visualization.collision_shapes import show_collision_shapes
+from drake_starnav.worlds import make_world
+from drake_starnav.worlds.generators.forest import Forest
+
+POST = """<sdf version="1.7"><model name="posts"><static>true</static><link name="l">
+<visual name="seen"><pose>0 0 0.5 0 0 0</pose><geometry><box><size>0.5 0.5 1</size></box></geometry></visual>
+<collision name="twin"><pose>0 0 0.5 0 0 0</pose><geometry><cylinder><radius>0.2</radius><length>1</length></cylinder>
+</geometry></collision>
+<collision name="unseen"><pose>1.5 0 0.5 0 0 0</pose><geometry><box><size>0.4 0.4 1</size></box></geometry></collision>
+</link></model></sdf>"""
+
+
+def shown(add) -> list[str]:
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+    add(plant)
+    floor = add_ground(plant, (-1.0, -1.0, 3.0, 1.0))
+    plant.Finalize()
+    show_collision_shapes(plant, scene_graph, [floor])
+    inspector = scene_graph.model_inspector()
+    return sorted(inspector.GetName(g) for g in inspector.GetAllGeometryIds(Role.kIllustration))
+
+
+def test_only_what_no_visual_shape_stands_for_is_added() -> None:
+    names = shown(lambda plant: Parser(plant).AddModelsFromString(POST, "sdf"))
+    assert names == ["posts::seen", "posts::unseen"]
+
+
+def test_our_own_worlds_have_a_look_for_each_shape() -> None:
+    world = make_world(Forest(), 0, 0.25)
+    names = shown(lambda plant: add_world(plant, world))
+    assert len(names) == len(world.discs) + len(world.polygons) + 4 * (world.bounds is not None)
+
+
+def test_a_browser_shows_an_obstacle_without_a_visual_shape(tmp_path: Path, monkeypatch) -> None:
+    if browser_missing() is not None:
+        pytest.skip(f"there is no {browser_missing()}")
+    from drake_starnav.cli.record import record
+
+    monkeypatch.chdir(tmp_path)
+    Path("posts.sdf").write_text(POST)
+    Path("mine.yaml").write_text(
+        "world: !Model {directives: posts.sdf, start: [-1.5, 0, 0], goal: [0.75, 1.5]}\nsimulation: {timeout: 0.2}\n"
+    )
+    assert record(["mine.yaml", "--html", "mine.html", "--quiet"]) == 0
+    with BrowserCamera(Path("mine.html")) as camera:
+        image = camera.picture(0.1)
+        x, y = camera.page.evaluate(
+            """() => {
+              const p = viewer.camera.position.clone().set(1.5, 1, 0).project(viewer.camera);
+              const box = viewer.dom_element.getBoundingClientRect();
+              return [box.x + (1 + p.x) * box.width / 2, box.y + (1 - p.y) * box.height / 2];
+            }"""
+        )
+    assert max(image.getpixel((round(x), round(y)))) < 200

@@ -1,0 +1,80 @@
+"""Figures for papers: vectors, axes in metres, only the chosen layers, small, the same each time."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drake_starnav.cli.record import record
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import parse_scenario
+from drake_starnav.simulation import run_trial
+from drake_starnav.visualization.meshes import LAYERS, selected_layers
+from drake_starnav.visualization.recorder import Recorder
+from drake_starnav.visualization.vector_figure import moment_figure, write_figure
+
+TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    recorder = Recorder(tmp_path_factory.mktemp("film") / "post.html")
+    run_trial(parse_scenario(TEXT, name="post"), observer=recorder)
+    return recorder.film
+
+
+def test_axes_are_in_metres_and_equal(film) -> None:
+    axes = moment_figure(film, 2.0).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x in m", "y in m")
+    assert axes.get_xlim() == pytest.approx((-1.0, 5.0), abs=0.2) and axes.get_ylim() == pytest.approx((-2, 2), abs=0.2)
+    box = axes.get_position()
+    width, height = axes.figure.get_size_inches() * (box.width, box.height)
+    assert width / height == pytest.approx(np.ptp(axes.get_xlim()) / np.ptp(axes.get_ylim()))
+    middles = [patch.center for patch in axes.patches if hasattr(patch, "radius")]
+    assert any(np.allclose(middle, film.actors[0].motion.at(2.0)[:2]) for middle in middles)
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf"])
+def test_files_are_small_vectors_and_repeatable(film, suffix, tmp_path) -> None:
+    first, second = (tmp_path / f"{name}{suffix}" for name in "ab")
+    for path in (first, second):
+        write_figure(path, film, film.duration)
+    content = first.read_bytes()
+    assert content == second.read_bytes() and 10_000 < len(content) < 1_000_000
+    assert b"<image" not in content and b"/Subtype /Image" not in content
+    if suffix == ".svg":
+        assert b"x in m" in content and b"robot, its front" in content
+
+
+def test_only_chosen_layers_are_drawn_and_in_the_legend(film, tmp_path) -> None:
+    sizes = {}
+    for names in ("trail", "trail,scan,frontiers"):
+        shown = selected_layers(names, LAYERS)
+        path = tmp_path / f"{names}.svg"
+        write_figure(path, replace(film, caption=replace(film.caption, shown=shown)), 2.0)
+        text = path.read_text(encoding="utf-8")
+        assert ("laser scan" in text) == ("scan" in names) and "robot" in text and "star-shaped" not in text
+        sizes[names] = len(text)
+    assert sizes["trail"] < sizes["trail,scan,frontiers"]
+
+
+def test_layers_are_chosen_by_name_or_folder() -> None:
+    chosen = selected_layers("scan,roadmap", LAYERS) & set(LAYERS)
+    assert chosen == {"scan", "roadmap/nodes", "roadmap/edges"}
+    with pytest.raises(StarnavError, match="unknown layer 'scam': did you mean scan"):
+        selected_layers("trail,scam", LAYERS)
+
+
+@pytest.mark.parametrize("compared", [[], ["--compare", "star", "star_paper"]], ids=["one", "compared"])
+def test_the_command_writes_them(compared, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(TEXT + "simulation: {timeout: 1.5}\n")
+    layers = ["--layers", "trail,scan"]
+    assert record(["mine.yaml", *compared, "--html", "a.html", "--svg", "--pdf", "0.5", "1", *layers]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.yaml", "a.html", "a.svg", "a-0.5s.pdf", "a-1s.pdf"}
+    text = Path("a.svg").read_text(encoding="utf-8")
+    assert len(text) < 1_000_000 and "x in m" in text
+    assert ("star_paper: timeout" if compared else "trail, 0 to") in text
+    assert record(["mine.yaml", "--svg", "9", "--quiet"]) == 2
+    assert "--svg is 9, after the run; allowed: times up to 1.5 s" in capsys.readouterr().err
