@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.navigation import add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.visualization.live_page import LivePage, LiveState
 from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption
@@ -106,10 +107,11 @@ class LiveRun:
         self.controls = Controls(self.meshcat)
         builder = DiagramBuilder()
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
-        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, goal=goal)
+        station = scenario_station(builder, scenario, world, seed)
+        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, goal=goal)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)
-        self.simulator = Simulator(builder.Build())
+        self.simulator = make_simulator(builder.Build())
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
             start_recording(self.meshcat, scenario.recording, live=True)
@@ -154,7 +156,7 @@ class LiveRun:
         else:
             if not was_running:
                 self.simulator.ResetStatistics()  # or it would catch up on the paused time
-            status = self.simulator.AdvanceTo(self.time + STEP)
+            status = self.simulator.AdvanceTo(STEP * (round(self.time / STEP) + 1))  # where events end steps anyway
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().split()[0]} after {self.time:.1f} s")

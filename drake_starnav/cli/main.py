@@ -8,8 +8,8 @@ import sys
 import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from drake_starnav.cli.benchmark import benchmark, report
 from drake_starnav.cli.options import (
     NOT_REACHED,
     REACHED,
@@ -23,14 +23,15 @@ from drake_starnav.cli.options import (
     progress_bar,
     run_command,
 )
-from drake_starnav.cli.record import record
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import unknown_name
-from drake_starnav.scenario import METHODS, Scenario, load_scenario, scenario_names
-from drake_starnav.scenario.schema import scenario_text
-from drake_starnav.scenario.source_files import input_files
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.utils.files import check_outputs, file_name, write_text
-from drake_starnav.worlds import WORLD_KINDS, make_world
+
+if TYPE_CHECKING:
+    from drake_starnav.scenario import Scenario
+
+# What commands need is imported when they run: help and bad options are answered before it.
 
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
@@ -57,7 +58,32 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     return run_command(parser, arguments, _simulate)
 
 
+def benchmark(arguments: Sequence[str] | None = None) -> int:
+    """Run many trials and report their figures; see `--help`. Returns the exit code."""
+    from drake_starnav.cli.benchmark import benchmark as command
+
+    return command(arguments)
+
+
+def report(arguments: Sequence[str] | None = None) -> int:
+    """Report on trials that have run; see `--help`. Returns the exit code."""
+    from drake_starnav.cli.benchmark import report as command
+
+    return command(arguments)
+
+
+def record(arguments: Sequence[str] | None = None) -> int:
+    """Record one run; see `--help`. Returns the exit code."""
+    from drake_starnav.cli.record import record as command
+
+    return command(arguments)
+
+
 def _simulate(options: argparse.Namespace) -> int:
+    from drake_starnav.scenario.schema import load_scenario, scenario_text
+    from drake_starnav.scenario.source_files import input_files
+    from drake_starnav.worlds import make_world
+
     check_seed(options.seed)
     _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
@@ -95,7 +121,7 @@ def _check_live_options(options: argparse.Namespace) -> None:
         raise StarnavError("--json with --meshcat, where the goal moves and no figure can be repeated; allowed: --html")
 
 
-def _simulate_live(scenario: Scenario, options: argparse.Namespace) -> int:
+def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
     from drake_starnav.cli.live import LiveRun  # late: bad input is reported before Drake is loaded
 
     rate = 1.0 if options.real_time_rate is None else options.real_time_rate
@@ -124,6 +150,10 @@ def show_world(arguments: Sequence[str] | None = None) -> int:
 
 
 def _show_world(options: argparse.Namespace) -> int:
+    from drake_starnav.scenario.schema import load_scenario
+    from drake_starnav.scenario.source_files import input_files
+    from drake_starnav.worlds import make_world
+
     check_seed(options.seed)
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     file = Path("out", f"{file_name(scenario.name)}.png") if options.out is None else options.out
@@ -194,6 +224,8 @@ def _list(arguments: Sequence[str]) -> int:
 
 def _listing() -> str:
     """Commands, scenarios, methods and worlds."""
+    from drake_starnav.worlds import WORLD_KINDS
+
     commands = {name: _first_sentence(command).partition(";")[0] for name, command in COMMANDS.items()}
     worlds = {f"!{name}": _first_sentence(kind) for name, kind in WORLD_KINDS.items()}
     width = max(map(len, (*commands, *worlds)))

@@ -10,8 +10,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NoReturn
 
-from tqdm import tqdm
-
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
@@ -106,17 +104,48 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
 def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], None]]:
     """A bar of simulated time; the function it yields takes the time now and its limit, s.
 
-    Its estimate is of the limit, which a run that arrives does not need.
+    Its estimate is of the limit, which a run that arrives does not need. Before it, the first run after an installation
+    shows how many functions it has compiled.
     """
+    from tqdm import tqdm
+
     form = "{desc} {bar} {elapsed}, at most {remaining} more"
     with tqdm(total=1.0, disable=quiet or None, leave=False, bar_format=form) as bar:
+
+        def compiled(count: int) -> None:
+            text = "compiling, as it is the first run"
+            if count == 0 and bar.disable and not quiet:  # no terminal
+                print(text, file=sys.stderr, flush=True)
+            bar.set_description(f"{text}: {count} functions")
 
         def progress(now: float, limit: float) -> None:
             bar.set_description(f"{label}: {now:5.1f} s of at most {limit:g} s")
             bar.n = now / limit
             bar.refresh()
 
-        yield progress
+        with compilations(compiled):
+            yield progress
+
+
+@contextmanager
+def compilations(report: Callable[[int], None]) -> Iterator[None]:
+    """Call a function with the number of functions that Numba has compiled: with 0 when it begins, then with each."""
+    from numba.core import event
+
+    class Count(event.Listener):
+        begun = ended = 0
+
+        def on_start(self, _: event.Event) -> None:
+            if self.begun == 0:
+                report(0)
+            self.begun += 1
+
+        def on_end(self, _: event.Event) -> None:
+            self.ended += 1
+            report(self.ended)
+
+    with event.install_listener("numba:compile", Count()):
+        yield
 
 
 def print_written(paths: Iterable[Path | None]) -> None:

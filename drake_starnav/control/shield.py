@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_starnav.control.braking_certificate import certified_twist
+from drake_starnav.control.certificates import certified_twist
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.law import Command, ControlInput, Law
 from drake_starnav.control.parameters import ControllerParameters

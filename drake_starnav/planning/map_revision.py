@@ -21,6 +21,9 @@ from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.star_region import Fit, StarRegion
 
+CONTRADICTION = 0.2
+"""A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
+beams at 5 m: smaller contradictions stem from coarse older scans."""
 KEPT_SHARE = 0.7
 """A region is discarded if less than this share of its free range remains, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
@@ -80,7 +83,7 @@ def reconcile(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> StarRoadmap:
-    """The roadmap without the parts that a new scan contradicts by more than `parameters.contradiction`.
+    """The roadmap without the parts that a new scan contradicts by more than CONTRADICTION.
 
     Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded if too little of them
     remains or, with `drop_seen_through`, if the new scan saw through their hits. After any change, the roadmap is
@@ -90,12 +93,9 @@ def reconcile(
         roadmap: the roadmap before.
         scan: the latest scan, in S.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: of the roadmap; with `contradiction` 0 the roadmap is returned unchanged.
+        parameters: of the roadmap.
         robot_radius: m.
     """
-    slack = parameters.contradiction
-    if slack <= 0.0:
-        return roadmap
     new_hits = lasting_hits(scan, pose)
     far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
     kept: list[tuple[StarRegion, LaserScan, np.ndarray]] = []
@@ -103,11 +103,11 @@ def reconcile(
         if out_of_reach:
             kept.append((region, old, old_pose))
             continue
-        if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
+        if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
             continue
         radius = robot_radius + region.margin
         # the disc is smaller by the slack, as a bearing that grazes a hit would lose much of its range at once
-        if (region.free_range - cut_back(region, *new_hits, max(radius - slack, 0.0))).max() > slack:
+        if (region.free_range - cut_back(region, *new_hits, max(radius - CONTRADICTION, 0.0))).max() > CONTRADICTION:
             values = cut_back(region, *new_hits, radius)
             if values.sum() < KEPT_SHARE * region.free_range.sum():
                 continue

@@ -1,13 +1,11 @@
 """What is declared: scenarios, faults, recordings, and the margins that follow from them."""
 
-from drake_starnav.scenario.schema import (
-    METHODS,
-    Scenario,
-    load_scenario,
-    parse_scenario,
-    save_scenario,
-    scenario_names,
-)
+from typing import TYPE_CHECKING, Any
+
+from drake_starnav.scenario.shipped import METHODS, scenario_names
+
+if TYPE_CHECKING:
+    from drake_starnav.scenario.schema import Scenario, load_scenario, parse_scenario, save_scenario
 
 __all__ = [
     "METHODS",
@@ -17,3 +15,12 @@ __all__ = [
     "save_scenario",
     "scenario_names",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """The schema knows the parameters of everything, whose kernels take a second to import: when first used."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from drake_starnav.scenario import schema
+
+    return getattr(schema, name)

@@ -27,6 +27,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.scenario.renamed import name_now
+from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
@@ -81,19 +82,6 @@ SECTIONS: dict[str, Any] = {
 KEYS = ("world", *SECTIONS, *DRAKE_CONFIGS)
 """Of a scenario's mapping."""
 
-METHODS: dict[str, dict[str, dict[str, Any]]] = {
-    "star": {},
-    "mpc": {"controller": {"kind": "mpc"}},
-    "star_paper": {"controller": {"kind": "star_paper", "rate": 40.0}},
-    "dsm": {"controller": {"kind": "dsm"}},
-    "foa": {"controller": {"kind": "foa"}},
-    "foa_cluster": {"controller": {"kind": "foa"}, "foa": {"clusters": True}},
-    "foa_roadmap": {"controller": {"kind": "foa", "target": "short_term_goal"}},
-    "dwa": {"controller": {"kind": "dwa"}},
-    "apf": {"controller": {"kind": "apf"}},
-}
-"""A method is settings: which controller drives, and what else it sets before the scenario's own keys do."""
-
 
 class _Tagged(dict):
     """A mapping of a YAML file with the tag it carried."""
@@ -135,11 +123,6 @@ _Loader.add_multi_constructor("!", _tagged)
 _Loader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
     "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
 )
-
-
-def scenario_names() -> list[str]:
-    """Names of the shipped scenarios."""
-    return sorted(path.stem for path in model_path("scenarios").glob("*.yaml"))
 
 
 def scenario_path(name_or_path: str | Path) -> Path:

@@ -149,6 +149,7 @@ const starnav = (function () {
   if (settings.live) viewer.gui.open();
   element('controls').open = settings.live;
   bar.hidden = settings.live;
+  bar.onpointerdown = () => animator.pause();
   bar.oninput = () => { animator.pause(); animator.seek(bar.valueAsNumber); };
   play.onclick = () => {
     play.blur();  // or the space bar would press it again

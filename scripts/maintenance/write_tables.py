@@ -36,6 +36,7 @@ from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.moving_bodies import MovingObstacleDrive
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.planar_localization import PlanarLocalization
+from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -84,6 +85,7 @@ def all_systems() -> list[System]:
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
         TwistShield(robot, controller, offset=0.01, obstacles=defaults.obstacles),
+        WheelServo(station.plant, station.robot_model),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
         JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),

@@ -9,6 +9,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numba
 import pytest
 
 from drake_starnav.cli.main import main
@@ -18,6 +19,7 @@ from drake_starnav.cli.options import (
     INTERRUPTED,
     check_numbers,
     command_name,
+    compilations,
     exit_code,
     program_name,
     progress_bar,
@@ -104,3 +106,22 @@ def test_a_number_out_of_its_range_is_refused() -> None:
         check_numbers(options, rate=(6, 7))
     with pytest.raises(StarnavError, match=r"--speed is 0.5; allowed: 1 <= x$"):
         check_numbers(options, speed=(1, math.inf))
+
+
+def test_what_numba_compiles_is_counted_and_nothing_else() -> None:
+    counts: list[int] = []
+    double = numba.njit(lambda x: 2 * x)
+    with compilations(counts.append):
+        assert double(1) == 2
+        assert double(2) == 4
+    double(1.5)
+    assert counts == [0, 1]
+
+
+def test_without_a_terminal_a_first_run_says_once_that_it_compiles(capsys) -> None:
+    double, halve = numba.njit(lambda x: 2 * x), numba.njit(lambda x: x / 2)
+    for quiet, said in ((True, ""), (False, "compiling, as it is the first run\n")):
+        with progress_bar("x", quiet):
+            double(1.0 if quiet else 1)
+            halve(1.0 if quiet else 1)
+        assert capsys.readouterr().err == said

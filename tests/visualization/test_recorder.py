@@ -277,6 +277,7 @@ def test_the_following_camera_may_be_turned_by_hand_and_follows_on(page):
 
 
 def seconds(page):
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
     return float(page.inner_text("#starnav-clock").removeprefix("t = ").removesuffix(" s"))
 
 
@@ -315,9 +316,10 @@ def test_what_has_ended_moves_again_after_a_seek(page):
 
 
 def test_the_time_bar_seeks(page):
-    page.evaluate("viewer.animator.play()")
+    page.evaluate("starnav.show(0.5); viewer.animator.play()")
     box = page.locator("#starnav-time").bounding_box()
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_function("viewer.animator.time > 1.8")
     assert seconds(page) == pytest.approx(0.5 * DURATION, abs=0.15)
     assert np.hypot(*(magenta(picture(page, 0.5 * DURATION)) - pixel(0.5 * SPEED * DURATION, 0.0))) < 5.0
 
