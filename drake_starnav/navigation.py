@@ -202,11 +202,10 @@ def add_navigation(
         made = _add_baseline(builder, scenario, made, stopwatch)
     assert made.twist_command is not None
     command = made.twist_command
-    if (controller is None or shield) and _equipment(station).continuous:
-        # a discrete plant takes a command up at its next step, and so it is certified
+    if _equipment(station).continuous:  # a discrete plant takes a command up at its next step, and so it is certified
         period, offset = 1.0 / scenario.controller.rate, _command_offset(scenario) + step
         hold = builder.AddNamedSystem("command_hold", ZeroOrderHold(period, 2, offset))
-        builder.Connect(command, hold.get_input_port())
+        connect(builder, command, hold.get_input_port(), "controller")
         command = hold.get_output_port()
     connect(builder, command, station.GetInputPort("drive.twist_command"), "controller")
     if made.matcher is not None and made.certifier is not None:
@@ -429,7 +428,7 @@ def _add_baseline(
     builder: DiagramBuilder, scenario: Scenario, made: Navigation, stopwatch: Stopwatch | None
 ) -> Navigation:
     """Add a baseline; it reads the same scans at the same times as the star controller."""
-    world, goal, station, planner = made.world, made.goal, made.station, made.planner
+    world, station, goal, planner = made.world, made.station, made.goal, made.planner
     kind, offset = scenario.controller.kind, _command_offset(scenario)
     settings = getattr(scenario, kind)
     controller = builder.AddNamedSystem(
