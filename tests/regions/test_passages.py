@@ -118,7 +118,7 @@ def test_a_door_farther_off_is_looked_at_from_nearer():
 
 
 def test_a_robot_nearer_to_walls_than_the_margin_sees_along_them():
-    half = RADIUS + 0.5 * (MARGIN + LEAST)
+    half = RADIUS + 0.6 * MARGIN + 0.4 * LEAST
     scan = cast(World("lane", (0, 0, 0), (2, 0), bounds=(-2.0, -half, 3.0, half)))
     assert eroded(scan, MARGIN).max() < 0.05
     found = profile(scan)
