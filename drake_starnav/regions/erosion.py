@@ -13,7 +13,7 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_chords
 from drake_starnav.regions.parameters import StarParameters
-from drake_starnav.regions.passages import opened_passages
+from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
 
 BEARINGS = 720
 """Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m."""
@@ -47,7 +47,8 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    return _moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
+    _, range_max, _, full_circle = scan.view
+    return _moving_average(scan.distances, range_max, beams, slack, full_circle)
 
 
 def bearing_count(scan: LaserScan) -> int:
@@ -141,7 +142,18 @@ def _free_range(beams, view, field, radius, margins, tables):
     limit = bearing_limit(samples, field[0], field[1], max(range_max - inflated, 0.0))
     sight = within_sight(limit, measured, moving, inflated, increment, wrap)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
-    free, kept = opened_passages(free, margin, least, hits, radius, sight, tables)
+    if least >= margin or free.min() >= SHUT:
+        return free, limit, margin
+    # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
+    look = np.where(free < SHUT, np.minimum(sight, SHUT + 2.0 * PASSAGE_DEPTH), 0.0)
+    if not with_passages(free, erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares))[1]:
+        return free, limit, margin
+    kept = margin
+    for step in range(1, MARGIN_STEPS + 1):
+        tried = margin + (least - margin) * step / MARGIN_STEPS
+        free, opened = with_passages(free, erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares))
+        if opened:
+            kept = tried
     return free, limit, kept
 
 
