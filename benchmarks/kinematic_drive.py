@@ -11,7 +11,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.regions.perception import SCAN_MEMORY, Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds import World
@@ -73,8 +73,8 @@ def scan_processing(moment: ScanMoment) -> Perceived:
 def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:
     """The safety star with the scan added to the memory."""
     scan, pose, reach = moment.scan, moment.pose, CONTROLLER.safety_range
-    memory = moment.before.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, CONTROLLER.scan_memory)
-    return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach, PLANNER), memory
+    memory = moment.before.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, SCAN_MEMORY)
+    return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach), memory
 
 
 def command(moment: CommandMoment) -> np.ndarray:

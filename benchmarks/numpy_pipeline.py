@@ -13,43 +13,42 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import (
     LONGEST_STEP,
     SAMPLE_SPACING,
-    SPEED_SHARES,
     STOPPED_DISTANCE,
-    TURN_SHARES,
 )
-from drake_starnav.control.free_heading import OPEN_WAY, SAMPLES, STEP
-from drake_starnav.control.heading_controller import CREEP_SPEED
+from drake_starnav.control.certificates import PROPOSALS
+from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, HEADING_GAIN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
 from drake_starnav.control.path_following import MAX_BEND, MODULATION_DISTANCE, NEAR_WALL_ZONE, near_wall_radius
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
-from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, STRIDE
+from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE, STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import RegionStack, StarParameters
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
-from drake_starnav.regions.erosion import SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
 from drake_starnav.regions.star_region import LINE_STEP, segment_covered
 from drake_starnav.robot import RobotParameters
 
 
-def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
+def smoothed_distances(scan: LaserScan) -> np.ndarray:
     """As `regions.erosion.smoothed_distances`."""
     distance = scan.distances
     hit = distance < scan.range_max
-    jump, limit = SMOOTHING_JUMP + parameters.smoothing_slack, SMOOTHING_LIMIT + parameters.smoothing_slack
     total, count, growing = distance.copy(), np.ones(len(distance)), hit.copy()
     left = right = distance
-    for k in range(1, parameters.smoothing_beams + 1):
+    for k in range(1, SMOOTHING_BEAMS + 1):
         a, b = np.roll(distance, k), np.roll(distance, -k)
         growing &= np.roll(hit, k) & np.roll(hit, -k)
-        growing &= (np.abs(a - left) <= jump) & (np.abs(b - right) <= jump)
+        growing &= (np.abs(a - left) <= SMOOTHING_JUMP) & (np.abs(b - right) <= SMOOTHING_JUMP)
         total += np.where(growing, a + b, 0.0)
         count += 2.0 * growing
         left, right = a, b
     mean = total / count
-    return np.where(hit & (np.abs(mean - distance) < limit), mean, distance)
+    return np.where(hit & (np.abs(mean - distance) < SMOOTHING_LIMIT), mean, distance)
 
 
 def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
@@ -87,7 +86,7 @@ def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radi
 def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> np.ndarray:
     """As the first result of `stars.free_range.free_range`."""
     beams = len(distance)
-    every = math.ceil(parameters.bearings / beams)
+    every = math.ceil(BEARINGS / beams)
     hits, gap = np.full(beams * every, np.inf), np.zeros(beams * every)
     hits[::every] = np.where(distance < scan.range_max, distance, np.inf)
     gap[::every] = half_gaps(scan, distance)
@@ -139,16 +138,16 @@ def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return np.sort(np.concatenate(all_starts)), values, slopes
 
 
-def safety_values(
-    memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float, parameters: StarParameters
-) -> np.ndarray:
+def safety_values(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, radius: float, reach: float) -> np.ndarray:
     """As the values of `stars.safety.safety_star`; the latest scan is added to the memory here."""
-    older = ControllerParameters().scan_memory - 1
+    counts = memory.counts
+    old = sum(counts[max(len(counts) + 1 - SCAN_MEMORY, 0) :])
+    kept = slice(len(memory.points) - old, None)
     near = scan.hits & (scan.distances < reach + 2.0 * radius)
     latest = scan.points_at(scan.distances, near, pose)
-    points = np.vstack((*memory.points[-older:], latest)) - pose[:2]
-    gaps = np.concatenate((*memory.half_gaps[-older:], half_gaps(scan, scan.distances)[near]))
-    samples = len(scan.ranges) * math.ceil(parameters.bearings / len(scan.ranges))
+    points = np.vstack((memory.points[kept], latest)) - pose[:2]
+    gaps = np.concatenate((memory.half_gaps[kept], half_gaps(scan, scan.distances)[near]))
+    samples = len(scan.ranges) * math.ceil(BEARINGS / len(scan.ranges))
     step = 2.0 * math.pi / samples
     distance = np.hypot(points[:, 0], points[:, 1])
     within = distance <= reach + radius + CONNECTED_CHORD
@@ -182,11 +181,11 @@ def command(
         direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
     radius = near_wall_radius(parameters.safety_margin, robot.radius)
     direction = _off_walls(pose[:2], direction, star.near_hits, radius, NEAR_WALL_ZONE)
-    direction = _free_heading(pose[:2], direction, star, parameters.free_heading_range)
+    direction = _free_heading(pose[:2], direction, star, FREE_HEADING_RANGE)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
-    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, parameters.goal_slowdown * stop_at + CREEP_SPEED)
-    omega = min(max(parameters.heading_gain * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
+    v = min(robot.max_speed * max(math.cos(heading), 0.0) ** 3, GOAL_SLOWDOWN * stop_at + CREEP_SPEED)
+    omega = min(max(HEADING_GAIN * heading, -robot.max_yaw_rate), robot.max_yaw_rate)
     v, omega = _certified_twist(pose, twist, v, omega, 1.0 / parameters.rate + parameters.delay, star, robot)
     limits = np.array((robot.max_speed, robot.max_yaw_rate))
     change = np.array((robot.max_acceleration, robot.max_yaw_acceleration)) / parameters.rate
@@ -266,11 +265,9 @@ def _free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar,
 def _certified_twist(
     pose: np.ndarray, twist: np.ndarray, v: float, omega: float, hold: float, star: SafetyStar, robot: RobotParameters
 ) -> tuple[float, float]:
-    tried = [(v * share, omega) for share in SPEED_SHARES]
-    tried += [(v * share, omega * turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
-    for candidate in tried:
+    for candidate in PROPOSALS * (v, omega):
         if _covered(_motion(pose, twist, *candidate, hold, robot) - star.center, star):
-            return candidate
+            return float(candidate[0]), float(candidate[1])
     standing = twist[0] ** 2 <= 2.0 * robot.max_acceleration * STOPPED_DISTANCE
     return 0.0, omega if standing else 0.0
 
@@ -311,7 +308,7 @@ def _covered(offset: np.ndarray, star: SafetyStar) -> bool:
 
 
 def cost_to_go(
-    roadmap: StarRoadmap, goal: np.ndarray, low: np.ndarray, high: np.ndarray, robot_radius: float, near_wall: float
+    roadmap: StarRoadmap, goal: np.ndarray, low: np.ndarray, high: np.ndarray, robot_radius: float
 ) -> np.ndarray:
     """As `planning.cost_field.cost_to_go` for the probes of all frontiers, by SciPy's Dijkstra over the whole box."""
     distance, first = roadmap.hits.window(low, high)
@@ -319,7 +316,7 @@ def cost_to_go(
     origin = (first + 0.5 * (STRIDE - 1)) * roadmap.hits.resolution
     blocked, soft = robot_radius - BLOCKED_SLACK, robot_radius + SOFT_ZONE
     d = np.pad(distance.astype(float), 1, constant_values=0.0)
-    dearer = 1.0 + near_wall * np.maximum(soft - d, 0.0) / (soft - blocked)
+    dearer = 1.0 + NEAR_WALL_COST * np.maximum(soft - d, 0.0) / (soft - blocked)
     weight = np.where(d >= blocked, (10.0 * dearer).astype(int), 0)
     nx, ny = weight.shape
     number = np.arange(nx * ny).reshape(nx, ny)

@@ -32,7 +32,7 @@ from benchmarks.kinematic_drive import (
     scan_processing,
 )
 from drake_starnav.baselines import foa_velocity
-from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.control.heading_controller import HEADING_GAIN, limited_twist
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import Terrain, cost_to_go
 from drake_starnav.regions.erosion import free_range, smoothed_distances
@@ -54,13 +54,13 @@ def foa_command(moment: CommandMoment) -> np.ndarray:
     velocity = foa_velocity(moment.pose[:2], nominal, points, control_radius=ROBOT.radius)
     turn = math.atan2(velocity[1], velocity[0]) - moment.pose[2]
     heading = (turn + math.pi) % (2.0 * math.pi) - math.pi
-    desired = np.array((math.hypot(*velocity) * max(math.cos(heading), 0.0) ** 3, CONTROLLER.heading_gain * heading))
+    desired = np.array((math.hypot(*velocity) * max(math.cos(heading), 0.0) ** 3, HEADING_GAIN * heading))
     return limited_twist(moment.twist, desired, ROBOT, 1.0 / CONTROLLER.rate)
 
 
 def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
     """`scan_processing` in NumPy: the values of region and safety star, and the near hits."""
-    distance = numpy_pipeline.smoothed_distances(moment.scan, PLANNER)
+    distance = numpy_pipeline.smoothed_distances(moment.scan)
     samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, PLANNER)
     return numpy_pipeline.adaptive_fit(samples)[1], *numpy_safety(moment, distance)
 
@@ -68,7 +68,7 @@ def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`safety` in NumPy: the values of the safety star, and the near hits."""
     values = numpy_pipeline.safety_values(
-        moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, CONTROLLER.safety_range, PLANNER
+        moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, CONTROLLER.safety_range
     )
     return values, moment.scan.points_at(distance, distance < NEAR_HIT_RANGE, moment.pose)
 
@@ -108,13 +108,13 @@ def package_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:
     """The cost-to-go of all frontiers, without the early end that a plan allows itself."""
     box = cost_arguments(roadmap, goal)
     probe = roadmap.frontiers.probe
-    return cost_to_go(roadmap.hits, goal, *box, Terrain(ROBOT.radius, PLANNER.near_wall_cost)).at(probe)
+    return cost_to_go(roadmap.hits, goal, *box, Terrain(ROBOT.radius)).at(probe)
 
 
 def numpy_cost(roadmap: StarRoadmap, goal: np.ndarray) -> np.ndarray:
     """`package_cost` by SciPy."""
     box = cost_arguments(roadmap, goal)
-    return numpy_pipeline.cost_to_go(roadmap, goal, *box, ROBOT.radius, PLANNER.near_wall_cost)
+    return numpy_pipeline.cost_to_go(roadmap, goal, *box, ROBOT.radius)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def steps(kept: Drive) -> list[Step]:
     erosion, fit, safe, whole = [], [], [], []
     for moment in kept.scans:
         scan = moment.scan
-        distance = smoothed_distances(scan, PLANNER)
+        distance = smoothed_distances(scan)
         samples = free_range(scan, distance, ROBOT.radius, PLANNER).values
         erosion.append(
             (

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav import simulation
 from drake_starnav.errors import StarnavError, UnsupportedError
@@ -77,6 +77,27 @@ def test_a_world_of_ones_own_is_driven_in(small_trial) -> None:
     assert farther.path_length_m > small_trial.path_length_m
 
 
+def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None:
+    class Ahead(LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareVectorOutputPort("twist_command", 2, lambda context, output: output.SetFromVector([0.5, 0.0]))
+
+    scenario, html, csv = (
+        parse_scenario(SMALL + "simulation: {timeout: 6}\n", name="small"),
+        str(tmp_path / "a.html"),
+        str(tmp_path / "a.csv"),
+    )
+    trial = run_trial(scenario, seed=3, controller=Ahead(), html=html, csv=csv)
+    assert (trial.method, trial.outcome) == ("Ahead", "collision")
+    table = np.genfromtxt(csv, delimiter=",", names=True)
+    assert table.dtype.names == ("t", "x", "y", "yaw", "v", "omega")
+    assert table["t"][-1] == pytest.approx(trial.time_s)
+    assert table["x"][-1] == pytest.approx(trial.path[-1][0], abs=1e-3)
+    assert "method Ahead" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert run_trial(scenario, seed=3, controller=Ahead(), shield=True, observer=None).min_clearance_m > 0.0
+
+
 @pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dvva", "did you mean dwa")])
 def test_a_trial_goes_by_the_name_of_its_method(method: str, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
@@ -96,26 +117,23 @@ def door(left: float) -> str:
 
 
 @pytest.mark.parametrize(
-    "left, settings",
-    [(0.025, "controller: {average_scans: true, safety_margin: 0.015}"), (0.075, "lidar: {noise: 0.05}")],
+    "left, settings", [(0.03, ""), (0.015, "lidar: {noise: 0.001, beams: 720}"), (0.075, "lidar: {noise: 0.05}")]
 )
-def test_with_averaged_scans_narrow_doors_are_passed(left, settings) -> None:
+def test_doors_are_passed_that_leave_a_little_more_than_the_margin(left, settings) -> None:
     trial = run_trial(parse_scenario(door(left) + settings, name="door"), seed=5)
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.005
 
 
-@pytest.mark.parametrize("contradiction, longest", [(0.2, 0.0), (0.0, 20.0)])
-def test_a_fence_of_thin_posts_is_passed_without_a_stop(contradiction: float, longest: float) -> None:
+def test_a_fence_of_thin_posts_is_passed_without_a_stop() -> None:
     # from afar no beam hits the posts, so that the first regions reach through them
     posts = [(5.0 + 0.5 * (k % 2), y, 0.02) for k, y in enumerate(np.arange(-2.6, 2.7, 0.8))]
     world = World("fence", (0.0, 0.3, 0.0), (7.5, -0.2), cylinders=np.array(posts), bounds=(-1.0, -3.0, 8.5, 3.0))
-    scenario = parse_scenario(f"world: !Forest {{}}\nplanner: {{contradiction: {contradiction}}}\n", name="fence")
-    trial = run_trial(scenario, world=world)
+    trial = run_trial(parse_scenario("world: !Forest {}\n", name="fence"), world=world)
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.01
-    assert trial.stuck_s <= longest
-    assert (trial.time_s < 13.0) == (contradiction > 0.0)
+    assert trial.stuck_s == 0.0
+    assert trial.time_s < 13.0
 
 
 def test_the_memory_of_geometries_is_given_back() -> None:
@@ -170,21 +188,6 @@ def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
     assert trial.shortest_path_m is None
     assert trial.min_clearance_m > 0.0
     json.dumps(trial_record(trial), allow_nan=False)
-
-
-def test_with_smoothed_beams_a_door_that_leaves_two_centimetres_is_passed() -> None:
-    text = """
-        world: !Obstacles
-          bounds: [-1, -2, 5, 2]
-          polygons:
-          - [[2.0, -2.0], [2.1, -2.0], [2.1, -0.27], [2.0, -0.27]]
-          - [[2.0, 0.27], [2.1, 0.27], [2.1, 2.0], [2.0, 2.0]]
-          goal: [4, 0]
-        controller: {smoothed_beams: 2}
-        simulation: {timeout: 20}
-        """
-    trial = run_trial(parse_scenario(text, name="door"), seed=0)
-    assert trial.outcome == "reached" and 0.01 < trial.min_clearance_m < 0.021
 
 
 def test_timeout_ends_a_trial() -> None:

@@ -14,7 +14,13 @@ from drake_starnav.baselines.dwa import PERIOD, DwaParameters, dwa_twist
 from drake_starnav.baselines.foa import FoaParameters, foa_cluster_velocity, foa_velocity
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
-from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
+from drake_starnav.control.heading_controller import (
+    CREEP_SPEED,
+    GOAL_SLOWDOWN,
+    limited_twist,
+    turning_law,
+    wrapped_angle,
+)
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 
@@ -54,7 +60,7 @@ def baseline_step(
     Args:
         situation: state and surroundings.
         settings: of the baseline; their type selects it.
-        controller: rate, turning and slowing down, as of the star controller.
+        controller: its rate.
         robot: its radius and limits.
 
     Returns:
@@ -69,20 +75,19 @@ def baseline_step(
         v, omega = dwa_twist(situation.pose, situation.twist, situation.target, situation.points, robot, settings)
         heading = yaw + omega * PERIOD
         return limited_twist(situation.twist, np.array((v, omega)), robot, period), _unit(heading)
-    velocity = _velocity(situation, settings, controller, robot)
+    velocity = _velocity(situation, settings, robot)
     speed = math.hypot(velocity[0], velocity[1])
     if speed < STANDING:
         return limited_twist(situation.twist, np.zeros(2), robot, period), np.zeros(2)
     bearing = math.atan2(velocity[1], velocity[0])
     speed = min(speed, settings.max_speed, robot.max_speed)
-    desired = turning_law(wrapped_angle(bearing - yaw), speed, controller, robot)
+    desired = turning_law(wrapped_angle(bearing - yaw), speed, robot)
     return limited_twist(situation.twist, desired, robot, period), _unit(bearing)
 
 
 def _velocity(
     situation: Situation,
     settings: DsmParameters | FoaParameters | PotentialFieldParameters,
-    controller: ControllerParameters,
     robot: RobotParameters,
 ) -> np.ndarray:
     position = situation.pose[:2]
@@ -91,7 +96,7 @@ def _velocity(
             position, situation.target, situation.points, robot_radius=robot.radius, parameters=settings
         )
     speed = min(settings.max_speed, robot.max_speed)
-    nominal = _nominal_velocity(position, situation.target, situation.goal, speed, controller.goal_slowdown)
+    nominal = _nominal_velocity(position, situation.target, situation.goal, speed)
     radius = robot.radius + settings.margin
     if isinstance(settings, DsmParameters):
         known = situation.obstacles
@@ -102,16 +107,14 @@ def _velocity(
     return velocity(position, nominal, situation.points, control_radius=radius)
 
 
-def _nominal_velocity(
-    position: np.ndarray, target: np.ndarray, goal: np.ndarray, speed: float, slowdown: float
-) -> np.ndarray:
+def _nominal_velocity(position: np.ndarray, target: np.ndarray, goal: np.ndarray, speed: float) -> np.ndarray:
     """Straight to the target, slower towards the goal only."""
     offset = target - position
     distance = math.hypot(offset[0], offset[1])
     if distance < STANDING:
         return np.zeros(2)
     left = math.hypot(goal[0] - position[0], goal[1] - position[1])
-    return min(speed, slowdown * left + CREEP_SPEED) / distance * offset
+    return min(speed, GOAL_SLOWDOWN * left + CREEP_SPEED) / distance * offset
 
 
 def _unit(bearing: float) -> np.ndarray:

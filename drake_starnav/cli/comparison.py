@@ -21,7 +21,15 @@ from drake_starnav.visualization import meshes
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, LIDAR_COLOR, Color, Layer
+from drake_starnav.visualization.meshes import (
+    DECK_COLOR,
+    HEADING_COLOR,
+    LAYERS,
+    LIDAR_COLOR,
+    LINE_WIDTH,
+    Color,
+    Layer,
+)
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
@@ -183,7 +191,7 @@ def _play(
         meshcat.SetTransform(path, X_WB, time + FRAME_SLACK)
         if k > 0 and (k % every == 0 or k == len(times) - 1):
             points = poses[(k - 1) // every * every : k + 1, :2]
-            stage.add(layer, meshes.ribbon(points, parameters.line_width, height), time + FRAME_SLACK)
+            stage.add(layer, meshes.ribbon(points, LINE_WIDTH, height), time + FRAME_SLACK)
 
 
 def _play_moving_obstacles(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:

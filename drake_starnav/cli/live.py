@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.navigation import add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
-from drake_starnav.simulation import add_collision_monitor
+from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.visualization.live_page import LivePage, LiveState
@@ -107,7 +107,8 @@ class LiveRun:
         self.controls = Controls(self.meshcat)
         builder = DiagramBuilder()
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
-        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, goal=goal)
+        station = scenario_station(builder, scenario, world, seed)
+        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, goal=goal)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)
         self.simulator = make_simulator(builder.Build())

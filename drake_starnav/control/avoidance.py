@@ -14,6 +14,7 @@ from numba import njit
 
 from drake_starnav.control.avoidance_rollout import (
     COLUMNS,
+    COMFORT,
     COST,
     ENDED,
     FIRST,
@@ -35,13 +36,14 @@ from drake_starnav.control.avoidance_rollout import (
     way_cost,
 )
 from drake_starnav.control.certificates import accepted, constraints_of
-from drake_starnav.control.heading_controller import wrapped_angle
+from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, wrapped_angle
 from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import STANDING_SPEED
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.tracking.prediction import HORIZON
 
 SEGMENT = 5
 """Steps of a manoeuvre."""
@@ -64,7 +66,7 @@ class Avoidance:
     """The prediction, and the response.
 
     Attributes:
-        nearest: least predicted distance to a disc if the robot just follows its path, m, infinite beyond `comfort`.
+        nearest: least predicted distance to a disc if the robot just follows its path, m, infinite beyond COMFORT.
         twist: the certified (v, omega) with which the best rollout begins, m/s and rad/s; None if there is none.
         least: least predicted distance on that rollout, m.
     """
@@ -94,13 +96,13 @@ def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = Non
 
 def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot: RobotParameters) -> np.ndarray | None:
     """The velocity towards the next way point, modulated around the tracks that count; None without one."""
-    tracks, age, obstacles = tracked
-    if not (obstacles.modulation and len(path)):
+    if not len(path):
         return None
+    tracks, age, _ = tracked
     ahead = path[0] - pose[:2]
     velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
     confirmed = tracks.confirmed
-    centers, radii = tracks.at(tracks.time + age)[confirmed], tracks.radius[confirmed] + robot.radius + obstacles.margin
+    centers, radii = tracks.at(tracks.time + age)[confirmed], tracks.radius[confirmed] + robot.radius + MOVING_MARGIN
     aside = moving_modulation(pose[:2], velocity, centers, tracks.velocity[confirmed], radii)
     return aside if math.hypot(*aside) > STANDING_SPEED else None
 
@@ -125,24 +127,20 @@ def avoid_collision(
     confirmed, limits, path = tracks.confirmed, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
-    standing = thinned(tracks.standing, pose[:2], obstacles.horizon * robot.max_speed)
+    standing = thinned(tracks.standing, pose[:2], HORIZON * robot.max_speed)
     discs = Discs(tracks.predicted_trajectories[confirmed], tracks.radius[confirmed], standing, age)
     settings = Settings(
-        horizon=obstacles.horizon,
-        heading_gain=controller.heading_gain,
-        slowdown=controller.goal_slowdown if guidance.arrives or not len(path) else np.inf,
+        slowdown=GOAL_SLOWDOWN if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,
-        margin=obstacles.margin,
         caution=obstacles.caution,
         max_speed=obstacles.max_speed,
-        comfort=obstacles.comfort,
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
     nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
-    if nearest >= obstacles.comfort and not held:
+    if nearest >= COMFORT and not held:
         return Avoidance(nearest, None, np.inf)
     ways, left = manoeuvres(twist, limits, around(pose, path, tracked, robot)), times_left(line, limits)
-    constraints = constraints_of(star, controller, robot, obstacles)
+    constraints = constraints_of(star, controller, robot)
     v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints)
     return Avoidance(nearest, np.array((v, omega)) if found else None, least)
 
@@ -165,27 +163,27 @@ def thinned(places, position, reach):
 
 @njit(cache=True)
 def _along_the_path(pose, twist, line, known, discs, limits, settings):
-    """Least predicted distance to a disc of a robot that just follows its path, m, infinite beyond `comfort`.
+    """Least predicted distance to a disc of a robot that just follows its path, m, infinite beyond COMFORT.
 
     Also whether it has to brake for static objects.
     """
     row = start_row(pose, twist, known.hits, settings.radius)
-    steps = int(math.ceil(settings.horizon / STEP - 1e-9))
+    steps = int(math.ceil(HORIZON / STEP - 1e-9))
     drive(row, PATH, 1.0, 0.0, steps, line, known, discs, limits, settings)
-    return row[LEAST] if row[LEAST] < settings.comfort else np.inf, row[HELD] > 0.0
+    return row[LEAST] if row[LEAST] < COMFORT else np.inf, row[HELD] > 0.0
 
 
 @njit(cache=True)
 def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints):
     """v, omega and least predicted distance of the best rollout, and whether there is one."""
-    gain, slowdown, age = settings.heading_gain, settings.slowdown, discs.age
+    slowdown, age = settings.slowdown, discs.age
     count = len(ways)
     start = start_row(pose, twist, known.hits, settings.radius)
     change, firsts = np.zeros(count), np.empty((count, 2))
     generation = np.empty((count, COLUMNS))
     n = 0
     for m in range(count):
-        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, gain, slowdown)
+        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, slowdown)
         firsts[m, 0], firsts[m, 1] = v, omega
         change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits.max_speed + abs(omega - twist[1]) / limits.max_yaw_rate)
         if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, constraints, rows, age):
@@ -198,7 +196,7 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
     best = start
     best_cost = np.inf
     generation = generation[:n]
-    segments = int(math.ceil(settings.horizon / (SEGMENT * STEP) - 1e-9))
+    segments = int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
     for depth in range(1, segments + 1):
         for i in range(len(generation)):  # rollouts that ended compete with those that reached the horizon
             row = generation[i]

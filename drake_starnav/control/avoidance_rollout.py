@@ -8,8 +8,8 @@ In seconds,
 
     cost = time passed + time to go + comfort lost + contact + walls + change of the twist
 
-Comfort is lost by the least predicted distance d to a disc at a time t: w (1 - e / comfort)_+^2 (1 - t / (2 horizon))
-with e = d / (1 + UNCERTAINTY t). A contact at t ends a rollout and costs w (1 + 3 (1 - t / horizon)): a late
+Comfort is lost by the least predicted distance d to a disc at a time t: w (1 - e / COMFORT)_+^2 (1 - t / (2 HORIZON))
+with e = d / (1 + UNCERTAINTY t). A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
 contact costs less, since predictions far ahead are uncertain.
 """
 
@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.heading_controller import CREEP_SPEED, turning_twist, wrapped_angle
-from drake_starnav.control.moving_certificate import STANDING_SPEED
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
     clearance_within,
@@ -30,8 +30,10 @@ from drake_starnav.control.rollout import (
     time_to_go,
 )
 from drake_starnav.regions.star_region import covers
-from drake_starnav.tracking.prediction import PREDICTION_STEP
+from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
+COMFORT = 0.4
+"""Foreseen distance from a moving obstacle below which the robot gives way, m."""
 STEP = 0.1
 """Time step of the rollout, s."""
 PATH, TWIST, HEADING = range(3)
@@ -75,14 +77,10 @@ class Settings(NamedTuple):
         slowdown: speed per distance to the goal; infinite where the path ends at a frontier.
     """
 
-    horizon: float
-    heading_gain: float
     slowdown: float
     radius: float
-    margin: float
     caution: float
     max_speed: float
-    comfort: float
 
 
 @njit(cache=True)
@@ -97,19 +95,19 @@ def start_row(pose, twist, hits, radius):
 
 
 @njit(cache=True)
-def wanted_twist(kind, a, b, row, line, limits, gain, slowdown):
+def wanted_twist(kind, a, b, row, line, limits, slowdown):
     """The twist that a manoeuvre wants where the robot is."""
     if kind == TWIST:
         return a, b
     if kind == HEADING:
         error = wrapped_angle(a - row[YAW] if b > 0.0 else a + math.pi - row[YAW])
-        return turning_twist(error, b, gain, limits)
+        return turning_twist(error, b, limits)
     k, last = int(row[WAY_POINT]), len(line) - 1
     dx, dy = line[k, 0] - row[X], line[k, 1] - row[Y]
     if dx * dx + dy * dy < (ARRIVED * ARRIVED if k == last else 1e-12):
         return 0.0, 0.0
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
-    want_v, want_omega = turning_twist(error, a * limits.max_speed, gain, limits)
+    want_v, want_omega = turning_twist(error, a * limits.max_speed, limits)
     if k == last:
         want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, want_omega
@@ -174,13 +172,13 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a rollout in place by one manoeuvre; it ends early if the robot is touched or reaches a frontier."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
     trajectories, radius, standing, age = discs
-    distance = settings.radius + settings.margin + ROLLOUT_MARGIN
-    near = settings.radius + settings.margin
+    distance = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN
+    near = settings.radius + MOVING_MARGIN
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.heading_gain, settings.slowdown)
+        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.slowdown)
         if _must_brake(
             x, y, yaw, v, trajectories, radius, time, limits, distance, settings.caution, settings.max_speed
         ):
@@ -210,13 +208,13 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
             away = math.hypot(x - disc_x, y - disc_y) - settings.radius - radius[j]
             worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
             row[LEAST] = min(row[LEAST], worth)
-            if worth < settings.comfort:
-                share = 1.0 - max(worth, 0.0) / settings.comfort
-                row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / settings.horizon))
+            if worth < COMFORT:
+                share = 1.0 - max(worth, 0.0) / COMFORT
+                row[LOST] = max(row[LOST], CONTACT_COST * share**2 * (1.0 - 0.5 * row[SPENT] / HORIZON))
             touched = touched or away < 0.0
         if touched:
             row[ENDED] = 1.0
-            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / settings.horizon))
+            row[LOST] = CONTACT_COST * (1.0 + 3.0 * (1.0 - row[SPENT] / HORIZON))
             return
         k = int(row[WAY_POINT])
         if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:

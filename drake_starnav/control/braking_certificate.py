@@ -20,7 +20,6 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.heading_controller import limited, ramped, slides
-from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import covers
 from drake_starnav.robot import Limits
 from drake_starnav.utils.snapshot import snapshot
@@ -35,10 +34,6 @@ AT_REST = 1e-9
 """A simulated speed below this is zero, m/s or rad/s."""
 DELAYED, HOLDING, BRAKING = range(3)
 """Phases of the simulated motion."""
-SPEED_SHARES = np.array([1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0])
-"""Speeds that are tried, as shares of the desired one, with the desired turning rate."""
-TURN_SHARES = np.array([0.5, 0.0, -0.5])
-"""Turning rates that are tried next, as shares of the desired one, with half the desired speed or none."""
 
 
 @snapshot
@@ -59,36 +54,15 @@ class Certificate:
         return Certificate(False, np.zeros((1, 3)))
 
 
-def certified_twist(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    desired: np.ndarray,
-    hold: float,
-    limits: Limits,
-    star: SafetyStar,
-    delay: float = 0.0,
-) -> tuple[float, float, bool]:
-    """The certified twist nearest to the desired one in the order of SPEED_SHARES and TURN_SHARES.
+def braking_path(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits) -> np.ndarray:
+    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stops.
 
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: (v, omega) commanded now, m/s and rad/s.
-        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        desired: (v, omega) to follow; what exceeds the robot's speeds is cut off.
         hold: how long it is followed before the robot brakes, s.
         limits: of the robot.
-        star: what the last scans certify.
-        delay: how long the robot keeps `twist` before it follows `desired`, s.
-
-    Returns:
-        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
-    """
-    return _certified_twist(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values)
-
-
-def braking_path(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits) -> np.ndarray:
-    """The motion that the certificate checks: shape (n, 3), (x, y, yaw) in W from now until the robot stops.
-
-    Arguments as for `certified_twist`.
     """
     return _braking_path(*pose, *twist, *desired, hold, limits)
 
@@ -152,22 +126,6 @@ def stops_inside(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, c
         if phase == BRAKING and abs(now_v) < AT_REST:
             return True
     return True
-
-
-@njit(cache=True)
-def _certified_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, center, bearing_0, values):
-    for share in SPEED_SHARES:
-        tried = want_v * share
-        if stops_inside(x, y, yaw, v, omega, tried, want_omega, hold, delay, limits, center, bearing_0, values):
-            return tried, want_omega, True
-    for turn in TURN_SHARES:
-        for share in (0.5, 0.0):
-            tried = want_v * share
-            slower = want_omega * turn
-            if stops_inside(x, y, yaw, v, omega, tried, slower, hold, delay, limits, center, bearing_0, values):
-                return tried, slower, True
-    standing = v * v <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
-    return 0.0, want_omega if standing else 0.0, False
 
 
 @njit(cache=True)

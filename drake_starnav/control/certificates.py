@@ -1,12 +1,12 @@
-"""Both certificates at once: against static obstacles and dynamic ones."""
+"""Both certificates at once, against static obstacles and dynamic ones, and the twists that are proposed to them."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import stops_inside
-from drake_starnav.control.moving_certificate import stays_clear_of
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE, stops_inside
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, stays_clear_of
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.point_certificate import (
     ESCAPE_CLEARANCE,
@@ -16,8 +16,14 @@ from drake_starnav.control.point_certificate import (
     needed_distances,
 )
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.robot import RobotParameters
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.robot import Limits, RobotParameters
+
+PROPOSALS = np.array(
+    [(speed, 1.0) for speed in (1.0, 0.8, 0.6, 0.4, 0.25, 0.1, 0.0)]
+    + [(speed, turn) for turn in (0.5, 0.0, -0.5) for speed in (0.5, 0.0)]
+)
+"""Shares of the desired speed and turning rate that are tried, in this order."""
+NO_HITS, NO_DISCS = np.zeros((0, 2)), np.zeros((0, 6))
 
 
 class Constraints(NamedTuple):
@@ -43,9 +49,7 @@ class Constraints(NamedTuple):
     hits: KnownHits
 
 
-def constraints_of(
-    star: SafetyStar, controller: ControllerParameters, robot: RobotParameters, obstacles: DynamicObstacleParameters
-) -> Constraints:
+def constraints_of(star: SafetyStar, controller: ControllerParameters, robot: RobotParameters) -> Constraints:
     """The constraints that the parameters ask for, with what the last scans certify."""
     needed = needed_distances(star.half_gaps, robot.radius)
     return Constraints(
@@ -53,12 +57,54 @@ def constraints_of(
         hold=1.0 / controller.rate,
         delay=float(controller.delay),
         margin=float(controller.safety_margin),
-        distance=float(robot.radius + obstacles.margin),
+        distance=float(robot.radius + MOVING_MARGIN),
         center=star.center,
         bearing_0=star.bearing_0,
         values=star.values,
         hits=KnownHits(star.hits, needed, star.center, float(star.reach - robot.radius)),
     )
+
+
+def within_star(star: SafetyStar, hold: float, delay: float) -> Constraints:
+    """The constraint to stay inside the safety star: all else counts as an obstacle.
+
+    Args:
+        star: what the last scans certify.
+        hold, delay: how long a command is followed, and after what time, s.
+    """
+    nothing = KnownHits(NO_HITS, np.zeros(0), star.center, -np.inf)
+    return Constraints(True, float(hold), float(delay), 0.0, 0.0, star.center, star.bearing_0, star.values, nothing)
+
+
+def certified_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: Limits,
+    star: SafetyStar,
+    delay: float = 0.0,
+) -> tuple[float, float, bool]:
+    """The first of PROPOSALS from which the robot stops inside the safety star.
+
+    Args:
+        pose: (x, y, yaw) of the robot in W, m and rad.
+        twist: (v, omega) commanded now, m/s and rad/s.
+        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
+        hold: how long it is followed before the robot brakes, s.
+        limits: of the robot.
+        star: what the last scans certify.
+        delay: how long the robot keeps `twist` before it follows `desired`, s.
+
+    Returns:
+        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
+    """
+    proposed = PROPOSALS * desired
+    k = first_accepted(*pose, *twist, proposed, limits, within_star(star, hold, delay), NO_DISCS, 0.0)
+    if k >= 0:
+        return float(proposed[k, 0]), float(proposed[k, 1]), True
+    standing = twist[0] * twist[0] <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
+    return 0.0, float(desired[1]) if standing else 0.0, False
 
 
 @njit(cache=True)

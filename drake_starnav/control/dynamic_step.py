@@ -3,18 +3,19 @@
 import numpy as np
 
 from drake_starnav.control.avoidance import avoid_collision
-from drake_starnav.control.braking_certificate import SPEED_SHARES, TURN_SHARES
-from drake_starnav.control.certificates import constraints_of, first_accepted
+from drake_starnav.control.certificates import PROPOSALS, constraints_of, first_accepted
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.law import Command, ControlInput, Law, TrackedObstacles
-from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, reachable_discs, stays_clear
+from drake_starnav.control.moving_certificate import (
+    MOVING_MARGIN,
+    STANDING_SPEED,
+    Threats,
+    near,
+    reachable_discs,
+    stays_clear,
+)
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
-
-SLOWER = np.array(
-    [(share, 1.0) for share in SPEED_SHARES[1:]] + [(share, turn) for turn in TURN_SHARES for share in (0.5, 0.0)]
-)
-"""Shares of a twist's speed and turning rate that are tried in this order where it is refused."""
 
 
 def dynamic_step(
@@ -44,20 +45,20 @@ def dynamic_step(
         return command
     limits, period = robot.limits, 1.0 / parameters.rate
     longest = age + parameters.delay + period + robot.max_speed / robot.max_acceleration
-    reach = robot.radius + obstacles.margin + (robot.max_speed + obstacles.max_speed) * longest
+    reach = robot.radius + MOVING_MARGIN + (robot.max_speed + obstacles.max_speed) * longest
     rows = near(rows, pose[:2], reach)
 
     if tracks.confirmed.any() or len(tracks.standing):
         avoidance = avoid_collision(now, tracked, rows, parameters, robot)
         if avoidance.twist is not None:
             return Command(limited_twist(twist, avoidance.twist, robot, period), command.guiding_vector, True)
-    near_by = Threats(rows, robot.radius + obstacles.margin, age)
+    near_by = Threats(rows, robot.radius + MOVING_MARGIN, age)
     if stays_clear(pose, twist, command.twist, period, limits, near_by, parameters.delay):
         return command
-    slower = SLOWER * command.twist
-    k = first_accepted(*pose, *twist, slower, limits, constraints_of(now.star, parameters, robot, obstacles), rows, age)
+    proposed = PROPOSALS * command.twist
+    k = first_accepted(*pose, *twist, proposed, limits, constraints_of(now.star, parameters, robot), rows, age)
     if k >= 0:
-        return Command(limited_twist(twist, slower[k], robot, period), command.guiding_vector, True)
+        return Command(limited_twist(twist, proposed[k], robot, period), command.guiding_vector, True)
     standing = abs(twist[0]) < STANDING_SPEED
     braking = limited_twist(twist, np.array((0.0, command.twist[1] if standing else 0.0)), robot, period)
     return Command(braking, command.guiding_vector, standing)

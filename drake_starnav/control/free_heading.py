@@ -8,6 +8,8 @@ from numba import njit
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import covers
 
+FREE_HEADING_RANGE = 0.8
+"""Largest turn of the guiding vector to a free bearing, rad."""
 OPEN_WAY = 0.02
 """A bearing is free if the safety star contains the robot's path along it up to this distance, m."""
 SAMPLES = 4
@@ -16,8 +18,8 @@ STEP = math.radians(2.0)
 """Spacing of the bearings tried; a free one counts only if the next is free too: otherwise noise may close it again."""
 
 
-def free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar, limit: float) -> np.ndarray:
-    """The direction if it is free, else the nearest free one up to `limit` to either side; itself if there is none.
+def free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar) -> np.ndarray:
+    """The direction if it is free, else the nearest free one within FREE_HEADING_RANGE; itself if there is none.
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
     distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
@@ -27,10 +29,9 @@ def free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar, 
         position: of the robot, shape (2,), W, m.
         direction: unit vector, shape (2,), W.
         star: what the last scans certify.
-        limit: largest turn, rad.
     """
     angle = math.atan2(direction[1], direction[0])
-    turn = _turn(position[0], position[1], angle, star.center, star.bearing_0, star.values, limit)
+    turn = _turn(position[0], position[1], angle, star.center, star.bearing_0, star.values)
     return direction if turn == 0.0 else np.array((math.cos(angle + turn), math.sin(angle + turn)))
 
 
@@ -45,11 +46,11 @@ def _open(x, y, angle, center, bearing_0, values):
 
 
 @njit(cache=True)
-def _turn(x, y, angle, center, bearing_0, values, limit):
+def _turn(x, y, angle, center, bearing_0, values):
     """The least turn to a free bearing, rad; 0 if none is needed, or none found."""
     if _open(x, y, angle, center, bearing_0, values):
         return 0.0
-    for k in range(1, int(limit / STEP) + 1):
+    for k in range(1, int(FREE_HEADING_RANGE / STEP) + 1):
         for step in (STEP, -STEP):
             turned = angle + k * step
             if _open(x, y, turned, center, bearing_0, values) and _open(x, y, turned + step, center, bearing_0, values):

@@ -5,9 +5,12 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 
+HEADING_GAIN = 4.0
+"""Turning rate per heading error, 1/s."""
+GOAL_SLOWDOWN = 1.2
+"""Speed per metre of distance to the goal on arrival, 1/s."""
 CREEP_SPEED = 0.08
 """Speed that remains on arrival, so that the robot does arrive, m/s."""
 GRIP = 8.0
@@ -16,34 +19,30 @@ GRIP_WHILE_BRAKING = 3.0
 """GRIP holds up to this acceleration along the robot, m/s^2; beyond it grip falls with the third power."""
 
 
-def turning_law(heading: float, speed: float, parameters: ControllerParameters, robot: RobotParameters) -> np.ndarray:
-    """The twist (v, omega) that turns towards a heading: omega = gain * error, v = speed * cos(error)^3.
+def turning_law(heading: float, speed: float, robot: RobotParameters) -> np.ndarray:
+    """The twist (v, omega) that turns towards a heading: omega = HEADING_GAIN * error, v = speed * cos(error)^3.
 
     Never faster than allows the turn to stop at that heading with the largest yaw acceleration.
 
     Args:
         heading: error of the robot's heading, rad.
         speed: with no error, m/s.
-        parameters: its gain.
         robot: its limits.
     """
     v = speed * max(math.cos(heading), 0.0) ** 3
-    return np.array(
-        (v, _turning_rate(heading, parameters.heading_gain, robot.max_yaw_rate, robot.max_yaw_acceleration))
-    )
+    return np.array((v, _turning_rate(heading, robot.max_yaw_rate, robot.max_yaw_acceleration)))
 
 
 @njit(cache=True)
-def turning_twist(heading, speed, gain, limits):
+def turning_twist(heading, speed, limits):
     """`turning_law` for compiled loops; compiled, the cube may differ in its last bit."""
-    return speed * max(math.cos(heading), 0.0) ** 3, _turning_rate(
-        heading, gain, limits.max_yaw_rate, limits.max_yaw_acceleration
-    )
+    v = speed * max(math.cos(heading), 0.0) ** 3
+    return v, _turning_rate(heading, limits.max_yaw_rate, limits.max_yaw_acceleration)
 
 
 @njit(cache=True)
-def _turning_rate(heading, gain, max_yaw_rate, max_yaw_acceleration):
-    return limited(gain * heading, min(max_yaw_rate, math.sqrt(2.0 * max_yaw_acceleration * abs(heading))))
+def _turning_rate(heading, max_yaw_rate, max_yaw_acceleration):
+    return limited(HEADING_GAIN * heading, min(max_yaw_rate, math.sqrt(2.0 * max_yaw_acceleration * abs(heading))))
 
 
 def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:

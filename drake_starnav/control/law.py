@@ -64,4 +64,4 @@ class TrackedObstacles(NamedTuple):
 
 
 Law = Callable[[ControlInput, ControllerParameters, RobotParameters], Command]
-"""One period of a controller as a pure function, as `path_following.control_step` or `sampling_mpc.predictive_step`."""
+"""One period of a controller as a pure function, as `path_following.control_step`."""

@@ -33,6 +33,8 @@ from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
+MOVING_MARGIN = 0.03
+"""Clearance kept from obstacles that move, m."""
 STANDING_SPEED = 0.005
 """A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
 `trajectory_metrics.STANDING`, which is about the body."""

@@ -4,9 +4,16 @@ import math
 
 import numpy as np
 
-from drake_starnav.control.braking_certificate import certified_twist
+from drake_starnav.control.certificates import certified_twist
 from drake_starnav.control.free_heading import free_heading
-from drake_starnav.control.heading_controller import CREEP_SPEED, limited_twist, turning_law, wrapped_angle
+from drake_starnav.control.heading_controller import (
+    CREEP_SPEED,
+    GOAL_SLOWDOWN,
+    HEADING_GAIN,
+    limited_twist,
+    turning_law,
+    wrapped_angle,
+)
 from drake_starnav.control.law import Command, ControlInput
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
 from drake_starnav.control.parameters import ControllerParameters
@@ -19,7 +26,7 @@ GOAL_REACHED = 0.02
 LEAST_SHARE = 0.8
 """At the certificate's boundary the near-wall term has at least this share: every guiding vector leads off the wall."""
 TURNING_TIMES = 2.0
-"""The push off a wall leads no farther aside than across the near-wall zone in so many times 1 / heading_gain, in which
+"""The push off a wall leads no farther aside than across the near-wall zone in so many times 1 / HEADING_GAIN, in which
 the robot turns back; otherwise it would oscillate between the walls of a narrow passage."""
 MAX_BEND = 0.8
 """Largest turn of the guiding vector by modulation where the robot sees the way point inside the regions, rad."""
@@ -45,7 +52,7 @@ def guiding_vector(
         path: shape (k, 2), way points ahead, W, m.
         regions: around the robot.
         hits: close to the robot, shape (n, 2), W, m.
-        parameters: gain and safety margin.
+        parameters: safety margin.
         robot_radius: m.
         speed: of the robot, m/s.
     """
@@ -58,7 +65,7 @@ def guiding_vector(
         limited = limited_turn(guide, direction, MAX_BEND)
         if limited is not direction and segment_covered(*regions.arrays, *position, *ahead, LINE_STEP):
             direction = limited
-    push = NEAR_WALL_ZONE / max(TURNING_TIMES / parameters.heading_gain * abs(speed), NEAR_WALL_ZONE)
+    push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * abs(speed), NEAR_WALL_ZONE)
     radius = near_wall_radius(parameters.safety_margin, robot_radius)
     return near_wall_direction(position, direction, hits, radius, NEAR_WALL_ZONE, push), distance
 
@@ -117,10 +124,10 @@ def desired_twist(
             pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius, robot.max_speed
         )
     if direction.any():
-        direction = free_heading(pose[:2], direction, star, parameters.free_heading_range)
+        direction = free_heading(pose[:2], direction, star)
         heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
         stop_at = distance if guidance.arrives and last else math.inf
-        desired = turning_law(heading, robot.max_speed, parameters, robot)
-        slowest = parameters.goal_slowdown * stop_at + CREEP_SPEED
+        desired = turning_law(heading, robot.max_speed, robot)
+        slowest = GOAL_SLOWDOWN * stop_at + CREEP_SPEED
         desired[0] = min(desired[0], robot.max_speed, slowest)
     return direction, desired

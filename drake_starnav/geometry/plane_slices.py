@@ -81,39 +81,56 @@ def scan_planes(X_WF, X_WS, known):
         poses (m, 3), as from `planar_poses`; indices of the frames whose keys have changed.
     """
     keys, planes = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3))
-    normal, origin = np.empty(3), np.empty(3)
+    changed, count = np.empty(len(X_WF), np.int64), 0
     for k in range(len(X_WF)):
-        X = X_WF[k]
+        X, key = X_WF[k], keys[k]
+        first, second, origin = planes[k, 0], planes[k, 1], planes[k, 2]
         for i in range(3):
-            normal[i] = X[0, i] * X_WS[0, 2] + X[1, i] * X_WS[1, 2] + X[2, i] * X_WS[2, 2]
+            key[i] = np.round((X[0, i] * X_WS[0, 2] + X[1, i] * X_WS[1, 2] + X[2, i] * X_WS[2, 2]) / RESOLUTION)
             origin[i] = 0.0
             for j in range(3):
                 origin[i] += X[j, i] * (X_WS[j, 3] - X[j, 3])
-            keys[k, i] = np.round(normal[i] / RESOLUTION)
-            normal[i] = keys[k, i]
-        normal /= math.sqrt((normal * normal).sum())
-        keys[k, 3] = np.round((normal * origin).sum() / RESOLUTION)
+        length = math.sqrt(key[0] * key[0] + key[1] * key[1] + key[2] * key[2])
+        n0, n1, n2 = key[0] / length, key[1] / length, key[2] / length
+        key[3] = np.round((n0 * origin[0] + n1 * origin[1] + n2 * origin[2]) / RESOLUTION)
         # The first vector is F's x axis seen from above the plane, or its y axis where x is too steep.
-        axis = 0 if abs(normal[0]) < 0.9 else 1
-        first = -normal[axis] * normal
-        first[axis] += 1.0
-        first /= math.sqrt((first * first).sum())
-        planes[k, 0] = first
-        planes[k, 1] = np.cross(normal, first)
-        planes[k, 2] = normal * (keys[k, 3] * RESOLUTION)
-    changed = np.zeros(len(X_WF), dtype=np.bool_)
-    for k in range(len(X_WF)):
-        changed[k] = (keys[k] != known[k]).any()
-    return keys, planes, planar_poses(X_WF, X_WS, planes), np.flatnonzero(changed)
+        lean = -n0 if abs(n0) < 0.9 else -n1
+        first[0], first[1], first[2] = lean * n0, lean * n1, lean * n2
+        first[0 if abs(n0) < 0.9 else 1] += 1.0
+        length = math.sqrt(_dot(first, first))
+        first[0], first[1], first[2] = first[0] / length, first[1] / length, first[2] / length
+        second[0], second[1] = n1 * first[2] - n2 * first[1], n2 * first[0] - n0 * first[2]
+        second[2] = n0 * first[1] - n1 * first[0]
+        away = key[3] * RESOLUTION
+        origin[0], origin[1], origin[2] = n0 * away, n1 * away, n2 * away
+        for i in range(4):
+            if key[i] != known[k, i]:
+                changed[count] = k
+                count += 1
+                break
+    return keys, planes, planar_poses(X_WF, X_WS, planes), changed[:count]
+
+
+@njit(cache=True)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True)
+def _along(point, axis, origin):
+    """The coordinate of a point along an axis."""
+    x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
+    return x * axis[0] + y * axis[1] + z * axis[2]
 
 
 @njit(cache=True)
 def _slice(plane, quadrics, vertices, face_starts, face_vertices):
-    e1, e2 = plane[0], plane[1]
-    normal = np.cross(e1, e2)
+    a, b, normal = plane[0], plane[1], np.empty(3)
+    normal[0], normal[1] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
+    normal[2] = a[0] * b[1] - a[1] * b[0]
     heights = np.empty(len(vertices))
     for k in range(len(vertices)):
-        heights[k] = ((vertices[k] - plane[2]) * normal).sum()
+        heights[k] = _along(vertices[k], normal, plane[2])
     crossing = 0
     for f in range(len(face_starts) - 1):
         above = False
@@ -126,8 +143,8 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
         crossing += above and below
     rows = np.zeros((3 * len(quadrics) + crossing, COLUMNS))
     count = np.int64(0)  # a literal would compile its callees twice
-    for q in quadrics:
-        count = _slice_quadric(q, plane, normal, rows, count)
+    for k in range(len(quadrics)):
+        count = _slice_quadric(quadrics[k], plane, normal, rows, count)
     for f in range(len(face_starts) - 1):
         count = _slice_face(face_starts[f], face_starts[f + 1], face_vertices, vertices, heights, plane, rows, count)
     return rows[:count].copy()
@@ -135,21 +152,21 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
 
 @njit(cache=True)
 def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
-    ends = np.empty(4)
+    x1 = y1 = x2 = y2 = 0.0
     found = 0
     for k in range(first, last):
         i, j = corners[k], corners[k + 1 if k + 1 < last else first]
-        if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 4:
+        if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 2:
             continue
         if heights[i] > heights[j]:  # always upwards: two faces that share an edge get exactly the same point
             i, j = j, i
         share = heights[i] / (heights[i] - heights[j])
-        point = vertices[i] + share * (vertices[j] - vertices[i]) - plane[2]
-        ends[found] = (point * plane[0]).sum()
-        ends[found + 1] = (point * plane[1]).sum()
-        found += 2
-    if found == 4 and (ends[0] != ends[2] or ends[1] != ends[3]):
-        count = _put_segment(ends[0], ends[1], ends[2], ends[3], rows, count)
+        a, b = vertices[i], vertices[j]
+        point = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
+        x1, y1, x2, y2 = x2, y2, _along(point, plane[0], plane[2]), _along(point, plane[1], plane[2])
+        found += 1
+    if found == 2 and (x1 != x2 or y1 != y2):
+        count = _put_segment(x1, y1, x2, y2, rows, count)
     return count
 
 
@@ -162,21 +179,28 @@ def _put_segment(x1, y1, x2, y2, rows, count):
 
 
 @njit(cache=True)
+def _times(q, v):
+    """M v, with the upper triangle of M in a quadric's columns 3 to 8."""
+    return (
+        q[3] * v[0] + q[4] * v[1] + q[5] * v[2],
+        q[4] * v[0] + q[6] * v[1] + q[7] * v[2],
+        q[5] * v[0] + q[7] * v[1] + q[8] * v[2],
+    )
+
+
+@njit(cache=True)
 def _slice_quadric(q, plane, normal, rows, count):
     """Write the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
-    e1, e2 = plane[0], plane[1]
-    height = ((q[0:3] - plane[2]) * normal).sum()
-    x0, y0 = ((q[0:3] - plane[2]) * e1).sum(), ((q[0:3] - plane[2]) * e2).sum()
-    matrix = np.array([[q[3], q[4], q[5]], [q[4], q[6], q[7]], [q[5], q[7], q[8]]])
+    e1, e2, center, axis, cap = plane[0], plane[1], q[0:3], q[9:12], q[14]
+    height = _along(center, normal, plane[2])
+    x0, y0 = _along(center, e1, plane[2]), _along(center, e2, plane[2])
     # d is measured from the centre's projection, w = -height normal away from the centre.
-    M1 = (matrix * e1).sum(axis=1)
-    M2 = (matrix * e2).sum(axis=1)
-    a00, a01, a11 = (M1 * e1).sum(), (M1 * e2).sum(), (M2 * e2).sum()
-    b0, b1 = -height * (M1 * normal).sum(), -height * (M2 * normal).sum()
-    c = height * height * ((matrix * normal).sum(axis=1) * normal).sum() - 1.0
-    axis, cap = q[9:12], q[14]
-    m0, m1 = (axis * e1).sum(), (axis * e2).sum()
-    k = -height * (axis * normal).sum()
+    M1, M2, Mn = _times(q, e1), _times(q, e2), _times(q, normal)
+    a00, a01, a11 = _dot(M1, e1), _dot(M1, e2), _dot(M2, e2)
+    b0, b1 = -height * _dot(M1, normal), -height * _dot(M2, normal)
+    c = height * height * _dot(Mn, normal) - 1.0
+    m0, m1 = _dot(axis, e1), _dot(axis, e2)
+    k = -height * _dot(axis, normal)
     low, high = q[12] - k, q[13] - k
     slope = math.hypot(m0, m1)
     if slope < 1e-12:
@@ -228,7 +252,7 @@ def _slice_quadric(q, plane, normal, rows, count):
         row[12], row[13] = low - m0 * px - m1 * py, high - m0 * px - m1 * py
         count += 1
     if cap > 0.0:  # the plane meets the disc of an end face in a chord
-        lean = (axis * normal).sum()
+        lean = _dot(axis, normal)
         for bound in (q[12], q[13]):
             rise = height + bound * lean  # of the disc's centre above the plane
             away = rise / slope  # from the disc's centre to the chord, within the disc

@@ -66,9 +66,9 @@ class LaserScan:
         for name in _NUMBERS:
             if not math.isfinite(getattr(self, name)):
                 raise StarnavError(f"laser scan: {name} is {getattr(self, name)}; allowed: a finite number")
-        for name in ("time_increment", "scan_time"):
-            if getattr(self, name) < 0.0:
-                raise StarnavError(f"laser scan: {name} is {getattr(self, name):g}; allowed: 0 <= {name}")
+        if self.time_increment < 0.0 or self.scan_time < 0.0:
+            name = "time_increment" if self.time_increment < 0.0 else "scan_time"
+            raise StarnavError(f"laser scan: {name} is {getattr(self, name):g}; allowed: 0 <= {name}")
         if ranges.ndim != 1 or len(ranges) < 3:
             raise StarnavError(f"laser scan: ranges has shape {ranges.shape}; allowed: (n,) with n >= 3")
         if not 0.0 <= self.range_min < self.range_max:
@@ -108,6 +108,16 @@ class LaserScan:
     def bearings(self) -> np.ndarray:
         """Bearing of every beam in S, shape (n,), rad."""
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Unit vector along every beam in S, shape (n, 2)."""
+        return _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
+
+    @property
+    def view(self) -> tuple[np.ndarray, float, float, bool]:
+        """What compiled loops need to know of the beams: directions, range_max, angle_increment and full_circle."""
+        return self.directions, self.range_max, self.angle_increment, self.full_circle
 
     @cached_property
     def hits(self) -> np.ndarray:
@@ -187,14 +197,19 @@ class LaserScan:
             pose: (x, y, yaw) of S in the requested frame, m and rad.
         """
         x, y, yaw = pose
-        directions = _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
-        return _placed(directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
+        return placed_ends(self.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
 
 
 @njit(cache=True)
 def chord(a, b, angle):
     """Distance between the ends of two beams of lengths a and b with an angle between them, m and rad."""
-    return math.sqrt(max(a * a + b * b - 2.0 * a * b * math.cos(angle), 0.0))
+    return third_side(a, b, math.cos(angle))
+
+
+@njit(cache=True)
+def third_side(a, b, cosine):
+    """The chord of two beams from the cosine of the angle between them, m."""
+    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
 
 
 @njit(cache=True)
@@ -224,7 +239,8 @@ def _bounded(distance, range_max, increment, wrap):
 
 
 @njit(cache=True)
-def _placed(directions, distance, chosen, x, y, cosine, sine):
+def placed_ends(directions, distance, chosen, x, y, cosine, sine):
+    """Points at given distances along the chosen beams of a sensor at (x, y) with a yaw of that cosine and sine."""
     points = np.empty((len(distance), 2))
     n = 0
     for i in range(len(distance)):

@@ -18,10 +18,14 @@ TILE = 64
 """Cells along a tile's side."""
 STRIDE = 2
 """A cell of the cost-to-go holds so many cells of the memory in each direction."""
+KEPT_BEYOND = 0.2
+"""The grid holds distances up to the robot's radius plus this, m."""
+NEAR_WALL_COST = 0.4
+"""Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
 BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
 SOFT_ZONE = 0.12
-"""Beyond the robot's radius, over this distance, cells cost more, m."""
+"""Beyond the robot's radius, over this distance, cells cost more, by up to NEAR_WALL_COST, m."""
 BLACKLIST_RADIUS = 0.2
 """Cells this near to a closed place are blocked, where hits are near enough, m."""
 BLACKLIST_CORE = 0.75
@@ -52,9 +56,9 @@ class DistanceGrid:
     tiles: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @staticmethod
-    def empty(resolution: float, robot_radius: float, beyond: float = 0.2) -> "DistanceGrid":
-        """A memory without hits, in which distances are kept up to the robot's radius plus `beyond`, all in m."""
-        return DistanceGrid(resolution, robot_radius + beyond)
+    def empty(resolution: float, robot_radius: float) -> "DistanceGrid":
+        """A memory without hits; cell size and the robot's radius in m."""
+        return DistanceGrid(resolution, robot_radius + KEPT_BEYOND)
 
     def stamped(self, points: np.ndarray) -> "DistanceGrid":
         """This memory with more hits; points of shape (n, 2) in W, m."""
@@ -117,7 +121,7 @@ class DistanceGrid:
             StarnavError: as `window`.
         """
         first, count = self._coarse_cells(low, high)
-        costs = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE, terrain.near_wall_cost
+        costs = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE, NEAR_WALL_COST
         out = np.zeros(count + 2, np.uint8)
         out[1:-1, 1:-1] = _cell_weight(np.float32(self.cap), *costs)
         for tile, p, q in self._coarse_tiles(first, count):
@@ -204,13 +208,11 @@ class Terrain(NamedTuple):
 
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
-        near_wall_cost: within SOFT_ZONE beyond that a metre costs up to `1 + near_wall_cost` metres.
         blacklist: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
             third number; all in m.
     """
 
     robot_radius: float
-    near_wall_cost: float
     blacklist: np.ndarray = NO_PLACES
 
 

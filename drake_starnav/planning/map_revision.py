@@ -32,6 +32,9 @@ from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside
 
+CONTRADICTION = 0.2
+"""A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
+beams at 5 m: smaller contradictions stem from coarse older scans."""
 KEPT_SHARE = 0.7
 """A region is discarded if less than this share of its free range remains, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
@@ -91,7 +94,7 @@ def reconcile(
     parameters: PlannerParameters,
     robot_radius: float,
 ) -> StarRoadmap:
-    """The roadmap without the parts that a new scan contradicts by more than `parameters.contradiction`.
+    """The roadmap without the parts that a new scan contradicts by more than CONTRADICTION.
 
     Regions are cut back where new hits lie deeper inside them than that. Nodes are discarded if too little of them
     remains or, with `drop_seen_through`, if the new scan saw through their hits. After any change, the roadmap is
@@ -101,37 +104,34 @@ def reconcile(
         roadmap: the roadmap before.
         scan: the latest scan, in S.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: of the roadmap; with `contradiction` 0 the roadmap is returned unchanged.
+        parameters: of the roadmap.
         robot_radius: m.
     """
-    slack = parameters.contradiction
-    if slack <= 0.0:
-        return roadmap
     new_hits = lasting_hits(scan, pose)
     far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
     nodes: list[StarRegion | None] = []
     for region, (old, old_pose), out_of_reach in zip(roadmap.regions, roadmap.scans, far.tolist(), strict=True):
         if out_of_reach:
             nodes.append(region)
-        elif parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, slack) > SEEN_THROUGH_SHARE:
+        elif (
+            parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE
+        ):
             nodes.append(None)
         else:
-            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin, slack))
+            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin))
     if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
     return _remade(roadmap, nodes, parameters, robot_radius)
 
 
-def _agreeing(
-    region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float, slack: float
-) -> StarRegion | None:
-    """The region cut back where it disagrees with hits by more than `slack`; None if too little of it remains."""
-    smaller = max(radius - slack, 0.0)
+def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
+    """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
+    smaller = max(radius - CONTRADICTION, 0.0)
     frame = (*region.center, region.bearing_0)
-    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, slack):
+    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, CONTRADICTION):
         return region
-    # the disc is smaller by the slack, as a bearing that grazes a hit would lose much of its range at once
-    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > slack:
+    # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
+    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
         return region
     values = cut_back(region, points, gaps, radius)
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)

@@ -20,6 +20,8 @@ from drake_starnav.regions.star_region import LINE_STEP, RegionStack, StarRegion
 
 OUTSIDE_TOLERANCE = 0.03
 """The robot counts as outside the regions only when it is this far out, m."""
+PROGRESS_DISTANCE = 0.15
+"""Motion that counts as progress, m."""
 AT_GOAL = 0.3
 """A robot this near to its goal may stand there without counting as stalled, m."""
 SILENT_SHARE = 0.5
@@ -30,6 +32,8 @@ NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
 PROBE_SEEN_AFTER = 0.3
 """Seeing the probe of the target adds a node only this far from the last node, m."""
+RETRIES = 6
+"""At one place, failed targets are retried so often when nothing else leads to the goal."""
 RETRIED_PLACES = 4
 """The total number of retries is limited to that of this many places."""
 RETRY_DISTANCE = 0.5
@@ -106,7 +110,7 @@ def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]
     A robot may stand at its goal, without scans, and where it may be giving way.
     """
     scan, timeout = now.seen.scan, now.parameters.progress_timeout
-    moved = not _distance(now.position, state.progress_position) <= now.parameters.progress_distance
+    moved = not _distance(now.position, state.progress_position) <= PROGRESS_DISTANCE
     silent = now.time - scan.time > SILENT_SHARE * timeout
     at_goal = (
         state.status is PlannerStatus.APPROACHING
@@ -300,8 +304,7 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
 def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
     """Whether there may still be a way, and retries are left, both around here and in total."""
     near = np.hypot(*(state.retries[:, :2] - now.position).T) < RETRY_DISTANCE
-    most = now.parameters.retries
-    if int(near.sum()) >= most or len(near) >= RETRIED_PLACES * most:
+    if int(near.sum()) >= RETRIES or len(near) >= RETRIED_PLACES * RETRIES:
         return False
     return free_of_blacklist(state.roadmap, now) if route is None else only_blacklist_obstructs(state.roadmap, now)
 

@@ -25,6 +25,8 @@ ARRIVAL_DISTANCE = 0.12
 """A frontier this near counts as reached, m: half a robot's radius away, its scan shows what lies beyond."""
 AT_STAND = 0.04
 """After a first inspection in vain, the robot has arrived only this near to the stand, m."""
+INSPECTION_DETOUR = 1.0
+"""A target is inspected from its very stand if giving it up would lengthen the optimistic path by more than this, m."""
 INSPECTED_WITHIN = 2.0
 """An inspection counts within this many arrival distances of where it was made."""
 
@@ -95,15 +97,14 @@ def _has_inspected(roadmap: StarRoadmap, now: PlannerInput) -> bool:
 
 
 def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether the optimistic path to the goal is longer by more than `inspection_detour` in `after` than in
-    `before`."""
+    """Whether the optimistic path to the goal is longer by more than INSPECTION_DETOUR in `after` than in `before`."""
     here = now.position[None, :]
     away = np.hypot(*(before.blacklisted_probes - here).T)  # where the robot stands nothing is closed
     before = dataclasses.replace(
         before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_STAND]
     )
     shorter, longer = (cost_at_robot(known, now) for known in (before, after))
-    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > now.parameters.inspection_detour
+    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > INSPECTION_DETOUR
 
 
 def _faces(pose: np.ndarray, place: np.ndarray) -> bool:

@@ -85,7 +85,7 @@ class StarRoadmap:
             blacklisted_probes=np.zeros((0, 2)),
             inspection_points=np.zeros((0, 2)),
             stall_points=np.zeros((0, 2)),
-            hits=DistanceGrid.empty(parameters.grid_resolution, robot_radius, parameters.grid_beyond),
+            hits=DistanceGrid.empty(parameters.grid_resolution, robot_radius),
         )
 
 
@@ -194,7 +194,7 @@ def impassable_points(
         parameters: how the ranges are smoothed.
         robot_radius: m.
     """
-    return bridged_points(scan, smoothed_distances(scan, parameters), pose, robot_radius)
+    return bridged_points(scan, smoothed_distances(scan, parameters.smoothing_slack), pose, robot_radius)
 
 
 def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:

@@ -17,6 +17,8 @@ from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.string_pulling import string_pulled
 from drake_starnav.regions.star_region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
 
+HYSTERESIS = 0.5
+"""Bonus of the current target, against oscillation between targets, m."""
 OFF_MAP_PENALTY = 0.1
 """Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
 UNREACHABLE_PENALTY = 20.0
@@ -205,7 +207,7 @@ def _cheapest(
     to_go = optimistic_cost(roadmap, now, graph, at_robot)
     ahead = estimates(to_go, roadmap.frontiers, goal)
     if current is not None:
-        ahead = ahead - now.parameters.hysteresis * (np.hypot(*(roadmap.frontiers.stand - current).T) < 1e-9)
+        ahead = ahead - HYSTERESIS * (np.hypot(*(roadmap.frontiers.stand - current).T) < 1e-9)
     return *cheapest_frontier(roadmap, now.position, graph, ahead), to_go
 
 
@@ -265,8 +267,8 @@ def optimistic_cost(
     if cost_to_come is not None:
         points = np.vstack((roadmap.frontiers.probe, position))
         costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
-        origins = Origins(points, costs, position, parameters.hysteresis)
-    terrain = Terrain(robot_radius, parameters.near_wall_cost, blacklist)
+        origins = Origins(points, costs, position, HYSTERESIS)
+    terrain = Terrain(robot_radius, blacklist)
     return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan, chord
+from drake_starnav.lidar.laser_scan import LaserScan, third_side
 
 CONNECTED_CHORD = 0.15
 """Neighbouring hits nearer than this belong to one surface: no robot fits between them, m."""
@@ -37,14 +37,13 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
     obstacles are skipped.
     """
-    return _half_gaps(distance, scan.silent, scan.range_max, scan.angle_increment, scan.full_circle)
+    return half_chords(distance, scan.silent, scan.range_max, scan.angle_increment, scan.full_circle)
 
 
 def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
     """The scan's hits on a bearing grid whose sample 0 is the first beam; moving obstacles are left out."""
-    if scan.motion is not None:
-        distance = np.where(scan.moving, scan.range_max, distance)
-    return BearingHits(*_scan_to_bearings(distance, half_gap, scan.range_max, scan.angle_increment, samples))
+    view = scan.range_max, scan.angle_increment, samples
+    return BearingHits(*beams_to_bearings(distance, half_gap, scan.moving, *view))
 
 
 def point_hits(
@@ -60,24 +59,27 @@ def point_hits(
         reach: points farther than this are ignored, m.
         samples: M.
     """
-    return BearingHits(*_points_to_bearings(points, half_gap, center[0], center[1], bearing_0, reach, samples))
+    return BearingHits(*points_to_bearings(points, half_gap, center[0], center[1], bearing_0, reach, samples))
 
 
 @njit(cache=True)
-def _half_gaps(distance, silent, range_max, increment, wrap):
+def half_chords(distance, silent, range_max, increment, wrap):
+    """The loop of `half_gaps`."""
     n = len(distance)
     out = np.zeros(n)
+    neighbouring = math.cos(increment)
     for i in range(n):
-        steps = 1
-        while steps < n and silent[(i + steps) % n]:
-            steps += 1
-        j = (i + steps) % n
-        if silent[i] or (j <= i and not wrap):
+        if silent[i]:
+            continue
+        steps, j = 1, i + 1 if i + 1 < n else 0
+        while steps < n and silent[j]:
+            steps, j = steps + 1, j + 1 if j + 1 < n else 0
+        if j <= i and not wrap:
             continue
         a, b = distance[i], distance[j]
         if a >= range_max or b >= range_max:
             continue
-        length = chord(a, b, steps * increment)
+        length = third_side(a, b, neighbouring if steps == 1 else math.cos(steps * increment))
         if length < CONNECTED_CHORD:
             out[i] = max(out[i], 0.5 * length)
             out[j] = max(out[j], 0.5 * length)
@@ -85,13 +87,14 @@ def _half_gaps(distance, silent, range_max, increment, wrap):
 
 
 @njit(cache=True)
-def _scan_to_bearings(beam_distance, beam_gap, range_max, increment, samples):
+def beams_to_bearings(beam_distance, beam_gap, moving, range_max, increment, samples):
+    """The loop of `scan_hits`."""
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)
     step = 2.0 * math.pi / samples
     for i in range(len(beam_distance)):
-        if beam_distance[i] >= range_max:
+        if moving[i] or beam_distance[i] >= range_max:
             continue
         position = i * increment / step
         k = int(math.floor(position + 0.5))
@@ -105,7 +108,8 @@ def _scan_to_bearings(beam_distance, beam_gap, range_max, increment, samples):
 
 
 @njit(cache=True)
-def _points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
+def points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
+    """The loop of `point_hits`."""
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)

@@ -11,10 +11,14 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.bearing_hits import BearingHits, half_gaps, scan_hits
+from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_chords
 from drake_starnav.regions.parameters import StarParameters
-from drake_starnav.regions.passages import opened_passages
+from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
 
+BEARINGS = 720
+"""Samples of a region's boundary, rounded up to whole samples a beam: 20 mm apart at 2.3 m."""
+SMOOTHING_BEAMS = 3
+"""Half width of the moving average over the planner's ranges, in beams."""
 SMOOTHING_JUMP = 0.12
 """Range step between beams at which smoothing stops, m."""
 SMOOTHING_LIMIT = 0.04
@@ -35,18 +39,23 @@ class FreeRange(NamedTuple):
     margin: float
 
 
-def smoothed_distances(scan: LaserScan, parameters: StarParameters) -> np.ndarray:
-    """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved."""
-    beams, slack = parameters.smoothing_beams, parameters.smoothing_slack
+def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
+    """Smoothed ranges, shape (n,), m; corners and separate surfaces are preserved.
+
+    Args:
+        scan: the ranges.
+        slack: additional range step within a surface, and additional change, m.
+        beams: half width of the moving average.
+    """
     return _moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
 
 
-def bearing_count(scan: LaserScan, parameters: StarParameters) -> int:
+def bearing_count(scan: LaserScan) -> int:
     """Number of samples M: a multiple of the beams of a full-circle scan, so that samples lie on beams."""
     if not scan.full_circle:
-        return parameters.bearings
+        return BEARINGS
     beams = len(scan.ranges)
-    return beams * math.ceil(parameters.bearings / beams)
+    return beams * math.ceil(BEARINGS / beams)
 
 
 def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, side: float = 0.0) -> np.ndarray:
@@ -59,11 +68,14 @@ def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, 
         radius: of the disc with its margin, m.
         side: bearings nearer than this to an edge of the field of view count as outside, rad.
     """
+    return bearing_limit(samples, *field_of_view(scan, side), max(view_range - radius, 0.0))
+
+
+def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
+    """First and last bearing from the first beam on, rad, without `side` (rad) at each edge of the field of view."""
     if scan.full_circle:
-        first, last = 0.0, 2.0 * math.pi
-    else:
-        first, last = side, scan.angle_increment * (len(scan.ranges) - 1) + 1e-9 - side
-    return _limit(samples, first, last, max(view_range - radius, 0.0))
+        return 0.0, 2.0 * math.pi
+    return side, scan.angle_increment * (len(scan.ranges) - 1) + 1e-9 - side
 
 
 def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray:
@@ -71,10 +83,7 @@ def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray
 
     Such hits are not eroded: the obstacle will have left, and until then obstacle avoidance keeps clear of it.
     """
-    if scan.motion is None or not scan.moving.any():
-        return limit
-    seen = np.maximum(scan.distances - radius, 0.0)
-    return np.minimum(limit, _sight(seen, scan.moving, scan.angle_increment, scan.full_circle, len(limit)))
+    return within_sight(limit, scan.distances, scan.moving, radius, scan.angle_increment, scan.full_circle)
 
 
 def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndarray:
@@ -90,8 +99,7 @@ def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndar
         radius: R, of the disc with its margin, m.
         limit: shape (M,), upper bound, as from `free_limit`, m.
     """
-    cosine, sine_squared = _tables(len(hits.distance))
-    return _erode(hits.distance, hits.half_gap, hits.offset, radius, limit, cosine, sine_squared)
+    return erode(hits.distance, hits.half_gap, hits.offset, radius, limit, *bearing_tables(len(hits.distance)))
 
 
 def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
@@ -103,35 +111,58 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
-        parameters: margin, least_margin, bearings.
+        parameters: margin, least_margin.
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    samples, margin = bearing_count(scan, parameters), parameters.margin
-    hits = scan_hits(scan, distance, half_gaps(scan, distance), samples)
-    limit = free_limit(scan, samples, scan.range_max, radius + margin)
-    sight = sight_limit(scan, limit, radius + margin)
-
-    def eroded(margin: float) -> np.ndarray:
-        return eroded_range(hits, radius + margin, sight)
-
-    free, margin = opened_passages(eroded(margin), margin, parameters.least_margin, eroded)
-    return FreeRange(free, limit, margin)
+    margins = parameters.margin, parameters.least_margin
+    beams = distance, scan.distances, scan.silent, scan.moving
+    tables = bearing_tables(bearing_count(scan))
+    return FreeRange(*_free_range(beams, scan.view, field_of_view(scan), radius, margins, tables))
 
 
 @lru_cache(maxsize=16)
-def _tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
+def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
     """cos and sin^2 of every difference of two bearings."""
     angle = 2.0 * math.pi / samples * np.arange(samples)
     return np.cos(angle), np.sin(angle) ** 2
 
 
-@lru_cache(maxsize=16)
-def _limit(samples: int, first: float, last: float, most: float) -> np.ndarray:
+@njit(cache=True)
+def _free_range(beams, view, field, radius, margins, tables):
+    """The free range, its limit, and the smallest margin kept."""
+    distance, measured, silent, moving = beams
+    _, range_max, increment, wrap = view
+    margin, least = margins
+    cosine, squares = tables
+    samples, inflated = len(cosine), radius + margin
+    gap = half_chords(distance, silent, range_max, increment, wrap)
+    hits = beams_to_bearings(distance, gap, moving, range_max, increment, samples)
+    limit = bearing_limit(samples, field[0], field[1], max(range_max - inflated, 0.0))
+    sight = within_sight(limit, measured, moving, inflated, increment, wrap)
+    free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
+    if least >= margin or free.min() >= SHUT:
+        return free, limit, margin
+    # A look at the narrowest robot no farther than it takes to see whether there are passages: there rarely are.
+    look = np.where(free < SHUT, np.minimum(sight, SHUT + 2.0 * PASSAGE_DEPTH), 0.0)
+    if not with_passages(free, erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares))[1]:
+        return free, limit, margin
+    kept = margin
+    for step in range(1, MARGIN_STEPS + 1):
+        tried = margin + (least - margin) * step / MARGIN_STEPS
+        free, opened = with_passages(free, erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares))
+        if opened:
+            kept = tried
+    return free, limit, kept
+
+
+@njit(cache=True)
+def bearing_limit(samples, first, last, most):
     """`most` at the bearings from `first` to `last`, else 0."""
-    bearing = 2.0 * math.pi / samples * np.arange(samples)
-    limit = np.where((bearing >= first) & (bearing <= last), most, 0.0)
-    limit.flags.writeable = False
+    limit = np.zeros(samples)
+    for i in range(samples):
+        if first <= 2.0 * math.pi / samples * i <= last:
+            limit[i] = most
     return limit
 
 
@@ -163,28 +194,33 @@ def _moving_average(distance, range_max, half_width, slack, wrap):
 
 
 @njit(cache=True)
-def _sight(seen, moving, increment, wrap, samples):
-    """Range of the moving beams, for all samples from the beam before to the beam after each; infinity elsewhere."""
-    out = np.full(samples, np.inf)
+def within_sight(limit, distance, moving, radius, increment, wrap):
+    """The loop of `sight_limit`: a moving obstacle occludes from the beam before to the beam after each that hit it."""
+    samples = len(limit)
+    out = limit.copy()
     step = 2.0 * math.pi / samples
-    for i in range(len(seen)):
+    for i in range(len(distance)):
         if moving[i]:
+            seen = max(distance[i] - radius, 0.0)
             first, last = int(math.ceil((i - 1) * increment / step)), int(math.floor((i + 1) * increment / step))
             for k in range(first, last + 1):
                 if wrap or 0 <= k < samples:
-                    out[k % samples] = min(out[k % samples], seen[i])
+                    out[k % samples] = min(out[k % samples], seen)
     return out
 
 
 @njit(cache=True)
-def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
+def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
+    """The loop of `eroded_range`."""
     samples = len(distance)
-    reach = samples // 4 + 1  # no disc covers more than a quarter turn to either side
+    quarter = samples // 4  # no disc covers more than a quarter turn to either side
+    reach = quarter + 1
     line = np.full(
         samples + 2 * reach, np.inf
     )  # the full turn with an overlap, so that inner loops need no wrap-around
     entry = np.empty(reach + 1)
     farthest = limit.max()
+    width = 0  # samples that the disc covers to either side: neighbouring hits differ little
     for j in range(samples):
         d = distance[j]
         if d == np.inf:
@@ -195,12 +231,15 @@ def _erode(distance, gap, offset, radius, limit, cosine, sine_squared):
         squared = inflated * inflated + gap[j] * gap[j]
         center = j + reach
         if d * d <= squared:
-            line[center - samples // 4 : center + samples // 4 + 1] = 0.0
+            line[center - quarter : center + quarter + 1] = 0.0
             continue
-        width = int(math.asin(math.sqrt(squared) / d) * samples / (2.0 * math.pi))
         d_squared = d * d
+        while width < quarter and d_squared * sine_squared[width + 1] <= squared:
+            width += 1
+        while d_squared * sine_squared[width] > squared:
+            width -= 1
         for i in range(width + 1):
-            entry[i] = d * cosine[i] - math.sqrt(max(squared - d_squared * sine_squared[i], 0.0))
+            entry[i] = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
         for i in range(width + 1):
             line[center + i] = min(line[center + i], entry[i])
         for i in range(width + 1):

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from drake_starnav.parameters import parameter
-
 
 @dataclass(frozen=True)
 class StarParameters:
@@ -15,11 +13,9 @@ class StarParameters:
         smoothing_slack: additional range step allowed within a surface, and additional change allowed by smoothing, m.
     """
 
-    margin: float = 0.0315
-    least_margin: float = 0.0115
+    margin: float = 0.0345
+    least_margin: float = 0.0145
     smoothing_slack: float = 0.0
-    smoothing_beams: int = parameter(3, "half width of the moving average, in beams", low=0, high=50)
-    bearings: int = parameter(720, "samples of the boundary, rounded up to whole samples a beam", low=36, high=7200)
 
 
 @dataclass(frozen=True)
@@ -35,13 +31,7 @@ class SafetyParameters:
             obstacles.
     """
 
-    safety_margin: float = 0.0115
+    safety_margin: float = 0.0145
     safety_range: float = 1.2
     smoothed_beams: int = 0
     average_scans: bool = False
-    scan_memory: int = parameter(
-        5,
-        "number of scans from which the safety star is made",
-        low=1,
-        high=100,
-    )

@@ -1,8 +1,5 @@
 """Passages: openings that the full margin would close and a smaller one leaves open."""
 
-from collections.abc import Callable
-
-import numpy as np
 from numba import njit
 
 PASSAGE_DEPTH = 0.2
@@ -12,29 +9,6 @@ SHUT = 0.5
 again from there."""
 MARGIN_STEPS = 2
 """Number of margins tried in a passage, from the largest to the smallest."""
-
-
-def opened_passages(
-    free: np.ndarray, margin: float, least: float, eroded: Callable[[float], np.ndarray]
-) -> tuple[np.ndarray, float]:
-    """The free range with its passages opened, shape (M,), m, and the smallest margin kept, m.
-
-    Args:
-        free: free range with the full margin, shape (M,), m.
-        margin: the full margin, m.
-        least: smallest margin allowed in a passage, m; from `margin` on no passage is opened.
-        eroded: the free range as a function of the margin in m.
-    """
-    if least >= margin:
-        return free, margin
-    narrowest = eroded(least)
-    if not with_passages(free, narrowest)[1]:
-        return free, margin
-    for step in range(1, MARGIN_STEPS + 1):
-        tried = margin + (least - margin) * step / MARGIN_STEPS
-        free, opened = with_passages(free, narrowest if step == MARGIN_STEPS else eroded(tried))
-        margin = tried if opened else margin
-    return free, margin
 
 
 @njit(cache=True)

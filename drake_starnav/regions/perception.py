@@ -20,6 +20,8 @@ from drake_starnav.regions.star_region import fit_region
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 
+SCAN_MEMORY = 5
+"""Number of scans from which the safety star is made."""
 AVERAGED = 0.5
 """With `average_scans`, hits are averaged up to this distance from the robot's hull, m: only these restrict it."""
 
@@ -123,24 +125,19 @@ def perceive(
         if noise is not None:
             history = history.remembered(scan.points(pose))
             near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
-        distance = smoothed_distances(scan, region_parameters)
+        distance = smoothed_distances(scan, region_parameters.smoothing_slack)
         if controller.smoothed_beams > 0:
-            near = _smoothed(near, controller.smoothed_beams, region_parameters.smoothing_slack)
+            smooth = smoothed_distances(near, region_parameters.smoothing_slack, controller.smoothed_beams)
+            near = dataclasses.replace(near, ranges=np.where(near.hits, smooth, near.ranges))
         profile = free_range(scan, distance, robot_radius, region_parameters)
         with stopwatch.measure("fit"):
             region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
         safe_radius = robot_radius + controller.safety_margin
-        kept = controller.safety_range + 2.0 * safe_radius, controller.scan_memory
+        kept = controller.safety_range + 2.0 * safe_radius, SCAN_MEMORY
         memory = known = before.memory.remembered(near, pose, *kept)
         if controller.average_scans and near.motion is None:
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             known = earlier.remembered(near, pose, *kept)
-        safety = safety_star(known, near, distance, pose, safe_radius, controller.safety_range, region_parameters)
-        safety = dataclasses.replace(safety, previous=before.safety.time)
+        reach, previous = controller.safety_range, before.safety.time
+        safety = safety_star(known, near, distance, pose, safe_radius, reach, previous)
     return Perceived(Observation(region, scan, pose), safety, memory, history)
-
-
-def _smoothed(scan: LaserScan, beams: int, slack: float) -> LaserScan:
-    """The scan with the ranges of its hits averaged over `beams` to each side, within surfaces, by `slack` (m)."""
-    parameters = StarParameters(smoothing_beams=beams, smoothing_slack=slack)
-    return dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed_distances(scan, parameters), scan.ranges))

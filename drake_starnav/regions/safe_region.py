@@ -8,13 +8,22 @@ import math
 from dataclasses import field
 
 import numpy as np
+from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_gaps, point_hits
-from drake_starnav.regions.erosion import bearing_count, eroded_range, free_limit, sight_limit
-from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
+from drake_starnav.regions.bearing_hits import CONNECTED_CHORD, half_chords, points_to_bearings
+from drake_starnav.regions.erosion import (
+    bearing_count,
+    bearing_limit,
+    bearing_tables,
+    erode,
+    field_of_view,
+    within_sight,
+)
 from drake_starnav.utils.snapshot import snapshot
 
+SCAN_PATIENCE = 3.0
+"""A safety star lasts so many scan periods beyond the lidar's delay; without a new scan the robot then brakes."""
 NEAR_HIT_RANGE = 1.0
 """Hits nearer than this enter the near-wall term, m."""
 BLIND_SIDE = math.radians(60.0)
@@ -66,13 +75,15 @@ class ScanMemory:
     """The hits of the last scans near the robot, oldest first. Immutable.
 
     Attributes:
-        points: per scan, shape (n, 2), W, m.
-        half_gaps: per scan, shape (n,), half the chord to the neighbouring hit on the same surface, m.
+        points: of all scans, shape (n, 2), W, m.
+        half_gaps: shape (n,), half the chord from each to the neighbouring hit on the same surface, m.
+        counts: number of hits of each scan.
         reach: all hits of the last scan within this distance are kept, m.
     """
 
-    points: tuple[np.ndarray, ...] = ()
-    half_gaps: tuple[np.ndarray, ...] = ()
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    counts: tuple[int, ...] = ()
     reach: float = math.inf
 
     def remembered(self, scan: LaserScan, pose: np.ndarray, reach: float, count: int) -> "ScanMemory":
@@ -84,17 +95,13 @@ class ScanMemory:
             reach: farther hits are dropped, m.
             count: number of scans to keep.
         """
-        distance = scan.distances
-        gap = half_gaps(scan, distance)
         reach = min(reach, scan.range_max)
-        near = (distance < reach) & scan.hits
-        points = scan.points_at(np.maximum(distance, NEAREST), near, pose)
-        kept = slice(max(len(self.points) - max(count - 1, 0), 0), None)
-        return ScanMemory(
-            (*self.points[kept], points),
-            (*self.half_gaps[kept], gap[near]),
-            reach,
-        )
+        forgotten = max(len(self.counts) + 1 - max(count, 1), 0)
+        first = sum(self.counts[:forgotten])
+        beams = scan.distances, scan.hits, scan.silent
+        points, gaps = _remembered(self.points, self.half_gaps, first, beams, scan.view, _place(pose), reach)
+        counts = *self.counts[forgotten:], len(points) - len(self.points) + first
+        return ScanMemory(points, gaps, counts, reach)
 
 
 def safety_star(
@@ -104,7 +111,7 @@ def safety_star(
     pose: np.ndarray,
     radius: float,
     reach: float,
-    parameters: StarParameters,
+    previous: float = -math.inf,
 ) -> SafetyStar:
     """The safety star about the latest scan.
 
@@ -115,20 +122,55 @@ def safety_star(
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
-        parameters: number of bearings.
+        previous: when the scan before was taken, s.
     """
-    samples = bearing_count(scan, parameters)
-    bearing_0 = float(pose[2]) + scan.angle_min
-    center = np.array(pose[:2], dtype=float)
-    within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
-    points, gaps = np.concatenate(memory.points), np.concatenate(memory.half_gaps)
+    points, gaps = memory.points, memory.half_gaps
     if not scan.complete:  # space behind lost beams of the latest scan is not certified
         bounded = scan.lost & (scan.distances < scan.range_max)
         edge = scan.points_at(np.maximum(scan.distances, NEAREST), bounded, pose)
         points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
-    hits = point_hits(points, gaps, center, bearing_0, within, samples)
-    limit = free_limit(scan, samples, min(scan.range_max, reach + radius), radius, BLIND_SIDE)
-    near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
-    near_hits = scan.points_at(distance, near, pose)
-    values = eroded_range(hits, radius, sight_limit(scan, limit, radius))
-    return SafetyStar(center, bearing_0, values, near_hits, points, gaps, seen=True, time=scan.time, reach=memory.reach)
+    center, bearing_0 = np.array(pose[:2], dtype=float), float(pose[2]) + scan.angle_min
+    beams = scan.distances, distance, scan.hits, scan.moving
+    bearings = bearing_0, *field_of_view(scan, BLIND_SIDE)
+    tables = bearing_tables(bearing_count(scan))
+    place = _place(pose)
+    values, near = _safety_star(points, gaps, beams, scan.view, place, bearings, radius, reach, tables)
+    return SafetyStar(center, bearing_0, values, near, points, gaps, True, scan.time, memory.reach, previous)
+
+
+def _place(pose: np.ndarray) -> tuple[float, float, float, float]:
+    """x, y, and cosine and sine of the yaw."""
+    x, y, yaw = pose
+    return x, y, math.cos(yaw), math.sin(yaw)
+
+
+@njit(cache=True)
+def _remembered(points, gaps, first, beams, view, place, reach):
+    """The points and half gaps from `first` on, and those of the scan."""
+    distance, hits, silent = beams
+    directions, range_max, increment, wrap = view
+    x, y, cosine, sine = place
+    near = (distance < reach) & hits
+    latest = placed_ends(directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
+    known = len(points) - first
+    all_points, all_gaps = np.empty((known + len(latest), 2)), np.empty(known + len(latest))
+    all_points[:known], all_points[known:] = points[first:], latest
+    all_gaps[:known], all_gaps[known:] = gaps[first:], half_chords(distance, silent, range_max, increment, wrap)[near]
+    return all_points, all_gaps
+
+
+@njit(cache=True)
+def _safety_star(points, gaps, beams, view, place, bearings, radius, reach, tables):
+    """The values of the star, and the near hits."""
+    measured, distance, beam_hits, moving = beams
+    directions, range_max, increment, wrap = view
+    x, y, cosine, sine = place
+    bearing_0, first, last = bearings
+    cosines, squares = tables
+    within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
+    nearest, gap, offset = points_to_bearings(points, gaps, x, y, bearing_0, within, len(cosines))
+    limit = bearing_limit(len(cosines), first, last, max(min(range_max, reach + radius) - radius, 0.0))
+    sight = within_sight(limit, measured, moving, radius, increment, wrap)
+    near = (distance < min(NEAR_HIT_RANGE, range_max)) & beam_hits
+    near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
+    return erode(nearest, gap, offset, radius, sight, cosines, squares), near_hits

@@ -32,19 +32,17 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
         pose: (x, y, yaw) of S in W when it was taken.
         reach: hits farther than this are not averaged, m.
     """
-    if not memory.points:
+    if not memory.counts:
         return memory, scan
     hits = scan.hits & (scan.ranges < reach)
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
-    points, ends = np.concatenate(memory.points), np.cumsum([len(points) for points in memory.points])
+    points, ends = memory.points, np.cumsum(memory.counts)
     view = (float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min, scan.angle_increment, scan.full_circle)
     mean, again = _averaged(measured, rays, points, ends, *view, reach + SAME_SURFACE)
-    kept = np.split(~again, ends[:-1])
-    memory = ScanMemory(
-        tuple(points[keep] for points, keep in zip(memory.points, kept, strict=True)),
-        tuple(gaps[keep] for gaps, keep in zip(memory.half_gaps, kept, strict=True)),
-    )
+    kept = np.cumsum(np.append(0, ~again))
+    counts = tuple(np.diff(kept[ends], prepend=0).tolist())
+    memory = ScanMemory(points[~again], memory.half_gaps[~again], counts)
     return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
 
 

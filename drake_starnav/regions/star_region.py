@@ -133,7 +133,7 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: St
         radius: of the robot, m.
         parameters: of the pipeline.
     """
-    profile = free_range(scan, smoothed_distances(scan, parameters), radius, parameters)
+    profile = free_range(scan, smoothed_distances(scan, parameters.smoothing_slack), radius, parameters)
     return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 

@@ -12,12 +12,15 @@ from typing import NamedTuple
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
+from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import Scenario
 
 SAMPLED = 0.004
 """Half the distance between two samples of a motion that the certificate checks, m."""
+STRAYING = 0.003
+"""How far the simulated bases stray from their commands until they stand, m."""
 NOISE_SHARE = 0.75
 """Part of the standard deviation of the noise that counts, see `error_budget`."""
 CORNER = 0.87
@@ -83,7 +86,7 @@ class Declared:
     def scans_awaited(self) -> float:
         """Periods of the lidar until the next scan at the latest; scans may be lost."""
         lost = self.lidar.scan_loss > 0.0 or self.lidar.silence_duration > 0.0
-        return self.controller.scan_patience if lost else 1.0
+        return SCAN_PATIENCE if lost else 1.0
 
     @property
     def driven_blind(self) -> float:
@@ -98,7 +101,7 @@ class Declared:
     @property
     def memory(self) -> float:
         """From the oldest scan in use until the robot stands, s."""
-        return max(DRIFT_MEMORY, (1.0 + self.controller.scan_patience) / self.lidar.rate + self.braking_time)
+        return max(DRIFT_MEMORY, (1.0 + SCAN_PATIENCE) / self.lidar.rate + self.braking_time)
 
     @property
     def jumps(self) -> int:
@@ -154,12 +157,12 @@ SYMBOLS: dict[str, Entry] = {
     "B": Entry("v^2 / (2 * a)", "braking distance from full speed, m", attrgetter("braking_distance")),
     "S": Entry("v * (d + t) + B", "distance until a command to brake has stopped the robot, m",
                attrgetter("stopping_distance")),
-    "n": Entry("controller.scan_patience if lidar.scan_loss or lidar.silence_duration else 1",
+    "n": Entry("3 if lidar.scan_loss or lidar.silence_duration else 1",
                "scan periods until the next scan at the latest", attrgetter("scans_awaited")),
     "L": Entry("n / lidar.rate + lidar.delay + d + t",
                "time for which the robot drives by one scan before a command brakes it, s", attrgetter("driven_blind")),
     "R": Entry("L + T / 2", "time for which a drifting heading leads astray, s", attrgetter("drifting_time")),
-    "M": Entry("max(1, (1 + controller.scan_patience) / lidar.rate + T)",
+    "M": Entry("max(1, (1 + 3) / lidar.rate + T)",
                "time from the oldest scan in use to standing still, s", attrgetter("memory")),
     "J": Entry("1 + floor((L + T) / localization.jump_interval)", "most jumps in the time L + T", attrgetter("jumps")),
     "C": Entry("0.004 + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m",
@@ -177,6 +180,7 @@ TERMS: tuple[Entry, ...] = (
         "half the distance between two samples of a motion that the certificate checks",
         lambda given: SAMPLED,
     ),
+    Entry("0.003", "a base of the shipped kind strays from its commands until it stands", lambda given: STRAYING),
     Entry(
         "3/4 * lidar.noise",
         "range noise",
@@ -208,7 +212,7 @@ TERMS: tuple[Entry, ...] = (
         "jumps too small to be detected",
         lambda given: given.jumps * min(given.localization.jump, UNSEEN_JUMP),
     ),
-    Entry("drive.error", "a robot that strays from what is commanded", lambda given: given.drive.error),
+    Entry("drive.error", "a base that strays farther", lambda given: given.drive.error),
     Entry(
         "drive.slip * (max(v^2 * T^2 / 6, S^2 / 2) / r + 0.65 * r)",
         "sideways deviation of a robot that brakes with one slipping wheel, and that of turning on the spot",

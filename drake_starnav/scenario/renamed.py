@@ -2,9 +2,6 @@
 
 RENAMED = {
     "movers": "obstacles",
-    "planner.closer_look": "inspection_detour",
-    "controller.max_swerve": "free_heading_range",
-    "obstacles.sidestep": "modulation",
     "world.min_movers": "moving_obstacles",
     "world.max_movers": "moving_obstacles",
     "world.timeout": "simulation.timeout",

@@ -37,9 +37,9 @@ class RobotInterface(Diagram):
         geometry_query: abstract, `QueryObject` of the scene.
         multibody_state: vector of the robot's model, from the plant.
         drive.twist_command, lidar.*, localization.*: as of `NavigationStation`.
-        desired_state: vector of the robot's model, to a discrete plant.
-        actuation: vector of the robot's model, to a continuous plant.
+        desired_state: vector of the robot's model, to the plant.
 
+    With a continuous plant the last port is `actuation`, torques of its `WheelServo`, N m.
     The lidar sees other robots in the plant where they reach into its plane, but not its own robot.
     """
 
@@ -67,9 +67,10 @@ class RobotInterface(Diagram):
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
-        self.lidar = lidar
+        self.plant, self.scene_graph, self.lidar = plant, scene_graph, lidar
         self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
-        self.model, self.time_step = model, plant.time_step() or time_step
+        self.model = self.robot_model = model
+        self.time_step = plant.time_step() or time_step
         self.continuous = plant.time_step() == 0.0
         self.reach = robot_reach(plant, scene_graph, model)[0]
         builder = DiagramBuilder()

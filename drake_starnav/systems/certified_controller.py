@@ -62,7 +62,7 @@ class CertifiedController(LeafSystem):
             robot: its radius and limits.
             controller: parameters.
             offset: of the first update, s.
-            law: one period as a pure function: `control_step`, dynamical system modulation, or `predictive_step`.
+            law: one period as a pure function: `control_step`, dynamical system modulation, or another.
             obstacles: what is declared about dynamic obstacles; None: the world is static.
             lead: how far in the future the state of the port lies, s; see `StatePredictor`.
             stopwatch: records `command` times, if given.

@@ -10,7 +10,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_view, perceive
-from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.safe_region import SCAN_PATIENCE, SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.stopwatch import Stopwatch
@@ -31,8 +31,8 @@ class StarPerception(LeafSystem):
         scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre.
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
         star: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
-        safety_star: abstract, `SafetyStar` from the last `controller.scan_memory` scans; one that certifies nothing
-            if the last scan is older than the delay and `controller.scan_patience` scan periods.
+        safety_star: abstract, `SafetyStar` from the last scans; one that certifies nothing
+            if the last scan is older than the delay and three scan periods.
 
     Updates periodically at the lidar's rate, `offset` seconds after it, if there is a new scan with at least
     one beam that is not lost; the last scans are abstract state. `perceive` does the work. A lidar whose view is too
@@ -66,7 +66,7 @@ class StarPerception(LeafSystem):
         self._controller, self._perceive = controller, perceive
         self._settings = PerceptionSettings(planner, controller, robot.radius, outlier_noise)
         self._stopwatch = stopwatch or Stopwatch()
-        self._expiry = lidar.delay + controller.scan_patience / lidar.rate
+        self._expiry = lidar.delay + SCAN_PATIENCE / lidar.rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         nothing = Perceived.nothing()

@@ -34,8 +34,8 @@ CONFIRMED_AFTER = 4
 CONFIRMED_SPEED = 0.12
 CONFIRMED_MOTION = 0.3
 """A track counts after so many scans, if it has been faster than this, m/s, and a larger share of its beams moved."""
-PREDICTION_LEAD = 0.3
-"""Predicted trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
+AGILITY = 0.7
+"""Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
 SETTLED_AFTER = 10
 """The speed of a track is known after so many scans."""
 PACE_DECAY = 0.2
@@ -121,10 +121,10 @@ def updated(
         scan: the latest, in S.
         motion, may_start: shape (n,), as from `OccupancyHistory`.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: max_speed, max_radius, caution, agility, horizon.
+        parameters: max_speed, max_radius, caution.
         walls: shape (m, 2), points on static obstacles, W, m.
     """
-    before = _predicted(tracks, scan.time, parameters.agility)
+    before = _predicted(tracks, scan.time)
     runs = clusters(scan, motion, parameters)
     everything = np.ones(len(motion), bool)
     points = scan.points_at(scan.distances, everything, pose)
@@ -173,9 +173,7 @@ def updated(
         hits=points[doubtful],
         owner=owner_of_beam[doubtful],
         standing=points[may_start & ~doubtful],
-        predicted_trajectories=predicted_trajectories(
-            position, velocity, radius, walls, parameters.horizon + PREDICTION_LEAD
-        ),
+        predicted_trajectories=predicted_trajectories(position, velocity, radius, walls),
         occlusions=occlusion_points(scan, pose) if parameters.guarded else np.zeros((0, 2)),
     )
 
@@ -201,13 +199,13 @@ def _row(tracks: Tracks, k: int) -> tuple[float, ...]:
     )
 
 
-def _predicted(tracks: Tracks, time: float, agility: float) -> Tracks:
+def _predicted(tracks: Tracks, time: float) -> Tracks:
     """The tracks at the time of the next scan."""
     if not len(tracks):
         return tracks
     dt = time - tracks.time
     p, c, v = tracks.variance.T
-    variance = np.column_stack((p + 2.0 * dt * c + dt * dt * v, c + dt * v, v + agility**2 * dt))
+    variance = np.column_stack((p + 2.0 * dt * c + dt * dt * v, c + dt * v, v + AGILITY**2 * dt))
     return dataclasses.replace(tracks, time=time, position=tracks.at(time), variance=variance)
 
 

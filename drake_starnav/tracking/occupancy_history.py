@@ -19,6 +19,8 @@ from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan, 
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.snapshot import snapshot
 
+CELL = 0.05
+"""Size of a cell, m; cell (i, j) of W spans [i, i+1) x [j, j+1) cells."""
 REACH = 6.0
 """Half the side of the grid about the robot, m."""
 RECENTRED = 1.0
@@ -39,14 +41,12 @@ class OccupancyHistory:
     """When the cells around the robot were hit and seen free. Immutable.
 
     Attributes:
-        cell: size of a cell, m; cell (i, j) of W spans [i, i+1) x [j, j+1) cells.
         first: cell (i, j) of W in which the arrays begin, shape (2,).
         first_hit: time of the first hit since it was last seen free, shape (n, n), s; NEVER without one.
         last_hit, seen_free: time of the last, shape (n, n), s; NEVER.
         large: time of the last hit on a surface too large to move, since it was last seen free, shape (n, n), s; NEVER.
     """
 
-    cell: float
     first: np.ndarray
     first_hit: np.ndarray
     last_hit: np.ndarray
@@ -54,23 +54,23 @@ class OccupancyHistory:
     large: np.ndarray
 
     @staticmethod
-    def about(position: np.ndarray, cell: float) -> "OccupancyHistory":
+    def about(position: np.ndarray) -> "OccupancyHistory":
         """An empty grid about a place (2,) in W, m."""
-        n = 2 * math.ceil(REACH / cell)
-        first = np.floor(np.asarray(position) / cell).astype(np.int64) - n // 2
+        n = 2 * math.ceil(REACH / CELL)
+        first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
         empty = np.full((n, n), NEVER)
-        return OccupancyHistory(cell, first, empty, empty, empty, empty)
+        return OccupancyHistory(first, empty, empty, empty, empty)
 
     def following(self, position: np.ndarray) -> "OccupancyHistory":
         """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
         n = len(self.first_hit)
-        wanted = np.floor(np.asarray(position) / self.cell).astype(np.int64) - n // 2
+        wanted = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
         shift = wanted - self.first
-        if np.abs(shift).max() * self.cell < RECENTRED:
+        if np.abs(shift).max() * CELL < RECENTRED:
             return self
         before = (self.first_hit, self.last_hit, self.seen_free, self.large)
         arrays = [_shifted(array, *shift) for array in before]
-        return OccupancyHistory(self.cell, wanted, *arrays)
+        return OccupancyHistory(wanted, *arrays)
 
     def classified(self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters) -> np.ndarray:
         """What each beam of a scan hit, judged by the earlier scans: STATIC, UNKNOWN or DYNAMIC, shape (n,).
@@ -84,7 +84,7 @@ class OccupancyHistory:
         """
         x, y, yaw = pose
         stands, freed = _look_up(
-            self.first_hit, self.last_hit, self.seen_free, self.first, self.cell, x, y, yaw + scan.angle_min,
+            self.first_hit, self.last_hit, self.seen_free, self.first, x, y, yaw + scan.angle_min,
             scan.angle_increment, scan.distances, scan.hits, scan.time,
         )  # fmt: skip
         widest = 2.0 * parameters.max_radius
@@ -102,15 +102,13 @@ class OccupancyHistory:
             large: which hits are on a surface that is too large to move, shape (n,).
         """
         x, y, yaw = pose
-        known = _seen_large(
-            self.large, self.first, self.cell, x, y, yaw + scan.angle_min, scan.angle_increment, scan.distances
-        )
+        known = _seen_large(self.large, self.first, x, y, yaw + scan.angle_min, scan.angle_increment, scan.distances)
         return scan.hits & ~large & ~known
 
     def walls(self, time: float) -> np.ndarray:
         """Centres of the cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m."""
         standing = _stands(self.first_hit, self.last_hit, time)
-        return (np.argwhere(standing) + self.first + 0.5) * self.cell
+        return (np.argwhere(standing) + self.first + 0.5) * CELL
 
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
@@ -118,10 +116,10 @@ class OccupancyHistory:
         arrays = grid.first_hit.copy(), grid.last_hit.copy(), grid.seen_free.copy(), grid.large.copy()
         x, y, yaw = pose
         _update(
-            *arrays, grid.first, grid.cell, x, y, yaw + scan.angle_min, scan.angle_increment,
+            *arrays, grid.first, x, y, yaw + scan.angle_min, scan.angle_increment,
             np.where(scan.lost, 0.0, scan.distances), scan.hits, large, scan.full_circle, scan.time,
         )  # fmt: skip
-        return OccupancyHistory(grid.cell, grid.first, *arrays)
+        return OccupancyHistory(grid.first, *arrays)
 
 
 def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
@@ -182,7 +180,7 @@ def _stands(first_hit, last_hit, time):
 
 
 @njit(cache=True)
-def _look_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, increment, distance, hit, time):
+def _look_up(first_hit, last_hit, seen_free, origin, x, y, bearing_0, increment, distance, hit, time):
     """Which beams hit static cells (in or beside their cell) or lie outside the grid; and which hit cells seen free."""
     n, cells = len(distance), len(first_hit)
     stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
@@ -190,8 +188,8 @@ def _look_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, incr
         if not hit[k]:
             continue
         theta = bearing_0 + k * increment
-        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
-        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / CELL)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / CELL)) - origin[1]
         if not (1 <= i < cells - 1 and 1 <= j < cells - 1):
             stands[k] = True
             continue
@@ -203,14 +201,14 @@ def _look_up(first_hit, last_hit, seen_free, origin, cell, x, y, bearing_0, incr
 
 
 @njit(cache=True)
-def _seen_large(large, origin, cell, x, y, bearing_0, increment, distance):
+def _seen_large(large, origin, x, y, bearing_0, increment, distance):
     """Which beams end in or beside a cell that a large surface was seen in."""
     n, cells = len(distance), len(large)
     out = np.zeros(n, np.bool_)
     for k in range(n):
         theta = bearing_0 + k * increment
-        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
-        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / CELL)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / CELL)) - origin[1]
         if 1 <= i < cells - 1 and 1 <= j < cells - 1:
             out[k] = large[i - 1 : i + 2, j - 1 : j + 2].max() >= 0.0
     return out
@@ -218,20 +216,20 @@ def _seen_large(large, origin, cell, x, y, bearing_0, increment, distance):
 
 @njit(cache=True)
 def _update(
-    first_hit, last_hit, seen_free, seen_large, origin, cell, x, y, bearing_0, increment, distance, hit, large, wrap,
+    first_hit, last_hit, seen_free, seen_large, origin, x, y, bearing_0, increment, distance, hit, large, wrap,
     time,
 ):  # fmt: skip
     n, cells = len(distance), len(first_hit)
-    half = 0.5 * math.sqrt(2.0) * cell
+    half = 0.5 * math.sqrt(2.0) * CELL
     reach = distance.max()
-    low_i = max(int(math.floor((x - reach) / cell)) - origin[0], 0)
-    high_i = min(int(math.floor((x + reach) / cell)) - origin[0] + 1, cells)
-    low_j = max(int(math.floor((y - reach) / cell)) - origin[1], 0)
-    high_j = min(int(math.floor((y + reach) / cell)) - origin[1] + 1, cells)
+    low_i = max(int(math.floor((x - reach) / CELL)) - origin[0], 0)
+    high_i = min(int(math.floor((x + reach) / CELL)) - origin[0] + 1, cells)
+    low_j = max(int(math.floor((y - reach) / CELL)) - origin[1], 0)
+    high_j = min(int(math.floor((y + reach) / CELL)) - origin[1] + 1, cells)
     for i in range(low_i, high_i):
-        dx = (i + origin[0] + 0.5) * cell - x
+        dx = (i + origin[0] + 0.5) * CELL - x
         for j in range(low_j, high_j):
-            dy = (j + origin[1] + 0.5) * cell - y
+            dy = (j + origin[1] + 0.5) * CELL - y
             r = math.sqrt(dx * dx + dy * dy)
             ends = r + half + RANGE_SLACK
             if ends >= reach:
@@ -257,8 +255,8 @@ def _update(
         if not hit[k]:
             continue
         theta = bearing_0 + k * increment
-        i = int(math.floor((x + distance[k] * math.cos(theta)) / cell)) - origin[0]
-        j = int(math.floor((y + distance[k] * math.sin(theta)) / cell)) - origin[1]
+        i = int(math.floor((x + distance[k] * math.cos(theta)) / CELL)) - origin[0]
+        j = int(math.floor((y + distance[k] * math.sin(theta)) / CELL)) - origin[1]
         if 0 <= i < cells and 0 <= j < cells:
             if first_hit[i, j] < 0.0:
                 first_hit[i, j] = time

@@ -34,24 +34,6 @@ class DynamicObstacleParameters:
         high=1.0,
         when="1 for the guarantee; less where being run into while standing is as bad as running into something",
     )
-    margin: float = parameter(
-        0.03, "clearance that the certificate keeps from obstacles that move", unit="m", low=0.0, high=1.0
-    )
-    cell: float = parameter(0.05, "cell of the grid that tells what moves", unit="m", low=0.01, high=0.5)
-    agility: float = parameter(
-        0.7,
-        "random change of velocity that the tracker expects, per root of time",
-        unit="m/s/sqrt(s)",
-        low=0.01,
-        high=100.0,
-    )
-    horizon: float = parameter(3.0, "how far ahead encounters are foreseen", unit="s", above=0.0, high=10.0)
-    comfort: float = parameter(
-        0.4, "foreseen distance from a moving obstacle below which the robot gives way", unit="m", above=0.0, high=5.0
-    )
-    modulation: bool = parameter(
-        True, "also try the direction that dynamical system modulation finds in the frames of moving obstacles"
-    )
 
     @property
     def guarded(self) -> bool:

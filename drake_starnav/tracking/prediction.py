@@ -10,6 +10,10 @@ import math
 import numpy as np
 from numba import njit
 
+HORIZON = 3.0
+"""How far ahead encounters are foreseen, s."""
+PREDICTION_LEAD = 0.3
+"""Trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
 PREDICTION_STEP = 0.1
 """Time between two predicted positions, s."""
 
@@ -19,16 +23,15 @@ def predicted_trajectories(
     velocity: np.ndarray,
     radius: np.ndarray,
     walls: np.ndarray,
-    duration: float,
+    duration: float = HORIZON + PREDICTION_LEAD,
 ) -> np.ndarray:
-    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP for at least `duration`
-    (s).
+    """Predicted positions of discs, shape (n, k, 2), W, m: now and then every PREDICTION_STEP for `duration`.
 
     Args:
         position, velocity: shape (n, 2), of the centres now, W, m and m/s.
         radius: shape (n,), m.
         walls: shape (m, 2), points on static obstacles, W, m.
-        duration: s.
+        duration: at least so long, s.
     """
     steps = math.ceil(duration / PREDICTION_STEP - 1e-9) + 1
     return _predicted_trajectories(position, velocity, radius, walls, steps)

@@ -45,7 +45,7 @@ def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: Dynami
     """
     if scan.time_increment > 0.0 and before.grid is not None:
         scan = deskewed(scan, before.pose, before.scan.time, pose)
-    grid = before.grid or OccupancyHistory.about(pose[:2], parameters.cell)
+    grid = before.grid or OccupancyHistory.about(pose[:2])
     motion = grid.classified(scan, pose, parameters)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius)
     may_start = grid.may_start(scan, pose, large) & parameters.guarded

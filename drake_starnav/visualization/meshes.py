@@ -40,6 +40,8 @@ class Layer:
 
 
 # Colours distinguishable for colour-blind readers (Okabe and Ito, 2008); symbols differ as well.
+LINE_WIDTH = 0.07
+"""Of path and trail, m; edges are wider, outlines narrower by half."""
 LAYERS = {
     "regions": Layer("star-shaped region (newest bright)", (0.27, 0.65, 0.88), "area", 0.02),
     "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),

@@ -20,8 +20,18 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.meshes import LAYERS, Mesh
+from drake_starnav.visualization.meshes import LAYERS, LINE_WIDTH, Mesh
 
+SCAN_POINTS = 180
+"""Points of a scan that are drawn at most."""
+REGION_VERTICES = 120
+"""Corners of a region's outline."""
+NODE_RADIUS = 0.09
+"""Of a roadmap node, m."""
+NEW_OPACITY, OLD_OPACITY = 0.45, 0.12
+"""Of the newest region, and of a region as soon as a newer one is there."""
+FADE_TIME = 3.0
+"""A region is gone this long after a newer one is there, s."""
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
 OLD_REGIONS = 3
@@ -101,7 +111,7 @@ class StarRoadmapVisualizer(LeafSystem):
     def _clear(self, context: Context) -> EventStatus:
         self._stage.clear()
         self._drawn = _Drawn(self._nothing)
-        node, here = self._parameters.node_radius, np.zeros(2)
+        node, here = NODE_RADIUS, np.zeros(2)
         hidden = {
             "goal": meshes.five_pointed_star(here, 0.9 * self._robot.radius, LAYERS["goal"].height),
             "short_term_goal": meshes.ring(here, 1.2 * node, 2.0 * node, LAYERS["short_term_goal"].height),
@@ -151,7 +161,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._draw_spent_frontiers(last.frontiers, roadmap, time)
         if len(roadmap) > known:
             self._draw_region(roadmap.regions[-1], time)
-        nodes, radius, width = roadmap.stack.center, self._parameters.node_radius, 1.5 * self._parameters.line_width
+        nodes, radius, width = roadmap.stack.center, NODE_RADIUS, 1.5 * LINE_WIDTH
         dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
         self._grow("roadmap/nodes", dots, time)
         lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)
@@ -170,7 +180,7 @@ class StarRoadmapVisualizer(LeafSystem):
         path = self._stage.add_points("frontiers/covered", covered, time)
         if path:
             self._drawn.growing.append(path)
-        size = 1.5 * self._parameters.node_radius
+        size = 1.5 * NODE_RADIUS
         self._grow("frontiers/stuck", meshes.crosses(stuck, size, LAYERS["frontiers/stuck"].height), time)
 
     def _draw_region(self, region: StarRegion, time: float) -> None:
@@ -181,9 +191,9 @@ class StarRoadmapVisualizer(LeafSystem):
         if self._drawn.regions:
             self._drawn.regions[-1].old_since = time
         self._remove_regions(len(self._drawn.regions) - OLD_REGIONS, time)
-        height, rim = LAYERS["regions"].height, region.outline(self._parameters.region_vertices)
-        outline = meshes.ribbon(rim, 0.5 * self._parameters.line_width, height, closed=True)
-        fill = self._parameters.new_opacity, self._parameters.old_opacity
+        height, rim = LAYERS["regions"].height, region.outline(REGION_VERTICES)
+        outline = meshes.ribbon(rim, 0.5 * LINE_WIDTH, height, closed=True)
+        fill = NEW_OPACITY, OLD_OPACITY
         parts = []
         for mesh, (bright, faint) in ((meshes.fan(region.center, rim, height), fill), (outline, OUTLINE_OPACITY)):
             added = self._stage.add("regions", mesh, time, bright)
@@ -193,7 +203,7 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _fade(self, time: float) -> None:
         """Remove regions that have faded; each keyframe is set in its own time, or the recording might be too long."""
-        due = [self._is_due(time, region.old_since + self._parameters.fade_time) for region in self._drawn.regions]
+        due = [self._is_due(time, region.old_since + FADE_TIME) for region in self._drawn.regions]
         self._remove_regions(sum(due), time)
 
     def _remove_regions(self, count: int, time: float) -> None:
@@ -225,14 +235,14 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         self._drawn.path = points
         self._stage.move("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
-        self._stage.swap("path", meshes.ribbon(points, self._parameters.line_width, LAYERS["path"].height), time)
+        self._stage.swap("path", meshes.ribbon(points, LINE_WIDTH, LAYERS["path"].height), time)
 
     def _draw_scan(self, scan: LaserScan | None, pose: np.ndarray | None, time: float) -> None:
         if scan is None or pose is None or scan is self._drawn.scan:
             return
         self._drawn.scan = scan
         points = scan.points(pose)
-        every = math.ceil(max(len(points), 1) / self._parameters.scan_points)
+        every = math.ceil(max(len(points), 1) / SCAN_POINTS)
         self._stage.swap_points("scan", points[::every], time)
 
     def _draw_certificate(self, certificate: Any, time: float) -> None:
@@ -250,13 +260,13 @@ class StarRoadmapVisualizer(LeafSystem):
         trail = np.array(self._drawn.trail)
         if len(trail) < 2:
             return
-        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * self._parameters.line_width:
+        if np.hypot(*(trail[1:, :2] - trail[0, :2]).T).max() < 0.5 * LINE_WIDTH:
             self._drawn.trail = [self._drawn.trail[0]]  # as good as standing
             return
         # One quad per step, so that each shows its own speed.
         ends = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
         steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > meshes.SAME_POINT
-        mesh = meshes.segments(ends[steps], self._parameters.line_width, LAYERS["trail"].height)
+        mesh = meshes.segments(ends[steps], LINE_WIDTH, LAYERS["trail"].height)
         colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
         self._stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]

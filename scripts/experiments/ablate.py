@@ -157,7 +157,12 @@ ABLATIONS = (
         "method 6",
         replaced={f"{PLANNER}._unless_obstructed": replacements.first_argument},
     ),
-    Ablation("no_inspection", "dead ends are judged from afar", "method 6", ("planner.inspection_detour=20",)),
+    Ablation(
+        "no_inspection",
+        "dead ends are judged from afar",
+        "method 6",
+        replaced={"drake_starnav.planning.recovery.INSPECTION_DETOUR": math.inf},
+    ),
     Ablation(
         "any_bend",
         "no limit to the turn by modulation",
@@ -182,7 +187,12 @@ ABLATIONS = (
         "method 9",
         replaced={f"{FOLLOWING}.free_heading": replacements.second_argument},
     ),
-    Ablation("one_scan", "safety star from the last scan only", "method 9", ("controller.scan_memory=1",)),
+    Ablation(
+        "one_scan",
+        "safety star from the last scan only",
+        "method 9",
+        replaced={"drake_starnav.regions.perception.SCAN_MEMORY": 1},
+    ),
     Ablation("noisy_lidar", "range noise of 3 cm", "method, what each part is worth", ("lidar.noise=0.03",)),
     Ablation("star_paper", "the paper's method", "paper III, IV; method, star_paper", method="star_paper"),
     Ablation(

@@ -19,7 +19,7 @@ import numpy as np
 from drake_starnav.baselines.paper.perception import fit_slopes
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions import StarParameters
-from drake_starnav.regions.erosion import free_range, smoothed_distances
+from drake_starnav.regions.erosion import BEARINGS, free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic, fit_segments
 from drake_starnav.regions.star_region import Fit
 from drake_starnav.robot import RobotParameters
@@ -101,7 +101,7 @@ def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> 
     results: list[list[tuple]] = [[] for _ in rows]
     for view in views:
         plain = StarParameters()
-        samples = free_range(view.scan, smoothed_distances(view.scan, plain), robot_radius, plain).values
+        samples = free_range(view.scan, smoothed_distances(view.scan), robot_radius, plain).values
         fits = [row.fit(samples) for row in rows]
         seconds = fastest([partial(row.fit, samples) for row in rows])
         for result, fit, spent in zip(results, fits, seconds, strict=True):
@@ -188,7 +188,7 @@ def measure_segments(options: argparse.Namespace) -> Measured:
     results = measured(rows, sample_views(options.scans, options.seed, lidar, radius), radius)
     text = (
         f"{sample_text(options)}; {lidar.beams} beams, noise {lidar.noise:g} m; the free range has "
-        f"{StarParameters().bearings} bearings. Means over the scans; of the times the median.\n\n"
+        f"{BEARINGS} bearings. Means over the scans; of the times the median.\n\n"
         f"{table(rows, results)}"
     )
     return text, lambda path: plot(rows, results, path)

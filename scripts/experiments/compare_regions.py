@@ -104,8 +104,8 @@ def sector_area(leave: np.ndarray, enter: np.ndarray | float = 0.0) -> float:
 def compare(view: View, parameters: StarParameters) -> Comparison:
     """The three regions of one scan and the areas they cover."""
     scan, pose = view.scan, view.pose
-    distance = smoothed_distances(scan, parameters)
-    star = fit_region(sight_range(scan, distance, parameters), pose[:2], float(pose[2]) + scan.angle_min)
+    distance = smoothed_distances(scan, parameters.smoothing_slack)
+    star = fit_region(sight_range(scan, distance), pose[:2], float(pose[2]) + scan.angle_min)
     half = np.full(2, scan.range_max)
     domain = HPolyhedron.MakeBox(pose[:2] - half, pose[:2] + half)
     options = IrisOptions()

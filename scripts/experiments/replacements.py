@@ -16,7 +16,6 @@ from drake_starnav.baselines.paper.frontiers import cluster_frontiers
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.baselines.paper.planner import way_ahead
 from drake_starnav.control.heading_controller import turning_law
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, StarRoadmap
@@ -93,7 +92,7 @@ def uncertified_twist(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, 
 def shortened_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
     """For `free_range`: ranges less the radius."""
     inflated = radius + parameters.margin
-    return sight_range(scan, distance, parameters, radius=inflated)._replace(margin=parameters.margin)
+    return sight_range(scan, distance, radius=inflated)._replace(margin=parameters.margin)
 
 
 def two_sided_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
@@ -137,4 +136,4 @@ def law_tracked(
     heading: float, twist: np.ndarray, errors: np.ndarray, period: float, robot: RobotParameters
 ) -> tuple[np.ndarray, np.ndarray]:
     """For the paper's `tracked`: this project's turning law."""
-    return turning_law(heading, robot.max_speed, ControllerParameters(), robot), errors
+    return turning_law(heading, robot.max_speed, robot), errors

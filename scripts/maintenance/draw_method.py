@@ -197,7 +197,7 @@ def write_figures(moment: PlannerInput, folder: Path) -> list[Path]:
 
 def _hits(moment: PlannerInput) -> np.ndarray:
     scan, pose = moment.seen.scan, moment.seen.pose
-    distance = smoothed_distances(scan, moment.scenario.planner)
+    distance = smoothed_distances(scan, moment.scenario.planner.smoothing_slack)
     points = _around(pose[:2], float(pose[2]) + scan.angle_min, distance)
     return points[distance < scan.range_max]
 

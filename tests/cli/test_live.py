@@ -76,7 +76,6 @@ def test_until_a_slider_moves_the_robot_drives_as_without_a_page(run) -> None:
     run_trial(SCENARIO, seed=3, observer=alone)
     click(run, "start")
     advance(run, 2.0)
-    assert (alone.motion.poses == run.pose).all(axis=1).any()
     assert run.pose[:2] == pytest.approx(alone.motion.at(run.time)[:2], abs=0.01)
 
 

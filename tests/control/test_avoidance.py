@@ -1,6 +1,5 @@
 """What is foreseen, and that the robot is told a way on that both certificates accept."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy as np
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.avoidance import STANDING_SPACING, Avoidance, around, avoid_collision, manoeuvres, thinned
 from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import Threats, reachable_discs, stays_clear
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, Threats, reachable_discs, stays_clear
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.parameters import StarParameters
@@ -17,7 +16,7 @@ from drake_starnav.regions.star_region import RegionStack, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import predicted_trajectories
+from drake_starnav.tracking.prediction import HORIZON, predicted_trajectories
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
@@ -43,7 +42,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
         hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
         owner=np.zeros(40, np.int64),
         predicted_trajectories=predicted_trajectories(
-            place, moving, np.array([RADIUS]), np.zeros((0, 2)), OBSTACLES.horizon + 0.3
+            place, moving, np.array([RADIUS]), np.zeros((0, 2)), HORIZON + 0.3
         ),
     )
 
@@ -52,7 +51,7 @@ def known() -> tuple[RegionStack, SafetyStar]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
     memory = ScanMemory().remembered(scan, pose, 2.0, 1)
-    star = safety_star(memory, scan, smoothed_distances(scan, STARS), pose, ROBOT.radius + 0.01, 1.2, STARS)
+    star = safety_star(memory, scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2)
     return RegionStack.of((scan_region(scan, pose, ROBOT.radius, STARS),)), star
 
 
@@ -81,7 +80,7 @@ def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
     assert found.nearest < 0.1
     assert found.twist is not None and found.least > 0.1
     obstacles, period = (
-        Threats(reachable_discs(tracks, OBSTACLES), ROBOT.radius + OBSTACLES.margin, 0.0),
+        Threats(reachable_discs(tracks, OBSTACLES), ROBOT.radius + MOVING_MARGIN, 0.0),
         1.0 / CONTROLLER.rate,
     )
     assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, ROBOT.limits, obstacles)
@@ -112,8 +111,6 @@ def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
     row = manoeuvres(still, limits, aside)[-1]
     assert row[1] == math.atan2(aside[1], aside[0])
     assert 0.0 < row[2] <= ROBOT.max_speed
-    without = obstacles._replace(parameters=dataclasses.replace(OBSTACLES, modulation=False))
-    assert around(np.zeros(3), PATH, without, ROBOT) is None
     assert around(np.zeros(3), np.zeros((0, 2)), obstacles, ROBOT) is None
     assert len(manoeuvres(still, limits)) == len(manoeuvres(still, limits, aside)) - 1
 

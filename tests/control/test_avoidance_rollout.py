@@ -36,9 +36,7 @@ from tests.helpers.scans import cast
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 LINE = np.array(((0.0, 0.0), (2.0, 0.0)))
-SETTINGS = Settings(
-    horizon=3.0, heading_gain=4.0, slowdown=1.2, radius=0.25, margin=0.03, caution=0.5, comfort=0.4, max_speed=0.0
-)  # fmt: skip
+SETTINGS = Settings(slowdown=1.2, radius=0.25, caution=0.5, max_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 
 
@@ -60,7 +58,7 @@ def begun(v: float = 0.0) -> np.ndarray:
 
 
 def test_each_manoeuvre_wants_its_twist() -> None:
-    wants = (begun(), LINE, LIMITS, SETTINGS.heading_gain, SETTINGS.slowdown)
+    wants = (begun(), LINE, LIMITS, SETTINGS.slowdown)
     assert wanted_twist(TWIST, 0.3, -0.5, *wants) == (0.3, -0.5)
     assert wanted_twist(PATH, 1.0, 0.0, *wants) == pytest.approx((0.8, 0.0))
     v, omega = wanted_twist(HEADING, 0.5 * math.pi, 0.8, *wants)

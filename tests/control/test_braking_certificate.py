@@ -9,15 +9,12 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.braking_certificate import (
     SAMPLE_SPACING,
-    SPEED_SHARES,
-    TURN_SHARES,
     Certificate,
     braking_path,
-    certified_twist,
 )
+from drake_starnav.control.certificates import PROPOSALS, certified_twist
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import covers
 from drake_starnav.robot import RobotParameters
@@ -28,7 +25,6 @@ from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, s
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
-STARS = StarParameters()
 SAFE, REACH = RADIUS + 0.01, 1.2
 PERIOD = 0.02
 OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
@@ -37,7 +33,7 @@ OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
 def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose)
     memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, SAFE, REACH, STARS), memory
+    return safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH), memory
 
 
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
@@ -69,7 +65,7 @@ def random_situation(seed: int) -> tuple[World, SafetyStar, ScanMemory, np.ndarr
 @given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
 def test_an_accepted_command_and_full_braking_touch_nothing(seed, hold):
     _, star, memory, pose, twist, desired = random_situation(seed)
-    hits = np.vstack(memory.points)
+    hits = memory.points
     if not certified(pose, twist, desired, hold, LIMITS, star):
         *tried, accepted = certified_twist(pose, twist, desired, hold, LIMITS, star)
         if not accepted:
@@ -166,8 +162,7 @@ def test_the_braking_path_is_what_is_certified(seed, hold):
 @given(seeds)
 def test_the_first_certified_share_is_taken(seed):
     _, star, _, pose, twist, desired = random_situation(seed)
-    tried = [(share * desired[0], desired[1]) for share in SPEED_SHARES]
-    tried += [(share * desired[0], turn * desired[1]) for turn in TURN_SHARES for share in (0.5, 0.0)]
+    tried = PROPOSALS * desired
     good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
     v, omega, accepted = certified_twist(pose, twist, desired, PERIOD, LIMITS, star)
     assert accepted == bool(good)
@@ -175,7 +170,7 @@ def test_the_first_certified_share_is_taken(seed):
         assert (v, omega) == pytest.approx(good[0])
     else:
         assert v == 0.0
-    assert (np.diff(SPEED_SHARES) < 0.0).all() and SPEED_SHARES[0] == 1.0 and SPEED_SHARES[-1] == 0.0
+    assert (PROPOSALS[0] == 1.0).all() and (np.diff(PROPOSALS[:7, 0]) < 0.0).all()
 
 
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.certificates import accepted, constraints_of
-from drake_starnav.control.moving_certificate import Threats, stays_clear
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, Threats, stays_clear
 from drake_starnav.control.point_certificate import (
     ESCAPE_CLEARANCE,
     KnownHits,
@@ -18,7 +18,6 @@ from drake_starnav.control.point_certificate import (
     needed_distances,
 )
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -33,15 +32,15 @@ NOTHING, AHEAD = np.zeros((0, 6)), np.array([(0.7, 0.0, 0.0, 0.0, 0.8, 0.0)])
 
 
 def accepts(star: SafetyStar, want: tuple[float, float], rows: np.ndarray = NOTHING, v: float = 0.0, **changes) -> bool:
-    constraints = constraints_of(star, ControllerParameters(**changes), ROBOT, OBSTACLES)
+    constraints = constraints_of(star, ControllerParameters(**changes), ROBOT)
     return accepted(0.0, 0.0, 0.0, v, 0.0, *want, LIMITS, constraints, rows, 0.0)
 
 
 def seen(wall: float) -> SafetyStar:
     """What is certified in a hall whose column's face is `wall` (m) ahead."""
-    scan, pose, stars = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3), StarParameters()
+    scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
     memory = ScanMemory().remembered(scan, pose, 2.0, 1)
-    return safety_star(memory, scan, smoothed_distances(scan, stars), pose, ROBOT.radius + 0.01, 1.2, stars)
+    return safety_star(memory, scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2)
 
 
 def test_either_certificate_may_refuse() -> None:
@@ -70,8 +69,8 @@ def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, margin:
     enough = min(margin, clearance_at(*pose[:2], hits, known.needed))
     stands = keeps_clear(*pose, *twist, *desired, 0.1, delay, LIMITS, known, max(enough, ESCAPE_CLEARANCE))
     stands = stands or certified(pose, twist, desired, 0.1, LIMITS, star, delay)
-    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + OBSTACLES.margin, age), delay)
-    constraints = constraints_of(star, controller, ROBOT, OBSTACLES)
+    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + MOVING_MARGIN, age), delay)
+    constraints = constraints_of(star, controller, ROBOT)
     assert accepted(*pose, *twist, *desired, LIMITS, constraints, rows, age) == (stands and moves)
 
 
@@ -82,8 +81,8 @@ def beside(clearance: float) -> SafetyStar:
 
 
 def test_the_standard_has_every_margin() -> None:
-    constraints = constraints_of(beside(0.1), ControllerParameters(), ROBOT, OBSTACLES)
-    assert constraints.distance == pytest.approx(ROBOT.radius + OBSTACLES.margin)
+    constraints = constraints_of(beside(0.1), ControllerParameters(), ROBOT)
+    assert constraints.distance == pytest.approx(ROBOT.radius + MOVING_MARGIN)
     assert constraints.hits.room == pytest.approx(2.0 - ROBOT.radius)
     assert constraints.hits.needed == pytest.approx([math.hypot(ROBOT.radius, 0.05)])
 

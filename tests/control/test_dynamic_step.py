@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from drake_starnav.control import Command, control_step
 from drake_starnav.control.dynamic_step import dynamic_step
 from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import Threats, reachable_discs, stays_clear
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, Threats, reachable_discs, stays_clear
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.tracking.kalman_tracks import Tracks
@@ -72,10 +72,7 @@ def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
 @pytest.mark.parametrize("delay", [0.0, 1.0 / CONTROLLER.rate])
 def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -> None:
     """A hit ahead, that may come at full speed, from ever farther away."""
-    obstacles, controller = (
-        DynamicObstacleParameters(max_speed=0.8, margin=0.1),
-        dataclasses.replace(CONTROLLER, delay=delay),
-    )
+    obstacles, controller = DynamicObstacleParameters(max_speed=0.8), dataclasses.replace(CONTROLLER, delay=delay)
     pose, twist = np.zeros(3), np.array((0.4, 0.0))
     desired = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
     now = ControlInput(pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none())
@@ -83,7 +80,7 @@ def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -
     held = []
     for x in np.arange(0.4, 1.4, 0.01):
         tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
-        near_by = Threats(reachable_discs(tracks, obstacles), ROBOT.radius + obstacles.margin, 0.05)
+        near_by = Threats(reachable_discs(tracks, obstacles), ROBOT.radius + MOVING_MARGIN, 0.05)
         holds = stays_clear(pose, twist, desired.twist, period, ROBOT.limits, near_by, delay)
         command = dynamic_step(lambda *_: desired, now, controller, ROBOT, TrackedObstacles(tracks, 0.05, obstacles))
         assert (command is desired) == holds

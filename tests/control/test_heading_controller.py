@@ -19,16 +19,15 @@ from drake_starnav.control.heading_controller import (
     turning_twist,
     wrapped_angle,
 )
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import Limits, RobotParameters
 
-ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
+ROBOT = RobotParameters()
 angles = st.floats(-math.pi, math.pi)
 
 
 @given(angles, st.floats(0.0, 1.0))
 def test_the_law_turns_towards_the_heading_and_can_stop_turning_there(error: float, speed: float) -> None:
-    v, omega = turning_law(error, speed, PARAMETERS, ROBOT)
+    v, omega = turning_law(error, speed, ROBOT)
     assert omega * error >= 0.0
     assert abs(omega) <= ROBOT.max_yaw_rate
     assert omega**2 <= 2.0 * ROBOT.max_yaw_acceleration * abs(error) * (1.0 + 1e-12)
@@ -38,8 +37,8 @@ def test_the_law_turns_towards_the_heading_and_can_stop_turning_there(error: flo
 
 @given(angles, st.floats(0.0, 1.0))
 def test_the_compiled_law_is_the_same(error: float, speed: float) -> None:
-    compiled = turning_twist(error, speed, PARAMETERS.heading_gain, ROBOT.limits)
-    np.testing.assert_allclose(compiled, turning_law(error, speed, PARAMETERS, ROBOT), atol=1e-15)
+    compiled = turning_twist(error, speed, ROBOT.limits)
+    np.testing.assert_allclose(compiled, turning_law(error, speed, ROBOT), atol=1e-15)
 
 
 @given(st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)), st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import ControllerParameters, control_step
 from drake_starnav.control.law import Command, ControlInput, Law
-from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters

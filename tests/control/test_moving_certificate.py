@@ -19,7 +19,8 @@ from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
-OBSTACLES = DynamicObstacleParameters(max_speed=0.8, margin=0.01, caution=1.0)
+OBSTACLES = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
+MARGIN = 0.01
 PERIOD, SCANS, STEP = 0.02, 3, 0.005
 """Of the commands, s; commands from one scan to the next; of the simulation, s."""
 
@@ -51,7 +52,7 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: in
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         age = k * PERIOD - scan_time
-        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, Threats(rows, RADIUS + OBSTACLES.margin, age))
+        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, Threats(rows, RADIUS + MARGIN, age))
         target = desired if certified else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
         for i in range(round(PERIOD / STEP)):
@@ -184,8 +185,8 @@ def test_a_moving_obstacle_out_of_sight_is_counted_with_and_what_is_far_is_not()
 
 def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
     """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
-    near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + OBSTACLES.margin + 0.001, 0.0)]), 0.2), OBSTACLES)
+    near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + MARGIN + 0.001, 0.0)]), 0.2), OBSTACLES)
     creeping = np.array((0.6 * STANDING, 0.0))
-    keeps = (PERIOD, LIMITS, Threats(near_by, RADIUS + OBSTACLES.margin, 0.0))
+    keeps = (PERIOD, LIMITS, Threats(near_by, RADIUS + MARGIN, 0.0))
     assert not stays_clear(np.zeros(3), creeping, creeping, *keeps)
     assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), *keeps)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.baselines import paper
 from drake_starnav.control import path_following
-from drake_starnav.control.heading_controller import turning_law
+from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, HEADING_GAIN, turning_law
 from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
@@ -83,7 +83,7 @@ def test_an_empty_path_stops_the_robot_as_fast_as_it_can(twist):
 def test_it_slows_down_at_the_goal_only():
     near = ((0.3, 0.0),)
     assert settled(path=near)[0] == pytest.approx(ROBOT.max_speed)
-    slow = PARAMETERS.goal_slowdown * 0.3 + CREEP_SPEED
+    slow = GOAL_SLOWDOWN * 0.3 + CREEP_SPEED
     assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
     assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
     assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
@@ -97,7 +97,7 @@ def test_it_slows_down_at_the_goal_only():
 def test_the_law_turns_towards_the_guiding_vector_and_drives_when_it_faces_it(yaw):
     v, omega = settled(pose=(0.0, 0.0, yaw))
     assert v == pytest.approx(ROBOT.max_speed * max(math.cos(yaw), 0.0) ** 3, abs=1e-9)
-    turn = min(max(-PARAMETERS.heading_gain * yaw, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate)
+    turn = min(max(-HEADING_GAIN * yaw, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate)
     assert omega == pytest.approx(turn, abs=1e-9)
 
 
@@ -197,10 +197,10 @@ def test_without_a_scan_the_robot_brakes():
 @pytest.mark.parametrize("acceleration", [0.5, 1.0, 4.0])
 def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
     robot = RobotParameters(max_yaw_rate=6.0, max_yaw_acceleration=acceleration)
-    parameters, period = ControllerParameters(), 0.02
+    period = 0.02
     error, twist, least = 3.0, np.zeros(2), 0.0
     for _ in range(1000):
-        twist = limited_twist(twist, turning_law(error, 0.0, parameters, robot), robot, period)
+        twist = limited_twist(twist, turning_law(error, 0.0, robot), robot, period)
         error -= twist[1] * period
         least = min(least, error)
     assert abs(error) < 0.01 and least > -0.1

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import SPEED_SHARES
+from drake_starnav.control.certificates import PROPOSALS
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.control.point_certificate import (
     KnownHits,
@@ -15,7 +15,6 @@ from drake_starnav.control.point_certificate import (
     needed_distances,
 )
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.worlds.world import World
@@ -26,13 +25,13 @@ ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
 SPEEDS, ACCELERATIONS = np.array(LIMITS[:2]), np.array(LIMITS[2:])
 MARGIN, PERIOD = 0.005, 0.02
-REACH, STARS = 2.0, StarParameters()
+REACH = 2.0
 
 
 def sensed(world: World, pose: np.ndarray, memory: ScanMemory, reach: float = REACH) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose, beams=720)
     memory = memory.remembered(scan, pose, reach, 5)
-    return safety_star(memory, scan, smoothed_distances(scan, STARS), pose, RADIUS, reach, STARS), memory
+    return safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, reach), memory
 
 
 def clear_twist(
@@ -40,7 +39,7 @@ def clear_twist(
 ) -> np.ndarray | None:
     """The desired twist at the largest share of its speed that the certificate accepts; None if it accepts none."""
     known = KnownHits(star.hits, needed_distances(star.half_gaps, RADIUS), star.center, star.reach - RADIUS)
-    for share in SPEED_SHARES:
+    for share in PROPOSALS[:7, 0]:
         tried = desired * (share, 1.0)
         if keeps_clear(*pose, *twist, *tried, PERIOD, 0.0, limits, known, MARGIN):
             return tried

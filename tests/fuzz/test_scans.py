@@ -17,7 +17,7 @@ from drake_starnav.regions.star_region import scan_region
 from tests.helpers.inputs import fuzzed
 from tests.helpers.scans import RADIUS
 
-PARAMETERS = PlannerParameters(bearings=90)
+PARAMETERS = PlannerParameters()
 numbers = st.one_of(st.floats(), st.floats(-1.0, 7.0))
 arrays = hnp.arrays(float, hnp.array_shapes(max_dims=2, max_side=40), elements=numbers)
 ranges = hnp.arrays(
@@ -45,10 +45,10 @@ def test_any_ranges_are_perceived(found, pose):
     scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
     region = scan_region(scan, pose, RADIUS, PARAMETERS)
     memory = ScanMemory().remembered(scan, pose, 2.0, 5)
-    star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, RADIUS, 1.2, PARAMETERS)
+    star = safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, 1.2)
     earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)
     known = earlier.remembered(mean, pose + 0.01, 2.0, 5)
-    of_means = safety_star(known, mean, smoothed_distances(mean, PARAMETERS), pose + 0.01, RADIUS, 1.2, PARAMETERS)
+    of_means = safety_star(known, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2)
     for values in (region.boundary.values, star.values, of_means.values):
         assert np.isfinite(values).all() and values.min() >= 0.0
     samples = np.arange(36) * len(star.values) // 36

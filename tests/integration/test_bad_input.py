@@ -282,8 +282,8 @@ def test_so_may_those_of_a_batch_and_of_a_recording(folder: Path, capsys) -> Non
         Path(path).write_text(WORLD)
     assert record([paths[0], "--png", "0", "--renderer", "matplotlib"]) == 0
     assert benchmark([*paths, "--trials", "1", "--jobs", "1", "--json", "t.jsonl"]) == 0
-    assert report(["t.jsonl", "--html", "t.html", "--recordings", "-1", "--markdown", "t.md", "--csv", "t.csv"]) == 0
-    assert capsys.readouterr().err == ""
+    assert report(["t.jsonl", "--html", "t.html", "--recordings", "--markdown", "t.md", "--csv", "t.csv"]) == 0
+    assert capsys.readouterr().err.count("\n") == 1  # the estimate
     assert "<img src=x" not in Path("t.html").read_text() + Path("t.md").read_text()
 
 
@@ -320,7 +320,7 @@ def test_output_to_a_full_disk_is_reported(name: str, folder: Path, monkeypatch,
         assert command(arguments) == 2
         monkeypatch.undo()
     printed = capsys.readouterr().err
-    assert printed.count("\n") == 1 and "No space left on device; allowed" in printed
+    assert "No space left on device; allowed" in printed.splitlines()[-1] and "Traceback" not in printed
 
 
 @pytest.mark.parametrize(("redirection", "code"), [(">/dev/full", 2), (">/dev/full 2>/dev/full", 2), (">&-", 0)])
@@ -355,7 +355,7 @@ def largest_file(size: int) -> Iterator[None]:
         (benchmark, ["good.yaml", "--trials", "1", "--jobs", "1", "--json", "new/a.jsonl"], 1000),
         (report, ["t.jsonl", "--quiet", "--csv", "new/a.csv"], 10),
         (report, ["t.jsonl", "--quiet", "--markdown", "new/a.md"], 10),
-        (report, ["t.jsonl", "--quiet", "--recordings", "-1", "--html", "new/a.html"], 10),
+        (report, ["t.jsonl", "--quiet", "--recordings", "--html", "new/a.html"], 10),
     ],
     ids=lambda value: " ".join(value[1:]) if isinstance(value, list) else None,
 )

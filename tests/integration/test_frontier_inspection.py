@@ -5,7 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import (
+    PlannerInput,
+    PlannerParameters,
+    PlannerState,
+    PlannerStatus,
+    plan_step,
+    planner,
+    recovery,
+)
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -33,39 +41,39 @@ BESIDE_A_CORNER = np.array(((1.4, 1.01), (1.62, 0.9)))
 """A target in the door whose probe, and all within a cell of it, is nearer to a corner than radius and least margin."""
 
 
-def tried(x: float, time: float, state: PlannerState, parameters: PlannerParameters) -> PlannerState:
+def tried(x: float, time: float, state: PlannerState) -> PlannerState:
     """The state after an update at (x, 1.01), on the way to the target beside a corner."""
     pose = np.array((x, 1.01, 0.0))
     scan = dataclasses.replace(cast(DOOR, pose), time=time)
-    seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
     assert not seen.region.contains(BESIDE_A_CORNER[1])
     if len(state.roadmap):
         state = dataclasses.replace(state, target=BESIDE_A_CORNER, status=PlannerStatus.EXPLORING)
-    return plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), time, parameters, RADIUS))
+    return plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), time, PARAMETERS, RADIUS))
 
 
 @pytest.mark.parametrize(
-    ("inspection_detour", "blacklisted_targets"), [(PARAMETERS.inspection_detour, [0, 0, 0, 1]), (20.0, [0, 1, 2, 3])]
+    ("detour", "blacklisted_targets"), [(recovery.INSPECTION_DETOUR, [0, 0, 0, 1]), (20.0, [0, 1, 2, 3])]
 )
-def test_a_target_that_bars_much_is_given_up_only_at_its_stand(inspection_detour, blacklisted_targets):
-    parameters = dataclasses.replace(PARAMETERS, inspection_detour=inspection_detour)
-    state, found = PlannerState.initial(parameters, RADIUS), []
+def test_a_target_that_bars_much_is_given_up_only_at_its_stand(monkeypatch, detour, blacklisted_targets):
+    monkeypatch.setattr(recovery, "INSPECTION_DETOUR", detour)
+    state, found = PlannerState.initial(PARAMETERS, RADIUS), []
     for k, x in enumerate((1.0, 1.3, 1.33, 1.38)):
-        state = tried(x, PERIOD * k, state, parameters)
+        state = tried(x, PERIOD * k, state)
         found.append(len(state.roadmap.blacklisted_targets))
     assert found == blacklisted_targets
 
 
 @pytest.mark.parametrize("inspection_points", [False, True])
-def test_what_a_passage_leaves_is_seen_at_any_look(inspection_points):
+def test_what_a_passage_leaves_is_seen_at_any_look(monkeypatch, inspection_points):
     """Only with less than the margin is the probe seen: a passage shows it at the first look as at the second."""
     x, probe = 1.38, np.array((1.75, 1.01))
     narrow = dataclasses.replace(DOOR, polygons=door(2.0 * (RADIUS + 0.02)))
     pose = np.array((x, 1.01, 0.0))
     scan = dataclasses.replace(cast(narrow, pose), time=PERIOD)
-    less = dataclasses.replace(PARAMETERS, retries=0)
-    whole = dataclasses.replace(less, least_margin=PARAMETERS.margin)
-    for parameters, blacklisted_targets in ((less, False), (whole, inspection_points)):
+    monkeypatch.setattr(planner, "RETRIES", 0)
+    whole = dataclasses.replace(PARAMETERS, least_margin=PARAMETERS.margin)
+    for parameters, blacklisted_targets in ((PARAMETERS, False), (whole, inspection_points)):
         seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
         start = Observation(scan_region(cast(narrow, POSE), POSE, RADIUS, parameters), cast(narrow, POSE), POSE)
         state = PlannerState.initial(parameters, RADIUS)
@@ -77,4 +85,4 @@ def test_what_a_passage_leaves_is_seen_at_any_look(inspection_points):
         state = dataclasses.replace(state, roadmap=roadmap, target=target, status=PlannerStatus.EXPLORING)
         after = plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), PERIOD, parameters, RADIUS))
         assert (len(after.roadmap.blacklisted_targets) == 1) == blacklisted_targets
-        assert bool(seen.region.contains(probe)) == (parameters is less)
+        assert bool(seen.region.contains(probe)) == (parameters is PARAMETERS)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.braking_certificate import certified_twist
+from drake_starnav.control.certificates import certified_twist
 from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters

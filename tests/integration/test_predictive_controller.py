@@ -6,8 +6,8 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
+from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack

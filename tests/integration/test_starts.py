@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, reachable_discs, stays_clear
+from drake_starnav.control.moving_certificate import (
+    MOVING_MARGIN,
+    STANDING_SPEED,
+    Threats,
+    reachable_discs,
+    stays_clear,
+)
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
@@ -80,7 +86,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
         ahead = moved(pose, desired, 0.8)[:2]
         safe = clearance(room(), ahead[None])[0] > ROBOT.radius + 0.1  # what stands is another certificate's
         age = time - known.tracks.time
-        keeps = (tick, LIMITS, Threats(rows, ROBOT.radius + obstacles.margin, age))
+        keeps = (tick, LIMITS, Threats(rows, ROBOT.radius + MOVING_MARGIN, age))
         certified = safe and stays_clear(pose, twist, desired, *keeps)
         gaps = np.hypot(*(pose[:2] - centers).T) - radii - ROBOT.radius
         started |= (gaps < reach) & (abs(twist[0]) > 0.1) & (time > waits)

@@ -1,4 +1,5 @@
 import math
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from drake_starnav.planning import cost_field
 from drake_starnav.planning.cost_field import (
     BLOCKED_SLACK,
     SOFT_ZONE,
@@ -131,7 +133,8 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
     grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
     goal = rng.uniform(-2.5, 2.5, 2)
     cells, expected = reference_cost(grid, goal, near_wall_cost)
-    cost = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS, near_wall_cost)).at(cells)
+    with patch.object(cost_field, "NEAR_WALL_COST", near_wall_cost):
+        cost = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS)).at(cells)
     # the cost of a point is the least over its own and the eight cells around it, and the way there
     away = np.hypot(*np.moveaxis(cells[:, None] - cells, -1, 0))
     best = np.where(away < 1.5 * CELL, away + expected, np.inf).min(axis=1)
@@ -144,7 +147,7 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
 def test_in_an_empty_world_cost_to_go_is_the_distance_within_the_octile_error(seed):
     rng = np.random.default_rng(seed)
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (100, 2))
-    cost = cost_to_go(DistanceGrid.empty(RESOLUTION, RADIUS), goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)
+    cost = cost_to_go(DistanceGrid.empty(RESOLUTION, RADIUS), goal, LOW, HIGH, Terrain(RADIUS)).at(points)
     straight = np.hypot(*(points - goal).T)
     assert (cost < 1.083 * straight + 1.5 * CELL).all() and (cost > 0.98 * straight - 1.5 * CELL).all()
 
@@ -153,10 +156,10 @@ def test_walls_are_gone_around_through_gaps_that_the_robot_fits():
     wall = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.9), (0.0, 3.5))))
     points, goal = np.array(((-1.0, -1.0),)), np.array((1.0, -1.0))
     detour = 2.0 * math.hypot(1.0, 2.45)
-    cost = cost_to_go(memory(wall), goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)[0]
+    cost = cost_to_go(memory(wall), goal, LOW, HIGH, Terrain(RADIUS)).at(points)[0]
     assert 0.9 * detour < cost < 1.25 * detour
     narrow = np.vstack((line((0.0, -3.5), (0.0, 1.0)), line((0.0, 1.4), (0.0, 3.5))))
-    assert cost_to_go(memory(narrow), goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)[0] == np.inf
+    assert cost_to_go(memory(narrow), goal, LOW, HIGH, Terrain(RADIUS)).at(points)[0] == np.inf
 
 
 def test_what_is_closed_closes_what_is_narrow_around_it():
@@ -165,7 +168,7 @@ def test_what_is_closed_closes_what_is_narrow_around_it():
 
     def cost(place: tuple[float, float], clearance: float) -> float:
         blacklist = np.array(((*place, clearance),))
-        return float(cost_to_go(wall, goal, LOW, HIGH, Terrain(RADIUS, 1.0, blacklist)).at(points)[0])
+        return float(cost_to_go(wall, goal, LOW, HIGH, Terrain(RADIUS, blacklist)).at(points)[0])
 
     corner = (0.0, 1.32)
     assert cost(corner, math.inf) == math.inf
@@ -179,9 +182,9 @@ def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_
     box = memory(np.vstack([line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]))
     inside, outside, far = np.zeros(2), np.array((2.5, 2.5)), np.array((30.0, 0.0))
     points = np.array((inside, outside, far))
-    cost = cost_to_go(box, inside, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)
+    cost = cost_to_go(box, inside, LOW, HIGH, Terrain(RADIUS)).at(points)
     assert cost[0] < CELL and cost[1] == np.inf and cost[2] == np.inf
-    assert cost_to_go(box, outside, LOW, HIGH, Terrain(RADIUS, 1.0)).at(inside[None])[0] == np.inf
+    assert cost_to_go(box, outside, LOW, HIGH, Terrain(RADIUS)).at(inside[None])[0] == np.inf
 
 
 @settings(max_examples=30)
@@ -191,8 +194,8 @@ def test_a_search_that_ends_early_has_the_same_winner(seed):
     grid = memory(rng.uniform(-3.0, 3.0, (40, 2)))
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
     cost_to_come = rng.uniform(0.0, 6.0, 30)
-    full = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)
-    early = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS, 1.0), Origins(points, cost_to_come)).at(points)
+    full = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS)).at(points)
+    early = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS), Origins(points, cost_to_come)).at(points)
     if np.isfinite(full).any():
         best = np.argmin(full + cost_to_come)
         assert early[best] == pytest.approx(full[best], abs=1e-9)
@@ -207,9 +210,9 @@ def test_a_search_towards_the_robot_has_the_same_winners(seed, margin):
     goal, points = rng.uniform(-2.5, 2.5, 2), rng.uniform(-2.9, 2.9, (30, 2))
     robot = points[-1]
     cost_to_come = np.hypot(*(points - robot).T) * rng.uniform(1.0, 2.0, 30)
-    full = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS, 1.0)).at(points)
+    full = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS)).at(points)
     origins = Origins(points, cost_to_come, robot, margin)
-    early = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS, 1.0), origins).at(points)
+    early = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS), origins).at(points)
     if np.isfinite(full).any():
         sums = full + cost_to_come
         near = sums <= sums.min() + margin
@@ -223,7 +226,7 @@ def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(s
     rng = np.random.default_rng(seed)
     grid = memory(rng.uniform(-3.0, 3.0, (20, 2)))
     goal, start = rng.uniform(-2.5, 2.5, (2, 2))
-    field = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS, 0.0))
+    field = cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS))
     cost, path = field.at(start[None])[0], field.path(start)
     assert len(path) > 0 or not cost < np.inf
     if len(path):
@@ -258,7 +261,7 @@ def test_a_passage_that_the_robot_just_fits_lies_between_no_cells(shift):
 
     def cost(half: float) -> float:
         wall = [line((0.0, -3.5), (0.0, shift - half)), line((0.0, shift + half), (0.0, 3.5))]
-        return float(cost_to_go(memory(np.vstack(wall)), goal, LOW, HIGH, Terrain(RADIUS, 0.0)).at(points)[0])
+        return float(cost_to_go(memory(np.vstack(wall)), goal, LOW, HIGH, Terrain(RADIUS)).at(points)[0])
 
     assert cost(RADIUS + 0.5 * RESOLUTION) < 2.3
     assert cost(RADIUS - BLOCKED_SLACK - 0.75 * RESOLUTION) == math.inf

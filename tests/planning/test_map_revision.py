@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.planning.map_revision import (
+    CONTRADICTION,
     _may_disagree,
     _remade,
     clear_of,
@@ -22,7 +23,7 @@ from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, explored, seeds, segment_distance, wandered
 
-PARAMETERS = PlannerParameters(contradiction=0.1, drop_seen_through=True)
+PARAMETERS = PlannerParameters(drop_seen_through=True)
 WALLS = (-3.0, -2.0, 3.0, 2.0)
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 0.8, 0.3)], bounds=WALLS)
 PLACES = np.array([(-1.5, 0.0), (0.0, 0.0), (1.0, -0.5)])
@@ -55,14 +56,6 @@ def test_a_small_error_of_the_pose_drops_no_node(seed):
     assert len(reconcile(moved, cast(world, pose), pose, PARAMETERS, RADIUS)) >= len(moved) - 1
 
 
-def test_without_the_parameter_all_stays():
-    roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), (0.5, 0.3))
-    assert (
-        reconcile(roadmap, cast(ROOM, HERE), HERE, dataclasses.replace(PARAMETERS, contradiction=0.0), RADIUS)
-        is roadmap
-    )
-
-
 @given(seeds)
 def test_a_cut_region_is_clear_of_the_new_hits(seed):
     world, roadmap = wandered(seed, nodes=3, parameters=PARAMETERS)
@@ -88,9 +81,9 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
     found = reconcile(roadmap, scan, HERE, PARAMETERS, RADIUS)
     assert len(found) < len(roadmap)
     for region in found.regions:
-        radius = RADIUS + region.margin - PARAMETERS.contradiction
+        radius = RADIUS + region.margin - CONTRADICTION
         slack = region.free_range - cut_back(region, *lasting_hits(scan, HERE), radius)
-        assert slack.max() <= PARAMETERS.contradiction
+        assert slack.max() <= CONTRADICTION
     # ghosts of the old walls are gone with their nodes
     ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
     assert (found.hits.distance(ahead) > RADIUS).all()
@@ -129,7 +122,7 @@ def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     roadmap = explored(posts, PLACES[:1], PARAMETERS)
     through = cast(dataclasses.replace(ROOM, cylinders=[]), HERE)
     trusting = dataclasses.replace(PARAMETERS, drop_seen_through=False)
-    assert seen_through(*roadmap.scans[0], through, HERE, PARAMETERS.contradiction) > 0.1
+    assert seen_through(*roadmap.scans[0], through, HERE, CONTRADICTION) > 0.1
     assert reconcile(roadmap, through, HERE, trusting, RADIUS) is roadmap
     assert len(reconcile(roadmap, through, HERE, PARAMETERS, RADIUS)) == 0
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.planning.recovery import ARRIVAL_DISTANCE
 from drake_starnav.regions import Observation
@@ -18,7 +18,6 @@ from tests.helpers.scans import RADIUS, cast
 PARAMETERS = PlannerParameters()
 RING = np.linspace(0.0, 1.0, 5)[:, None, None] * [(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi, np.pi, 33)]
 RING = RING.reshape(-1, 2)
-WITHOUT_RETRIES = dataclasses.replace(PARAMETERS, retries=0)
 
 
 def test_the_goal_is_reached():
@@ -44,8 +43,9 @@ def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
     assert again is last
 
 
-def test_without_retries_the_roadmap_is_never_rebuilt():
-    states = drive(VAULT, WITHOUT_RETRIES, steps=3000)
+def test_without_retries_the_roadmap_is_never_rebuilt(monkeypatch):
+    monkeypatch.setattr(planner, "RETRIES", 0)
+    states = drive(VAULT, PARAMETERS, steps=3000)
     assert states[-1].status is PlannerStatus.UNREACHABLE and not len(states[-1].retries)
     assert all(
         len(after.roadmap.scans) >= len(before.roadmap.scans)
@@ -105,8 +105,9 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     assert not node_is_due(there, region, place, PARAMETERS)
 
 
-def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
-    given_up = drive(VAULT, WITHOUT_RETRIES, steps=3000)[-1]
+def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled(monkeypatch):
+    monkeypatch.setattr(planner, "RETRIES", 0)
+    given_up = drive(VAULT, PARAMETERS, steps=3000)[-1]
     scan, pose = given_up.roadmap.scans[-1]
     later = dataclasses.replace(scan, time=scan.time + 60.0)
     seen = Observation(given_up.roadmap.regions[-1], later, pose)
@@ -127,16 +128,15 @@ def test_a_new_goal_is_looked_for_with_all_retries_again():
 
 
 def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
-    parameters = dataclasses.replace(PARAMETERS, contradiction=0.2)
     world = World("corridor", (0, 0, 0), (2.0, 0), bounds=(-1.0, -0.6, 4.0, 0.6))
-    there = dataclasses.replace(drive(world, parameters, steps=1)[-1], began_with_map=True)
+    there = dataclasses.replace(drive(world, PARAMETERS, steps=1)[-1], began_with_map=True)
     place = np.array((1.0, 0.0))
     for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
         scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
-        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, parameters)
+        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
         seen = Observation(region, scan, np.array((*place, 0.0)))
-        assert not node_is_due(there, region, place, parameters)
-        after = plan_step(there, PlannerInput(seen, place, np.array(world.goal), 1.0, parameters, RADIUS))
+        assert not node_is_due(there, region, place, PARAMETERS)
+        after = plan_step(there, PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, RADIUS))
         assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
         assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.planner import RETRY_DISTANCE
@@ -86,21 +86,21 @@ def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help(
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
 
-def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_place():
+def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_place(monkeypatch):
     wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 2))]
     world = World("door", (0, 0, 0), (4, 0), polygons=wall, bounds=(-2, -2, 5, 2))
-    parameters = dataclasses.replace(PARAMETERS, retries=2)
-    states = drive(world, parameters, 1200, refused=lambda place: place[0] > 1.9)
+    monkeypatch.setattr(planner, "RETRIES", 2)
+    states = drive(world, PARAMETERS, 1200, refused=lambda place: place[0] > 1.9)
     tries = [len(state.retries) for state in states]
     assert tries[-1] >= 2 and set(np.diff(tries)) == {0, 1}
     places = states[-1].retries
     for place in places:
         near = np.hypot(*(places - place).T) < 0.5 * RETRY_DISTANCE
-        assert near.sum() <= parameters.retries
+        assert near.sum() <= planner.RETRIES
     for k in np.flatnonzero(np.diff(tries)) + 1:
         again = states[k]
         scan, pose = again.roadmap.scans[-1]
-        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+        seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
         assert scan.time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
         assert (
             not len(again.roadmap.blacklisted_targets)
@@ -109,7 +109,7 @@ def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_
         )
         hopeless = dataclasses.replace(again.roadmap, frontiers=Frontiers.none(), stall_points=np.array([(2.05, 0.0)]))
         lost = dataclasses.replace(again, roadmap=hopeless, path=again.path[:0], target=None)
-        now = PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, parameters, RADIUS)
+        now = PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, RADIUS)
         assert len(plan_step(lost, now).retries) == len(again.retries)
 
 

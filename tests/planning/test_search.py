@@ -15,6 +15,7 @@ from drake_starnav.planning.optimistic_path import NEXT
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import (
+    HYSTERESIS,
     VIRTUAL_FRONTIER_LENGTH,
     estimates,
     find_route,
@@ -144,7 +145,7 @@ def test_the_cheapest_frontier_is_chosen(seed, virtual_frontiers):
         known = dataclasses.replace(roadmap, blacklisted_probes=route.blacklisted_probes)
         cost += estimates(optimistic_cost(known, moment(position, goal)), frontiers, goal)
         if current is not None:
-            cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= PARAMETERS.hysteresis
+            cost[np.hypot(*(frontiers.stand - current).T) < 1e-9] -= HYSTERESIS
         chosen = np.flatnonzero((frontiers.stand == route.target.stand).all(axis=1))[0]
         assert cost[chosen] == pytest.approx(cost.min())
         np.testing.assert_allclose(route.path[-1], route.target.stand[0], atol=1e-12)

@@ -21,7 +21,7 @@ from drake_starnav.regions.erosion import (
 from drake_starnav.regions.parameters import StarParameters
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
-RAW = StarParameters(smoothing_beams=0, least_margin=StarParameters.margin)
+RAW = StarParameters(least_margin=StarParameters.margin)
 """One margin everywhere; for passages see test_passages.py."""
 INFLATED = RADIUS + RAW.margin
 
@@ -31,7 +31,7 @@ def full_scan(ranges: np.ndarray, range_max: float = 5.0) -> LaserScan:
 
 
 def profile(scan: LaserScan, parameters: StarParameters = RAW) -> FreeRange:
-    return free_range(scan, smoothed_distances(scan, parameters), RADIUS, parameters)
+    return free_range(scan, scan.distances, RADIUS, parameters)
 
 
 def rays(scan: LaserScan, samples: int) -> np.ndarray:
@@ -156,7 +156,7 @@ def test_wider_discs_and_shorter_ranges_never_gain():
 
 @pytest.mark.parametrize("beams, samples", [(360, 720), (720, 720), (500, 1000), (1000, 1000), (7, 721)])
 def test_samples_lie_on_the_beams_of_a_full_circle(beams, samples):
-    assert bearing_count(full_scan(np.ones(beams)), RAW) == samples
+    assert bearing_count(full_scan(np.ones(beams))) == samples
 
 
 @settings(max_examples=30)
@@ -166,9 +166,9 @@ def test_smoothing_takes_noise_but_leaves_jumps_and_missing_returns_alone(seed):
     steps = np.repeat(rng.permutation(12) * 0.3 + 1.0, 30)  # flat surfaces, at least 0.3 m from one to the next
     steps[rng.integers(0, 360, 5)] = np.inf
     exact = full_scan(steps)
-    np.testing.assert_allclose(smoothed_distances(exact, StarParameters()), exact.distances, atol=1e-12)
+    np.testing.assert_allclose(smoothed_distances(exact), exact.distances, atol=1e-12)
     noisy = full_scan(steps + rng.normal(0.0, 0.01, 360))
-    smooth = smoothed_distances(noisy, StarParameters())
+    smooth = smoothed_distances(noisy)
     assert (smooth == 5.0).tolist() == (~noisy.hits).tolist()
     assert np.abs(smooth - noisy.distances).max() < 0.04
     error = np.abs(np.array((smooth, noisy.distances)) - exact.distances)[:, exact.hits].mean(axis=1)
@@ -181,8 +181,7 @@ def test_with_slack_much_noise_is_smoothed_too(seed):
     rng = np.random.default_rng(seed)
     exact = np.repeat(rng.permutation(8) * 0.5 + 1.0, 45)
     noisy = full_scan(exact + rng.normal(0.0, 0.05, 360))
-    usual, slack = StarParameters(), StarParameters(smoothing_slack=0.12)
-    error = [smoothed_distances(noisy, parameters) - exact for parameters in (usual, slack)]
+    error = [smoothed_distances(noisy, slack) - exact for slack in (0.0, 0.12)]
     assert np.std(error[1]) < 0.75 * np.std(error[0]) and np.std(error[1]) < 0.035
 
 

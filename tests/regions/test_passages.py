@@ -10,14 +10,21 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import half_gaps, scan_hits
-from drake_starnav.regions.erosion import FreeRange, eroded_range, free_limit, free_range, sight_limit
+from drake_starnav.regions.erosion import (
+    FreeRange,
+    eroded_range,
+    free_limit,
+    free_range,
+    sight_limit,
+    smoothed_distances,
+)
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.passages import PASSAGE_DEPTH, SHUT, with_passages
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
-PARAMETERS = StarParameters(smoothing_beams=0)
+PARAMETERS = StarParameters()
 PLAIN = dataclasses.replace(PARAMETERS, least_margin=PARAMETERS.margin)
 MARGIN, LEAST = PARAMETERS.margin, PARAMETERS.least_margin
 
@@ -161,8 +168,25 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
     assert clear[moves].min(initial=np.inf) > RADIUS + found.margin - 1e-9
     assert clear[moves & (found.values == plain)].min(initial=np.inf) > RADIUS + MARGIN - 1e-9
     region = scan_region(scan, np.zeros(3), RADIUS, PARAMETERS)
-    np.testing.assert_array_equal(region.free_range, found.values)
-    assert region.margin == found.margin
+    smoothed = free_range(scan, smoothed_distances(scan), RADIUS, PARAMETERS)
+    np.testing.assert_array_equal(region.free_range, smoothed.values)
+    assert region.margin == smoothed.margin
+
+
+def opened(scan: LaserScan) -> np.ndarray:
+    """The free range with its passages, from erosions of the whole scan."""
+    free, narrowest = eroded(scan, MARGIN), eroded(scan, LEAST)
+    if with_passages(free, narrowest)[1]:
+        for narrow in (eroded(scan, 0.5 * (MARGIN + LEAST)), narrowest):
+            free, _ = with_passages(free, narrow)
+    return free
+
+
+@settings(max_examples=100)
+@given(seeds)
+def test_the_narrower_robot_is_only_looked_at_where_a_passage_can_be(seed):
+    scan = cast(scattered(np.random.default_rng(seed), discs=12, walls=10, clear=0.3))
+    np.testing.assert_array_equal(profile(scan).values, opened(scan))
 
 
 def runs(flags: np.ndarray) -> list[np.ndarray]:

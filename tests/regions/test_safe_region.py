@@ -7,13 +7,11 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import covers
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
-PARAMETERS = StarParameters()
 SAFE = RADIUS + 0.01
 REACH = 1.2
 
@@ -27,7 +25,7 @@ def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, Sca
         pose = pose + rng.uniform(-0.04, 0.04, 3)
         scan = cast(world, pose, beams=beams)
         memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    star = safety_star(memory, scan, smoothed_distances(scan, PARAMETERS), pose, SAFE, REACH, PARAMETERS)
+    star = safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH)
     return star, memory, scan, pose
 
 
@@ -38,7 +36,7 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
     points = star.center + np.random.default_rng(seed).uniform(-1.3, 1.3, (800, 2))
     inside = np.array([covers(star.center, star.bearing_0, star.values, *p) for p in points])
     assert inside.any() and not inside.all()
-    hits = np.vstack(memory.points)
+    hits = memory.points
     assert segment_distance(hits[None], star.center, points[inside][:, None]).min() > SAFE - 1e-9
     assert np.hypot(*(points[inside] - star.center).T).max() <= REACH
 
@@ -47,8 +45,9 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
 @given(seeds)
 def test_more_scans_never_certify_more(seed):
     star, memory, scan, pose = driven(seed)
-    latest = ScanMemory(memory.points[-1:], memory.half_gaps[-1:])
-    alone = safety_star(latest, scan, smoothed_distances(scan, PARAMETERS), pose, SAFE, REACH, PARAMETERS)
+    first = -memory.counts[-1]
+    latest = ScanMemory(memory.points[first:], memory.half_gaps[first:], memory.counts[-1:])
+    alone = safety_star(latest, scan, smoothed_distances(scan), pose, SAFE, REACH)
     assert (star.values <= alone.values + 1e-12).all()
 
 
@@ -59,22 +58,22 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
         memories = [ScanMemory()]
         for scan in scans:
             memories.append(memories[-1].remembered(scan, np.zeros(3), 3.5, count))
-        assert [len(m.points) for m in memories] == [min(k, count) for k in range(5)]
+        assert [len(m.counts) for m in memories] == [min(k, count) for k in range(5)]
         memory = memories[-2]
-        assert tuple(float(np.hypot(*p[0])) for p in memory.points) == kept
-        assert [len(p) for p in memories[-1].points][-1] == 0  # 4 m is beyond the reach that matters
-        assert all(len(p) == len(g) for p, g in zip(memory.points, memory.half_gaps, strict=True))
+        assert tuple(np.hypot(*memory.points[::4].T).tolist()) == kept and set(memory.counts) == {4}
+        assert memories[-1].counts[-1] == 0  # 4 m is beyond the reach that matters
+        assert len(memory.points) == len(memory.half_gaps) == sum(memory.counts)
 
 
 def test_the_star_holds_all_remembered_hits():
     star, memory, _, _ = driven(5)
-    np.testing.assert_array_equal(star.hits, np.vstack(memory.points))
+    np.testing.assert_array_equal(star.hits, memory.points)
     assert star.seen and len(star.half_gaps) == len(star.hits)
 
 
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
     star, _, scan, pose = driven(3)
-    filtered = smoothed_distances(scan, PARAMETERS)
+    filtered = smoothed_distances(scan)
     near = filtered < NEAR_HIT_RANGE
     away = np.hypot(*(star.near_hits - pose[:2]).T)
     np.testing.assert_allclose(away, filtered[near])
@@ -84,7 +83,7 @@ def test_outside_the_field_of_view_nothing_is_certified():
     pose = np.array((1.0, 2.0, 0.5))
     scan = LaserScan(0.0, -math.pi / 2, math.pi / 180, 0.0, 5.0, np.full(181, np.inf))
     memory = ScanMemory().remembered(scan, pose, 2.0, 5)
-    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH, PARAMETERS)
+    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH)
     ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
     assert covers(star.center, star.bearing_0, star.values, *ahead)
     assert not covers(star.center, star.bearing_0, star.values, *behind)
@@ -94,9 +93,8 @@ def test_a_robot_too_close_to_a_hit_may_only_move_away():
     ranges = np.full(360, np.inf)
     ranges[180] = SAFE - 0.005
     scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges)
-    star = safety_star(
-        ScanMemory().remembered(scan, np.zeros(3), 2.0, 5), scan, scan.distances, np.zeros(3), SAFE, REACH, PARAMETERS
-    )
+    memory = ScanMemory().remembered(scan, np.zeros(3), 2.0, 5)
+    star = safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, REACH)
     angle = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     assert (star.values[np.cos(angle) > -1e-9] == 0.0).all()
     assert (star.values[np.cos(angle) < -1e-9] == REACH).all()
@@ -104,7 +102,7 @@ def test_a_robot_too_close_to_a_hit_may_only_move_away():
 
 def safe_star(scan: LaserScan, reach: float = REACH) -> SafetyStar:
     memory = ScanMemory().remembered(scan, np.zeros(3), reach + 2.0 * SAFE, 5)
-    return safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, reach, PARAMETERS)
+    return safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, reach)
 
 
 def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
@@ -149,7 +147,7 @@ def test_the_star_ends_before_the_edges_of_a_view() -> None:
     scan, pose = cast(world, **view), np.zeros(3)
     assert not scan.hits.any()
     memory = ScanMemory().remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH, PARAMETERS)
+    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH)
     bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
     inside = (bearing >= edge[0]) & (bearing <= edge[1])

@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import ScanMemory, safety_star
 from drake_starnav.regions.scan_averaging import SAME_SURFACE, averaged
 from drake_starnav.worlds.world import World
@@ -62,9 +61,9 @@ def test_hits_on_surfaces_seen_by_the_latest_scan_leave_the_memory_and_others_st
     earlier = cast(ROOM, poses[0])
     memory = remembered([earlier], poses[:1])
     kept, _ = averaged(memory, cast(ROOM, poses[1]), poses[1], 4.0)
-    left = {tuple(point) for point in kept.points[0]}
+    left = {tuple(point) for point in kept.points}
     center = np.array((0.8, 0.1))
-    for point in memory.points[0]:
+    for point in memory.points:
         offset, way = point - poses[1, :2], center - poses[1, :2]
         along = np.clip(way @ offset / (offset @ offset), 0.0, 1.0)
         clearance = np.hypot(*(way - along * offset)) - 0.2
@@ -73,8 +72,13 @@ def test_hits_on_surfaces_seen_by_the_latest_scan_leave_the_memory_and_others_st
             assert tuple(point) not in left, "in sight"
         elif on_far_wall and clearance < -0.08:
             assert tuple(point) in left, "hidden by the post"
-    assert 0 < len(left) < len(memory.points[0])
-    assert len(kept.half_gaps[0]) == len(kept.points[0])
+    assert 0 < len(left) < len(memory.points)
+    assert len(kept.half_gaps) == len(kept.points)
+
+
+def by_scan(memory: ScanMemory) -> list[np.ndarray]:
+    """The points of each scan."""
+    return np.split(memory.points, np.cumsum(memory.counts)[:-1])
 
 
 def test_ranges_beyond_reach_are_unchanged():
@@ -85,7 +89,7 @@ def test_ranges_beyond_reach_are_unchanged():
     kept, out = averaged(memory, scans[-1], poses[-1], reach)
     changed = out.ranges != scans[-1].ranges
     assert changed[scans[-1].ranges < reach].all() and not changed[scans[-1].ranges >= reach].any()
-    for before, after in zip(memory.points, kept.points, strict=True):
+    for before, after in zip(by_scan(memory), by_scan(kept), strict=True):
         far = np.hypot(*before.T) > reach + SAME_SURFACE
         left = {tuple(point) for point in after}
         assert all(tuple(point) in left for point in before[far])
@@ -130,6 +134,6 @@ def test_between_two_walls_the_way_stays_open_in_spite_of_the_noise():
             ("nearest", raw, scan),
             ("averaged", earlier.remembered(mean, pose, REACH, COUNT), mean),
         ):
-            star = safety_star(known, latest, latest.distances, pose, RADIUS + margin, 1.2, StarParameters())
+            star = safety_star(known, latest, latest.distances, pose, RADIUS + margin, 1.2)
             opened[name] += star.values[round(-star.bearing_0 / (2.0 * math.pi) * len(star.values))] > 0.2
     assert opened["nearest"] < 5 and opened["averaged"] > 40

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.regions.bearing_hits import half_gaps
-from drake_starnav.regions.erosion import FreeRange
+from drake_starnav.regions.erosion import FreeRange, free_range
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.star_region import (
     RegionStack,
@@ -21,7 +21,6 @@ from drake_starnav.regions.star_region import (
 )
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, smooth_region
 
-RAW = StarParameters(smoothing_beams=0)
 STEP = 2.0 * math.pi / 720
 
 
@@ -29,12 +28,14 @@ def unit(theta: np.ndarray | float) -> np.ndarray:
     return np.stack((np.cos(theta), np.sin(theta)), axis=-1)
 
 
-def seen_from(seed: int, parameters: StarParameters = RAW) -> tuple[StarRegion, np.ndarray, np.ndarray]:
+def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     """A region in a random world, the hits it was made from, in W, and their half gaps."""
     rng = np.random.default_rng(seed)
     pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
     scan = cast(scattered(rng), pose)
-    return scan_region(scan, pose, RADIUS, parameters), scan.points(pose), half_gaps(scan, scan.distances)[scan.hits]
+    profile = free_range(scan, scan.distances, RADIUS, StarParameters())
+    region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
+    return region, scan.points(pose), half_gaps(scan, scan.distances)[scan.hits]
 
 
 @settings(max_examples=20)
@@ -113,7 +114,7 @@ def test_a_region_moves_with_the_pose_of_its_scan(seed):
     rng = np.random.default_rng(seed)
     scan = cast(scattered(rng))
     pose = rng.uniform(-3.0, 3.0, 3)
-    at_origin, moved = (scan_region(scan, p, RADIUS, RAW) for p in (np.zeros(3), pose))
+    at_origin, moved = (scan_region(scan, p, RADIUS, StarParameters()) for p in (np.zeros(3), pose))
     points = rng.uniform(-3.0, 3.0, (300, 2))
     c, s = math.cos(pose[2]), math.sin(pose[2])
     there = points @ np.array(((c, s), (-s, c))) + pose[:2]

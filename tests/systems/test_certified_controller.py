@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
+from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import ControllerParameters, control_step
-from drake_starnav.control.sampling_mpc import predictive_step
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar

@@ -12,6 +12,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters
+from drake_starnav.regions.perception import SCAN_MEMORY
+from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.star_perception import StarPerception
@@ -116,7 +118,7 @@ def test_the_safety_star_remembers_the_last_scans_and_no_more() -> None:
     perceived.update()
     near_post = perceived.out("safety_star").values.min()
     perceived.see(EMPTY)  # the post is gone from now on
-    for _ in range(CONTROLLER.scan_memory - 1):
+    for _ in range(SCAN_MEMORY - 1):
         perceived.update()
         assert perceived.out("safety_star").values.min() == pytest.approx(near_post, abs=1e-9)
     perceived.update()
@@ -143,7 +145,7 @@ def test_a_context_owns_its_memory() -> None:
     other = perceived.context.Clone()
     held = perceived.system.GetOutputPort("safety_star").Eval(other).values.copy()
     perceived.see(EMPTY)
-    for _ in range(CONTROLLER.scan_memory):
+    for _ in range(SCAN_MEMORY):
         perceived.update()
     assert np.array_equal(perceived.system.GetOutputPort("safety_star").Eval(other).values, held)
     assert not np.array_equal(perceived.out("safety_star").values, held)
@@ -175,7 +177,7 @@ def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
     perceived = Perceived()
     perceived.see(EMPTY)
     perceived.update()
-    for _ in range(round(CONTROLLER.scan_patience) - 1):
+    for _ in range(round(SCAN_PATIENCE) - 1):
         assert perceived.out("safety_star").values.max() > 0.5
         perceived.update(silent=True)
     perceived.update(silent=True)
@@ -212,12 +214,12 @@ def test_averaged_scans_tell_more_exactly_where_walls_are() -> None:
     for averaging in (False, True):
         rng = np.random.default_rng(4)
         perceived = Perceived(controller=dataclasses.replace(CONTROLLER, average_scans=averaging))
-        for _ in range(CONTROLLER.scan_memory):
+        for _ in range(SCAN_MEMORY):
             scan = perceived.see(box, np.zeros(3))
             perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(noisy(scan, 0.01, rng)))
             perceived.update(silent=True)
         error[averaging] = np.abs(perceived.out("safety_star").hits).max(axis=1) - 0.5
-    assert len(error[True]) < 1.1 * len(error[False]) / CONTROLLER.scan_memory, "one scan speaks for all"
+    assert len(error[True]) < 1.1 * len(error[False]) / SCAN_MEMORY, "one scan speaks for all"
     assert error[True].std() < 0.6 * error[False].std()
     assert -error[True].min() < 0.6 * -error[False].min()
 

@@ -17,8 +17,15 @@ from drake_starnav.planning.roadmap import rebuilt
 from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.visualization import star_roadmap_visualizer
 from drake_starnav.visualization.meshes import LAYERS
-from drake_starnav.visualization.star_roadmap_visualizer import OLD_REGIONS, StarRoadmapVisualizer
+from drake_starnav.visualization.star_roadmap_visualizer import (
+    NEW_OPACITY,
+    OLD_OPACITY,
+    OLD_REGIONS,
+    SCAN_POINTS,
+    StarRoadmapVisualizer,
+)
 
 ROBOT = RobotParameters()
 PLANNER = PlannerParameters()
@@ -142,20 +149,20 @@ def test_one_scan_one_path_and_one_certificate_at_a_time(script):
 
 
 def test_scans_are_drawn_at_their_rate_and_thinned(log):
-    slow = play(log, scan_rate=2.0, scan_points=20)
+    slow = play(log, scan_rate=2.0)
     assert len(slow.objects("scan")) == 7  # at 0, 0.5 ... 3 s
     clouds = [call[2] for call in slow if call[0] == "SetObject" and call[1] in slow.objects("scan")]
-    assert all(0 < cloud.size() <= 20 for cloud in clouds)
+    assert all(0 < cloud.size() <= SCAN_POINTS for cloud in clouds)
 
 
-def test_the_newest_region_is_bright_and_fades_when_it_is_no_longer(log):
-    script = play(log, fade_time=1.0)
+def test_the_newest_region_is_bright_and_fades_when_it_is_no_longer(log, monkeypatch):
+    monkeypatch.setattr(star_roadmap_visualizer, "FADE_TIME", 1.0)
+    script = play(log)
     count = [len(row["roadmap"].roadmap) for row in log]
     second = next(k for k, n in enumerate(count) if n > 1)
     first_fan = script.objects("regions")[0]
-    defaults = RecordingParameters()
     track = script.track(f"{first_fan}/<object>", "material.opacity")
-    assert track[:2] == [(second - 1, defaults.new_opacity), (second, defaults.old_opacity)]
+    assert track[:2] == [(second - 1, NEW_OPACITY), (second, OLD_OPACITY)]
     last, opacity = track[2]
     assert opacity == 0.0 and second < last <= second + 20
     assert script.track(first_fan, "visible")[-1] == (last, False)

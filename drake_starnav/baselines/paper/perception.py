@@ -9,7 +9,6 @@ from scipy.ndimage import gaussian_filter1d
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.erosion import FreeRange, bearing_count, free_limit
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.regions.piecewise_cubic import JUMP, PiecewiseCubic, fit_segments
 from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, SafetyStar
@@ -40,7 +39,7 @@ def perceive(
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         distance = smoothed_distances(scan)
-        profile = sight_range(scan, distance, settings.region, RANGE)
+        profile = sight_range(scan, distance, RANGE)
         with stopwatch.measure("fit"):
             region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_slopes)
         near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
@@ -65,19 +64,16 @@ def smoothed_distances(scan: LaserScan) -> np.ndarray:
     return np.where(distance >= min(scan.range_max, RANGE), distance, smooth)
 
 
-def sight_range(
-    scan: LaserScan, distance: np.ndarray, parameters: StarParameters, reach: float = math.inf, radius: float = 0.0
-) -> FreeRange:
+def sight_range(scan: LaserScan, distance: np.ndarray, reach: float = math.inf, radius: float = 0.0) -> FreeRange:
     """The range of the nearest beam at every bearing, as the free range of a robot without extent.
 
     Args:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), its smoothed ranges, m.
-        parameters: bearings.
         reach: farther ranges are cut off, m.
         radius: taken off all ranges, m.
     """
-    samples = bearing_count(scan, parameters)
+    samples = bearing_count(scan)
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
     limit = free_limit(scan, samples, min(scan.range_max, reach), radius)

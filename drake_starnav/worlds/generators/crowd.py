@@ -34,7 +34,7 @@ class Crowd:
     width: float = parameter(12.0, "extent along x, from start to goal", unit="m", low=8.0, high=100.0)
     moving_obstacles: tuple[int, int] = parameter((10, 20), "fewest and most discs that move", low=0, high=1000)
     speed: tuple[float, float] = parameter(
-        (0.3, 0.8), "of the slowest and the fastest; each disc keeps its speed", unit="m/s", above=0.0, high=5.0
+        (0.3, 0.8), "of the slowest and the fastest; each disc keeps its speed", unit="m/s", low=0.01, high=5.0
     )
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:

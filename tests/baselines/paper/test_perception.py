@@ -9,7 +9,6 @@ from drake_starnav.baselines.paper.perception import RANGE, fit_slopes, perceive
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerParameters
-from drake_starnav.regions import StarParameters
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
@@ -27,14 +26,14 @@ def test_ranges_beyond_the_clip_are_no_returns() -> None:
     distance = smoothed_distances(scan)
     assert (distance[scan.distances > RANGE] == scan.range_max).all()
     assert (distance[scan.distances < RANGE - 0.1] < RANGE).all()
-    samples, limit, margin = sight_range(scan, distance, StarParameters(), RANGE)
+    samples, limit, margin = sight_range(scan, distance, RANGE)
     assert samples.max() == limit.max() == RANGE and margin == 0.0
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.25])
 def test_each_beam_counts_alone(radius: float) -> None:
     scan = cast(scattered(np.random.default_rng(1)))
-    samples, limit, _ = sight_range(scan, scan.distances, StarParameters(), radius=radius)
+    samples, limit, _ = sight_range(scan, scan.distances, radius=radius)
     np.testing.assert_allclose(samples[::2], np.maximum(scan.distances - radius, 0.0))
     np.testing.assert_allclose(limit, 5.0 - radius)
 

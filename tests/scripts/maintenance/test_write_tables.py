@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 from pydrake.systems.framework import PortDataType
 
-from drake_starnav.parameters import build, parameter
+from drake_starnav.parameters import build, declared, parameter
 from drake_starnav.scenario import METHODS, load_scenario
 from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.worlds import WORLD_KINDS
@@ -83,12 +83,12 @@ def test_the_documented_kind_is_the_port_s(name: str) -> None:
 @pytest.mark.parametrize(("section", "cls"), [*SECTIONS.items(), *(("world", kind) for kind in WORLD_KINDS.values())])
 def test_every_parameter_has_a_meaning_and_its_default_is_allowed(section: str, cls: type) -> None:
     rows = write_tables.parameter_rows(cls, section)
-    assert [row[0] for row in rows] == [f"`{section}.{field.name}`" for field in dataclasses.fields(cls)]
+    assert [row[0] for row in rows] == [f"`{section}.{field.name}`" for field in declared(cls)]
     for name, _, default, allowed, meaning, _ in rows:
         assert len(meaning) > 3, name
         assert default != "``", name
         assert allowed, name
-    defaults = {field.name: getattr(cls(), field.name) for field in dataclasses.fields(cls)}
+    defaults = {field.name: getattr(cls(), field.name) for field in declared(cls)}
     assert build(cls, defaults, section) == cls()  # every default passes its own check
 
 

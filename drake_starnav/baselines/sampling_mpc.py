@@ -2,11 +2,11 @@
 
 The candidates are a lattice over the robot's speeds and turning rates, the twist of the law in `path_following.py`, the
 present twist, and the present turning rate alone. Each is rolled out: held for a while, then the robot heads for the
-next way point by the law, v = v_max cos^3(error), omega = gain error; a step that would leave known free space is not
-taken, and the robot only turns. In seconds,
+next way point by the law, v = v_max cos^3(error), omega = HEADING_GAIN error; a step that would leave known free space
+is not taken, and the robot only turns. In seconds,
 
-    cost = min over t of [ t + T(t) + (w_c / v_max) int_0^t (1 - c/zone)_+^2 ds ]
-           + w_s |v' - v|/v_max + w_s |omega' - omega|/omega_max,   horizon/2 <= t <= horizon
+    cost = min over t of [ t + T(t) + (w_c / v_max) int_0^t (1 - c/ZONE)_+^2 ds ]
+           + w_s |v' - v|/v_max + w_s |omega' - omega|/omega_max,   HORIZON/2 <= t <= HORIZON
 
 T, the time to go: the remaining path at full speed, and the time lost until the robot drives along it at full speed,
 for the present heading and at each corner (`heading_loss`). c is the clearance, (v', omega') the candidate, (v, omega)
@@ -26,8 +26,15 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import certified_twist, stops_inside
-from drake_starnav.control.heading_controller import CREEP_SPEED, gripped, limited_twist, turning_twist, wrapped_angle
+from drake_starnav.control.certificates import NO_DISCS, certified_twist, first_accepted, within_star
+from drake_starnav.control.heading_controller import (
+    CREEP_SPEED,
+    GOAL_SLOWDOWN,
+    gripped,
+    limited_twist,
+    turning_twist,
+    wrapped_angle,
+)
 from drake_starnav.control.law import Command, ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import desired_twist
@@ -45,6 +52,22 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.star_region import RegionStack, covers, segment_covered
 from drake_starnav.robot import RobotParameters
 
+HORIZON = 1.5
+"""How far ahead the law looks, s."""
+STEP = 0.1
+"""Step of the foreseen motion, s."""
+HOLD = 0.3
+"""How long a sampled twist is held before the path is followed, s."""
+SPEED_SAMPLES = 5
+"""Sampled speeds from 0 to the largest."""
+TURN_SAMPLES = 11
+"""Sampled turning rates, denser near 0."""
+ZONE = 0.1
+"""Clearance below which a metre counts as longer, m."""
+CLEARANCE_WEIGHT = 0.9
+"""w_c, how much longer a metre right at an obstacle counts: below 1, or standing may seem better than passing."""
+CHANGE_WEIGHT = 0.15
+"""w_s, what a change of speed or turning rate by its whole range costs, s."""
 TURN_EXPONENT = 1.5
 """The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
 SIGHT_STEP = 0.05
@@ -56,18 +79,17 @@ IN_SIGHT, ROUND_A_CORNER, OCCLUDED = 0, 1, 2
 
 
 class _Settings(NamedTuple):
-    """Constants of the cost, as named in the parameters of the controller; SI units."""
+    """What the cost depends on besides its constants; SI units.
 
-    horizon: float
-    step: float
-    hold: float
-    heading_gain: float
+    Attributes:
+        slowdown: speed per distance to the goal; infinite where the path ends at a frontier.
+        radius: of the robot.
+        margin: safety margin.
+    """
+
     slowdown: float
     radius: float
     margin: float
-    zone: float
-    clearance_weight: float
-    change_weight: float
 
 
 def predictive_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
@@ -99,24 +121,19 @@ def predictive_twist(
     limits, period = robot.limits, 1.0 / parameters.rate
     seen = path_in_sight(pose[:2], guidance.path, guidance.regions) if len(guidance.path) else None
     if seen is not None:
-        twists = candidates(twist, reactive, parameters, robot)
+        twists = candidates(twist, reactive, robot)
         in_sight = now._replace(guidance=dataclasses.replace(guidance, path=seen))
-        cost = rollout_costs(twists, in_sight, parameters, robot)
-        for k in np.argsort(cost, kind="stable"):
-            v, omega = float(twists[k, 0]), float(twists[k, 1])
-            if stops_inside(
-                *pose, *twist, v, omega, period, parameters.delay, limits, star.center, star.bearing_0, star.values
-            ):
-                return v, omega, True
+        twists = twists[np.argsort(rollout_costs(twists, in_sight, parameters, robot), kind="stable")]
+        k = first_accepted(*pose, *twist, twists, limits, within_star(star, period, parameters.delay), NO_DISCS, 0.0)
+        if k >= 0:
+            return float(twists[k, 0]), float(twists[k, 1]), True
     return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)
 
 
-def candidates(
-    twist: np.ndarray, reactive: np.ndarray, parameters: ControllerParameters, robot: RobotParameters
-) -> np.ndarray:
+def candidates(twist: np.ndarray, reactive: np.ndarray, robot: RobotParameters) -> np.ndarray:
     """The sampled twists, shape (n, 2), (v, omega): at equal cost the earlier one is taken, the law's first."""
-    speeds = np.linspace(0.0, robot.max_speed, parameters.speed_samples)
-    share = np.linspace(-1.0, 1.0, parameters.turn_samples)
+    speeds = np.linspace(0.0, robot.max_speed, SPEED_SAMPLES)
+    share = np.linspace(-1.0, 1.0, TURN_SAMPLES)
     turns = robot.max_yaw_rate * np.sign(share) * np.abs(share) ** TURN_EXPONENT
     lattice = np.column_stack((np.repeat(speeds, len(turns)), np.tile(turns, len(speeds))))
     fastest = gripped(robot.max_acceleration) / np.maximum(lattice[:, 0], 1e-9)
@@ -143,19 +160,8 @@ def rollout_costs(
     pose, twist, _, guidance, star = now
     limits = robot.limits
     line = np.vstack((pose[:2], guidance.path))
-    settings = _Settings(
-        horizon=parameters.horizon,
-        step=parameters.prediction_step,
-        hold=parameters.prediction_hold,
-        heading_gain=parameters.heading_gain,
-        slowdown=parameters.goal_slowdown if guidance.arrives else np.inf,
-        radius=robot.radius,
-        margin=parameters.safety_margin,
-        zone=parameters.clearance_zone,
-        clearance_weight=parameters.clearance_weight,
-        change_weight=parameters.change_weight,
-    )
-    settings = _Settings._make(map(float, settings))  # a whole number would have all compiled again
+    slowdown = GOAL_SLOWDOWN if guidance.arrives else np.inf
+    settings = _Settings(slowdown, float(robot.radius), float(parameters.safety_margin))
     known = KnownSpace.of(guidance.regions, star)
     return _rollout_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
 
@@ -163,46 +169,46 @@ def rollout_costs(
 @njit(cache=True)
 def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
-    step, radius, zone = settings.step, settings.radius, settings.zone
+    radius = settings.radius
     v_max, omega_max, last = limits.max_speed, limits.max_yaw_rate, len(line) - 1
-    steps = int(math.ceil(settings.horizon / step - 1e-9))
+    steps = int(math.ceil(HORIZON / STEP - 1e-9))
     cost = np.empty(len(twists))
-    clearance_now = clearance_within(pose[0], pose[1], hits, radius, zone)
+    clearance_now = clearance_within(pose[0], pose[1], hits, radius, ZONE)
     for c in range(len(twists)):
         x, y, yaw, v, omega = pose[0], pose[1], pose[2], twist[0], twist[1]
         k, region = 1, -1
         clearance, near_walls, best = clearance_now, 0.0, np.inf
         for i in range(steps):
             dx, dy = line[k, 0] - x, line[k, 1] - y
-            if i * step < settings.hold - 1e-9:
+            if i * STEP < HOLD - 1e-9:
                 want_v, want_omega = twists[c, 0], twists[c, 1]
             else:
                 error = wrapped_angle(math.atan2(dy, dx) - yaw)
-                want_v, want_omega = turning_twist(error, v_max, settings.heading_gain, limits)
+                want_v, want_omega = turning_twist(error, v_max, limits)
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
             next_x, next_y, yaw, v, omega, travelled = rollout_step(
-                x, y, yaw, v, omega, want_v, want_omega, step, limits
+                x, y, yaw, v, omega, want_v, want_omega, STEP, limits
             )
             free = covers(star_center, star_bearing_0, star_values, next_x, next_y)
             if not free:
                 region = region_around(center, bearing_0, values, reach, region, next_x, next_y)
                 free = region >= 0
-            next_clearance = clearance_within(next_x, next_y, hits, radius, zone)
+            next_clearance = clearance_within(next_x, next_y, hits, radius, ZONE)
             if free and (next_clearance >= settings.margin or next_clearance >= clearance):
                 x, y, clearance = next_x, next_y, next_clearance
-                near_walls += abs(travelled) * (1.0 - clearance / zone) ** 2
+                near_walls += abs(travelled) * (1.0 - clearance / ZONE) ** 2
                 k = next_way_point(line, k, x, y)
             else:
                 v = 0.0
-            spent = (i + 1) * step - settings.horizon + settings.clearance_weight * near_walls / v_max
+            spent = (i + 1) * STEP - HORIZON + CLEARANCE_WEIGHT * near_walls / v_max
             if k == last and (line[k, 0] - x) ** 2 + (line[k, 1] - y) ** 2 < ARRIVED * ARRIVED:
                 best = min(best, spent)
                 break
             if 2 * (i + 1) >= steps:
                 best = min(best, spent + time_to_go(line, left, k, x, y, yaw, v, omega, limits))
         change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
-        cost[c] = best + settings.change_weight * change
+        cost[c] = best + CHANGE_WEIGHT * change
     return cost
 
 

@@ -7,22 +7,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import certified_twist
-from drake_starnav.control.heading_controller import CREEP_SPEED
-from drake_starnav.control.law import ControlInput
-from drake_starnav.control.path_following import desired_twist
-from drake_starnav.control.rollout import ARRIVED, heading_loss
-from drake_starnav.control.sampling_mpc import (
+from drake_starnav.baselines.sampling_mpc import (
+    CHANGE_WEIGHT,
+    CLEARANCE_WEIGHT,
+    ZONE,
     candidates,
     path_in_sight,
     predictive_step,
     predictive_twist,
     rollout_costs,
 )
+from drake_starnav.control import ControllerParameters
+from drake_starnav.control.certificates import certified_twist
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
+from drake_starnav.control.law import ControlInput
+from drake_starnav.control.path_following import desired_twist
+from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import RegionStack, scan_region, segment_covered
 from drake_starnav.robot import RobotParameters
@@ -40,9 +44,9 @@ NOWHERE = RegionStack.of(())
 
 def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionStack, SafetyStar, ScanMemory]:
     scan, stars = cast(world, pose), StarParameters()
-    memory = memory.remembered(scan, pose, PARAMETERS.safety_range + 2.0 * RADIUS, PARAMETERS.scan_memory)
+    memory = memory.remembered(scan, pose, PARAMETERS.safety_range + 2.0 * RADIUS, SCAN_MEMORY)
     safe = RADIUS + PARAMETERS.safety_margin
-    star = safety_star(memory, scan, smoothed_distances(scan, stars), pose, safe, PARAMETERS.safety_range, stars)
+    star = safety_star(memory, scan, smoothed_distances(scan), pose, safe, PARAMETERS.safety_range)
     return RegionStack.of([scan_region(scan, pose, RADIUS, stars)]), star, memory
 
 
@@ -58,7 +62,6 @@ def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionStac
 
 def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
     """One candidate's cost, written as the module's docstring says it."""
-    p = PARAMETERS
     v_max, omega_max, a, alpha = LIMITS
     line = [pose[:2], *path]
     (x, y, yaw), (v, omega), ahead = pose, twist, 1
@@ -68,7 +71,7 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
 
     def clearance(px, py):
         away = np.hypot(*(star.near_hits - (px, py)).T) if len(star.near_hits) else np.array([np.inf])
-        return min(max(away.min() - ROBOT.radius, 0.0), p.clearance_zone)
+        return min(max(away.min() - ROBOT.radius, 0.0), ZONE)
 
     def free(px, py):
         return bool(segment_covered(*regions.arrays, px, py, px, py, 1.0)) or bool(
@@ -97,16 +100,16 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
             error = wrapped(bearing((x, y), line[ahead]) - yaw)
             want = np.array((v_max * max(math.cos(error), 0.0) ** 3, np.clip(4.0 * error, -omega_max, omega_max)))
         if arrives and ahead == len(path):
-            want[0] = min(want[0], p.goal_slowdown * np.hypot(*to) + CREEP_SPEED)
+            want[0] = min(want[0], GOAL_SLOWDOWN * np.hypot(*to) + CREEP_SPEED)
         after = np.array((v, omega)) + np.clip(want - (v, omega), (-0.1 * a, -0.1 * alpha), (0.1 * a, 0.1 * alpha))
         driven, turned = 0.05 * (after + (v, omega))
         v, omega = after
         step = driven * np.array((math.cos(yaw + 0.5 * turned), math.sin(yaw + 0.5 * turned)))
         yaw += turned
         c_next = clearance(x + step[0], y + step[1])
-        if free(x + step[0], y + step[1]) and (c_next >= p.safety_margin or c_next >= c):
+        if free(x + step[0], y + step[1]) and (c_next >= PARAMETERS.safety_margin or c_next >= c):
             x, y, c = x + step[0], y + step[1], c_next
-            near_walls += abs(driven) * (1.0 - c / p.clearance_zone) ** 2
+            near_walls += abs(driven) * (1.0 - c / ZONE) ** 2
             while ahead < len(path):
                 before, corner, after_corner = line[ahead - 1 : ahead + 2]
                 leg, here = after_corner - corner, np.array((x, y)) - corner
@@ -116,13 +119,13 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
                 ahead += 1
         else:
             v = 0.0
-        cost = 0.1 * (i + 1) - 1.5 + p.clearance_weight * near_walls / v_max
+        cost = 0.1 * (i + 1) - 1.5 + CLEARANCE_WEIGHT * near_walls / v_max
         if ahead == len(path) and np.hypot(*(line[-1] - (x, y))) < ARRIVED:
             best = min(best, cost)
             break
         if i >= 7:  # the second half of the horizon
             best = min(best, cost + time_to_go())
-    return best + p.change_weight * np.sum(np.abs(np.array(candidate) - twist) / SPEEDS)
+    return best + CHANGE_WEIGHT * np.sum(np.abs(np.array(candidate) - twist) / SPEEDS)
 
 
 def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: SafetyStar) -> ControlInput:
@@ -133,7 +136,7 @@ def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star:
 @given(seeds, st.booleans())
 def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
-    twists = candidates(twist, np.array((0.3, 1.0)), PARAMETERS, ROBOT)[::7]
+    twists = candidates(twist, np.array((0.3, 1.0)), ROBOT)[::7]
     cost = rollout_costs(twists, control_input(pose, twist, Guidance(path, arrives, regions), star), PARAMETERS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
@@ -228,7 +231,7 @@ def test_heading_loss_is_nothing_at_full_speed_along_the_way_and_grows_with_the_
 
 
 def test_the_laws_twist_comes_first_and_the_lattice_spans_the_limits():
-    twists = candidates(np.array((0.5, 0.7)), np.array((0.3, 1.0)), PARAMETERS, ROBOT)
+    twists = candidates(np.array((0.5, 0.7)), np.array((0.3, 1.0)), ROBOT)
     np.testing.assert_array_equal(twists[:3], [(0.3, 1.0), (0.5, 0.7), (0.0, 0.7)])
     assert len(twists) == 3 + 5 * 11
     np.testing.assert_allclose(twists[3:].min(axis=0), (0.0, -2.0))
