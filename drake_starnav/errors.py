@@ -9,7 +9,7 @@ MOST_DIGITS = 1000
 """Larger whole numbers are not written out."""
 
 
-class StarnavError(Exception):
+class StarnavError(ValueError):
     """Bad input: the message names the place, the value found, and what is allowed."""
 
 

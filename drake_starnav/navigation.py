@@ -2,16 +2,16 @@
 
 import dataclasses
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pydrake.common.value import Value
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, ZeroOrderHold
 
 from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import Law, control_step
-from drake_starnav.control.parameters import GUIDED
+from drake_starnav.control.parameters import CERTIFIED, GUIDED
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step
@@ -23,12 +23,14 @@ from drake_starnav.station.navigation_station import STATION_OUTPUTS, Navigation
 from drake_starnav.station.robot_interface import RobotInterface, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.endpoints import check_free_ends
@@ -50,28 +52,40 @@ METHODS = {
 }
 """By `controller.kind`, of GUIDED."""
 SYSTEMS = (
-    "goal", "perception", "planner", "tracker", "matcher", "controller", "jump_guard", "predictor", "known_obstacles",
-    "command_hold",
+    "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
+    "known_obstacles", "command_hold",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
 
 @dataclass(frozen=True)
 class Navigation:
-    """The systems that `add_navigation` put into a builder, for connecting more to them.
+    """The systems of a navigation loop in a builder, for connecting more to them and for recording them.
 
-    A baseline that heads for the goal itself has neither perception nor planner. There is a tracker if the scenario
-    declares obstacles that move, and a matcher if it declares that the believed pose errs.
+    `add_navigation` makes one. For a loop wired by hand, `Navigation(world, station)` with what else there is tells
+    `Recorder` what to draw.
+
+    Attributes:
+        world: driven through.
+        station: robot and sensor.
+        goal: its only output is the goal.
+        perception: None for a baseline that heads for the goal itself.
+        planner: None for such a baseline.
+        controller: whose twist is driven, or shielded.
+        tracker: if the scenario declares obstacles that move.
+        matcher: if it declares that the believed pose errs.
+        shield: the certificate around the twist of a controller of the user's.
     """
 
     world: World
     station: NavigationStation | Station | RobotInterface
-    goal: LeafSystem
-    perception: StarPerception | None
-    planner: StarRoadmapPlanner | None
-    controller: CertifiedController | BaselineController
+    goal: Any = None  # systems of any kind, or None: a union would ask for a check at each use
+    perception: StarPerception | None = None
+    planner: Any = None
+    controller: Any = None
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
+    shield: TwistShield | None = None
 
     def localization(self, name: str) -> OutputPort:
         """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
@@ -80,9 +94,22 @@ class Navigation:
         return self.station.GetOutputPort(f"localization.{name}")
 
     @property
-    def certificate(self) -> OutputPort:
-        """The port of the controller's certificate, in the same frame."""
-        return (self.matcher or self.controller).GetOutputPort("certificate")
+    def certifier(self) -> System | None:
+        """The system that has the port `certificate`; None if there is none."""
+        system = self.shield or self.controller
+        return system if system is not None and "certificate" in outputs(system) else None
+
+    @property
+    def certificate(self) -> OutputPort | None:
+        """The port of the certificate, in the same frame; None of a controller that has no such port."""
+        return None if self.certifier is None else (self.matcher or self.certifier).GetOutputPort("certificate")
+
+    @property
+    def twist_command(self) -> OutputPort | None:
+        """The port of the twist that is driven; None without a controller."""
+        if self.shield is not None:
+            return self.shield.GetOutputPort("twist_command")
+        return None if self.controller is None else output_port(self.controller, "twist_command", 2, "controller")
 
 
 def add_navigation(
@@ -93,9 +120,17 @@ def add_navigation(
     world: World | None = None,
     station: NavigationStation | Station | RobotInterface | None = None,
     stopwatch: Stopwatch | None = None,
-    goal: LeafSystem | None = None,
+    goal: System | None = None,
+    planner: System | None = None,
+    controller: System | None = None,
+    shield: bool = False,
 ) -> Navigation:
     """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
+
+    A planner or controller of your own is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`,
+    `pose`, `state`, `goal`, `star`, `safety_star` and `tracks`, as of the systems that output them, and for a
+    controller the planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already
+    stay so. The certificate guarantees nothing about a controller without the shield.
 
     The lidar scans at multiples of its period; perception follows one tick (`simulation.time_step`) later, planner and
     controller two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes
@@ -113,16 +148,20 @@ def add_navigation(
             of several robots in a plant.
         stopwatch: records wall-clock times, if given.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
+        planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
+        controller: instead of the scenario's; it outputs `twist_command`, (v, omega), m/s and rad/s.
+        shield: whether a twist of your controller is driven only as far as the certificate accepts it.
 
     Raises:
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
             do what the scenario asks of it.
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
-            parameters; or the builder has systems of the same names.
+            parameters; the builder has systems of the same names; or your system has not the ports it needs.
     """
+    _check_own_systems(scenario, planner, controller, shield)
     validate(scenario)
     for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
-        if builder.HasSubsystemNamed(name):
+        if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in (goal, planner, controller):
             raise StarnavError(
                 f"the builder has a system named {name} already; allowed: one navigation a builder, without systems of "
                 "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
@@ -145,36 +184,49 @@ def add_navigation(
                 scenario.lidar,
                 localization=scenario.localization,
                 drive=scenario.drive,
+                settings=scenario.plant_config,
                 time_step=step,
                 seed=seed,
             ),
         )
-    if goal is None or goal not in builder.GetSystems():
-        goal = builder.AddNamedSystem("goal", goal or ConstantVectorSource(world.goal))
-    perception: StarPerception | None = None
-    planner: StarRoadmapPlanner | None = None
-    tracker: ObstacleTracker | None = None
-    matcher: ScanMatcher | None = None
-    controller: CertifiedController | BaselineController
-    if scenario.controller.kind in GUIDED:
-        perception, planner, tracker, matcher = _add_planning(builder, scenario, station, goal, stopwatch)
-        controller = _add_certified_controller(
-            builder, scenario, station, perception, matcher or planner, tracker, stopwatch
-        )
+    goal = add_system(builder, "goal", goal or ConstantVectorSource(world.goal), "goal")
+    if scenario.controller.kind in GUIDED or scenario.controller.target == "short_term_goal":
+        made = _add_planning(builder, scenario, Navigation(world, station, goal), planner, stopwatch)
     else:
-        if scenario.controller.target == "short_term_goal":
-            perception, planner, tracker, _ = _add_planning(builder, scenario, station, goal, stopwatch)
-        controller = _add_baseline(builder, scenario, world, station, goal, planner, stopwatch)
-    command, equipment = controller.GetOutputPort("twist_command"), _equipment(station)
-    if equipment.continuous:  # a discrete plant takes a command up at its next step, and so it is certified
+        made = Navigation(world, station, goal)
+    if controller is not None:
+        made = _add_own_controller(builder, scenario, made, controller, shield)
+    elif scenario.controller.kind in GUIDED:
+        made = _add_certified_controller(builder, scenario, made, stopwatch)
+    else:
+        made = _add_baseline(builder, scenario, made, stopwatch)
+    assert made.twist_command is not None
+    command = made.twist_command
+    if _equipment(station).continuous:  # a discrete plant takes a command up at its next step, and so it is certified
         period, offset = 1.0 / scenario.controller.rate, _command_offset(scenario) + step
         hold = builder.AddNamedSystem("command_hold", ZeroOrderHold(period, 2, offset))
-        builder.Connect(command, hold.get_input_port())
+        connect(builder, command, hold.get_input_port(), "controller")
         command = hold.get_output_port()
-    builder.Connect(command, station.GetInputPort("drive.twist_command"))
-    if matcher is not None:
-        builder.Connect(controller.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
-    return Navigation(world, station, goal, perception, planner, controller, tracker, matcher)
+    connect(builder, command, station.GetInputPort("drive.twist_command"), "controller")
+    if made.matcher is not None and made.certifier is not None:
+        builder.Connect(made.certifier.GetOutputPort("certificate"), made.matcher.GetInputPort("certificate"))
+    return made
+
+
+def _check_own_systems(scenario: Scenario, planner: System | None, controller: System | None, shield: bool) -> None:
+    """Raise a `StarnavError` where a scenario excludes systems of the user's."""
+    settings = scenario.controller
+    if shield and controller is None:
+        raise StarnavError("shield is True without a controller of your own; allowed: with one")
+    if controller is not None and not settings.certifies:
+        raise StarnavError(
+            f"controller.kind is {settings.kind} with a controller of your own; allowed: {', '.join(CERTIFIED)}"
+        )
+    if planner is not None and settings.kind not in GUIDED and settings.target != "short_term_goal":
+        raise StarnavError(
+            f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
+            "allowed: controller.target short_term_goal"
+        )
 
 
 @dataclass(frozen=True)
@@ -214,11 +266,11 @@ def _equipment(station: NavigationStation | Station | RobotInterface) -> RobotIn
 def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
-    station: NavigationStation | Station | RobotInterface,
-    goal: LeafSystem,
+    made: Navigation,
+    own: System | None,
     stopwatch: Stopwatch | None,
-) -> tuple[StarPerception, StarRoadmapPlanner, ObstacleTracker | None, ScanMatcher | None]:
-    lidar, schedule = scenario.lidar, _Schedule.of(scenario)
+) -> Navigation:
+    lidar, schedule, station = scenario.lidar, _Schedule.of(scenario), made.station
     method = METHODS.get(scenario.controller.kind, METHODS["star"])  # a baseline may head for short-term goals
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if schedule.tracker is not None:
@@ -241,36 +293,48 @@ def _add_planning(
             stopwatch=stopwatch,
         ),
     )
-    planner = builder.AddNamedSystem(
-        "planner",
-        StarRoadmapPlanner(
+    builder.Connect(scan, perception.GetInputPort("scan"))
+    builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
+    matcher = None
+    if schedule.matcher is not None:
+        localization = scenario.localization
+        error = OdometryError(localization.drift, localization.jump, lidar.noise)
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=schedule.matcher))
+        for port, name in (
+            (perception.GetOutputPort("star"), "star"),
+            (station.GetOutputPort("localization.state"), "state"),
+            (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
+        ):
+            builder.Connect(port, matcher.GetInputPort(name))
+    made = dataclasses.replace(made, perception=perception, tracker=tracker, matcher=matcher)
+    planner = own
+    if planner is None:
+        planner = StarRoadmapPlanner(
             scenario.robot,
             scenario.planner,
             goal_tolerance=scenario.simulation.goal_tolerance,
             offset=schedule.last,
             step=method.step,
             stopwatch=stopwatch,
-        ),
-    )
-    builder.Connect(scan, perception.GetInputPort("scan"))
-    builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
-    builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
-    star, pose, matcher = perception.GetOutputPort("star"), station.GetOutputPort("localization.pose"), None
-    if schedule.matcher is not None:
-        localization = scenario.localization
-        error = OdometryError(localization.drift, localization.jump, lidar.noise)
-        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=schedule.matcher))
-        for port, name in (
-            (star, "star"),
-            (station.GetOutputPort("localization.state"), "state"),
-            (station.GetOutputPort("localization.scan_pose"), "scan_pose"),
-            (planner.GetOutputPort("guidance"), "guidance"),
-        ):
-            builder.Connect(port, matcher.GetInputPort(name))
-        star, pose = matcher.GetOutputPort("star"), matcher.GetOutputPort("pose")
-    builder.Connect(star, planner.GetInputPort("star"))
-    builder.Connect(pose, planner.GetInputPort("pose"))
-    return perception, planner, tracker, matcher
+        )
+    planner = add_system(builder, "planner", planner, "planner")
+    connect_inputs(builder, planner, _sources(made), "planner")
+    if matcher is not None and "guidance" in outputs(planner):
+        connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")
+    return dataclasses.replace(made, planner=planner)
+
+
+def _sources(made: Navigation) -> dict[str, OutputPort]:
+    """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
+    assert made.perception is not None
+    sources = {name: made.localization(name) for name in ("pose", "state", "scan_pose")}
+    sources |= {name: made.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
+    sources |= {"goal": made.goal.get_output_port(), "star": (made.matcher or made.perception).GetOutputPort("star")}
+    if made.matcher is None:  # else these are in the frame of the odometry
+        sources["safety_star"] = made.perception.GetOutputPort("safety_star")
+        if made.tracker is not None:
+            sources["tracks"] = made.tracker.GetOutputPort("tracks")
+    return sources if made.planner is None else outputs(made.planner) | sources
 
 
 def _tracks(scenario: Scenario) -> bool:
@@ -285,31 +349,65 @@ def _matches(scenario: Scenario) -> bool:
 
 
 def _add_certified_controller(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    station: NavigationStation | Station | RobotInterface,
-    perception: StarPerception,
-    guide: StarRoadmapPlanner | ScanMatcher,
-    tracker: ObstacleTracker | None,
-    stopwatch: Stopwatch | None,
-) -> CertifiedController:
-    offset, rate = _command_offset(scenario), scenario.controller.rate
-    delay = delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
+    builder: DiagramBuilder, scenario: Scenario, made: Navigation, stopwatch: Stopwatch | None
+) -> Navigation:
     controller = builder.AddNamedSystem(
         "controller",
         CertifiedController(
             scenario.robot,
             scenario.controller,
-            offset=offset,
+            offset=_Schedule.of(scenario).last,
             law=METHODS[scenario.controller.kind].law,
-            obstacles=scenario.obstacles if tracker is not None else None,
-            lead=delay,
+            obstacles=scenario.obstacles if made.tracker is not None else None,
+            lead=_lead(scenario),
             stopwatch=stopwatch,
         ),
     )
-    if tracker is not None:
-        builder.Connect(tracker.GetOutputPort("tracks"), controller.GetInputPort("tracks"))
-    star, state = perception.GetOutputPort("safety_star"), station.GetOutputPort("localization.state")
+    guide: System = made.matcher or made.planner
+    if "guidance" not in outputs(made.planner):
+        names = ", ".join(outputs(made.planner)) or "none"
+        raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
+    connect(builder, guide.GetOutputPort("guidance"), controller.GetInputPort("guidance"), "planner")
+    _connect_certifier(builder, scenario, made, controller)
+    return dataclasses.replace(made, controller=controller)
+
+
+def _add_own_controller(
+    builder: DiagramBuilder, scenario: Scenario, made: Navigation, controller: System, shield: bool
+) -> Navigation:
+    controller = add_system(builder, "controller", controller, "controller")
+    connect_inputs(builder, controller, _sources(made), "controller")
+    twist = output_port(controller, "twist_command", 2, "controller")
+    made = dataclasses.replace(made, controller=controller)
+    if not shield:
+        return made
+    guard = builder.AddNamedSystem(
+        "shield",
+        TwistShield(
+            scenario.robot,
+            scenario.controller,
+            offset=_Schedule.of(scenario).last,
+            obstacles=scenario.obstacles if made.tracker is not None else None,
+            lead=_lead(scenario),
+        ),
+    )
+    builder.Connect(twist, guard.GetInputPort("desired_twist"))
+    _connect_certifier(builder, scenario, made, guard)
+    return dataclasses.replace(made, shield=guard)
+
+
+def _lead(scenario: Scenario) -> float:
+    """How late commands take effect, s."""
+    return delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
+
+
+def _connect_certifier(builder: DiagramBuilder, scenario: Scenario, made: Navigation, certifier: System) -> None:
+    """Connect what the certificate needs: the safety star, the state when a command takes effect, and the tracks."""
+    assert made.perception is not None
+    offset, rate = _Schedule.of(scenario).last, scenario.controller.rate
+    if made.tracker is not None:
+        builder.Connect(made.tracker.GetOutputPort("tracks"), certifier.GetInputPort("tracks"))
+    star, state = made.perception.GetOutputPort("safety_star"), made.station.GetOutputPort("localization.state")
     if scenario.localization.jump > 0.0:
         guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset, rolling=scenario.lidar.rolling)
         guard = builder.AddNamedSystem("jump_guard", guard)
@@ -317,26 +415,20 @@ def _add_certified_controller(
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
-        predictor = builder.AddNamedSystem("predictor", StatePredictor(delay=delay, rate=rate, offset=offset))
+        predictor = StatePredictor(delay=_lead(scenario), rate=rate, offset=offset)
+        predictor = builder.AddNamedSystem("predictor", predictor)
         builder.Connect(state, predictor.GetInputPort("state"))
-        builder.Connect(controller.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
+        builder.Connect(certifier.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
         state = predictor.get_output_port()
-    builder.Connect(guide.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
-    builder.Connect(star, controller.GetInputPort("safety_star"))
-    builder.Connect(state, controller.GetInputPort("state"))
-    return controller
+    builder.Connect(star, certifier.GetInputPort("safety_star"))
+    builder.Connect(state, certifier.GetInputPort("state"))
 
 
 def _add_baseline(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    world: World,
-    station: NavigationStation | Station | RobotInterface,
-    goal: LeafSystem,
-    planner: StarRoadmapPlanner | None,
-    stopwatch: Stopwatch | None,
-) -> BaselineController:
+    builder: DiagramBuilder, scenario: Scenario, made: Navigation, stopwatch: Stopwatch | None
+) -> Navigation:
     """Add a baseline; it reads the same scans at the same times as the star controller."""
+    world, station, goal, planner = made.world, made.station, made.goal, made.planner
     kind, offset = scenario.controller.kind, _command_offset(scenario)
     settings = getattr(scenario, kind)
     controller = builder.AddNamedSystem(
@@ -351,7 +443,8 @@ def _add_baseline(
     ):
         builder.Connect(station.GetOutputPort(name), controller.GetInputPort(port))
     if planner is not None:
-        builder.Connect(planner.GetOutputPort("short_term_goal"), controller.GetInputPort("short_term_goal"))
+        target = output_port(planner, "short_term_goal", 2, "planner")
+        builder.Connect(target, controller.GetInputPort("short_term_goal"))
     if kind == "dsm":
         count = len(world.polygons)
         if count or world.model is not None or len(world.moving_obstacles):
@@ -364,7 +457,7 @@ def _add_baseline(
         known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + scenario.dsm.margin)
         source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
         builder.Connect(source.get_output_port(), controller.GetInputPort("obstacles"))
-    return controller
+    return dataclasses.replace(made, controller=controller)
 
 
 def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = None) -> Diagram:

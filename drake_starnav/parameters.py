@@ -7,7 +7,10 @@ and meaning stand beside its default, so that one check and one generated table 
 import contextlib
 import dataclasses
 import difflib
+import functools
 import math
+import os
+import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -97,6 +100,27 @@ def is_finite(value: float) -> bool:
     return abs(value) <= LARGEST
 
 
+@functools.cache
+def plain_struct(cls: type) -> Any:
+    """A mutable twin of a frozen parameter dataclass: the same name, fields and defaults, unchecked until it is used.
+
+    Drake's `yaml_load_typed` sets one attribute after the other, which a frozen dataclass does not allow. Tuples are
+    lists in it.
+    """
+    kinds = typing.get_type_hints(cls)
+    fields = []
+    for given in declared(cls):
+        kind: Any = kinds[given.name]
+        default: dict[str, Any] = {"default": given.default}
+        if given.default_factory is not dataclasses.MISSING:
+            default = {"default_factory": given.default_factory}
+        elif typing.get_origin(kind) is tuple:  # which Drake does not read
+            kind = types.GenericAlias(list, typing.get_args(kind)[:1])
+            default = {"default_factory": functools.partial(list, given.default)}
+        fields.append((given.name, kind, dataclasses.field(**default, metadata=given.metadata)))
+    return dataclasses.make_dataclass(cls.__name__, fields, namespace={"__doc__": cls.__doc__})
+
+
 def check_parameters(parameters: Any, place: str) -> None:
     """Raise `StarnavError` for the first value of a wrong type or out of its declared limits.
 
@@ -147,8 +171,8 @@ def convert(value: Any, kind: Any, place: str) -> Any:
         return value
     if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value) if not abs(value) > LARGEST else math.inf if value > 0 else -math.inf
-    if kind is str and isinstance(value, str):
-        return value
+    if kind is str and isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
     if typing.get_origin(kind) is list and isinstance(value, list):
         return value  # its owner checks the entries
     if typing.get_origin(kind) is tuple and isinstance(value, (list, tuple)) and len(value) == 2:

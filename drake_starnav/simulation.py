@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypedDict, Unpack
 
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
@@ -22,12 +22,15 @@ from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor
+from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.station.plant import make_simulator
+from drake_starnav.systems.connecting import outputs
 from drake_starnav.systems.release import release
-from drake_starnav.utils.files import check_writable
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.difficulty import tightest_gap
@@ -114,15 +117,26 @@ class Observer(Protocol):
         """The run has ended; `lines` describe how, and `motion` is the robot's."""
 
 
+class OwnSystems(TypedDict, total=False):
+    """Systems of the user's in the place of the scenario's, as `add_navigation` takes them."""
+
+    goal: System
+    planner: System
+    controller: System
+    shield: bool
+
+
 def run_trial(
     scenario: Scenario,
     *,
     method: str = "star",
     seed: int = 0,
     world: World | None = None,
-    html: Path | None = None,
+    html: str | Path | None = None,
+    csv: str | Path | None = None,
     observer: Observer | None = None,
     progress: Callable[[float, float], None] | None = None,
+    **own: Unpack[OwnSystems],
 ) -> Trial:
     """Simulate one trial.
 
@@ -132,17 +146,20 @@ def run_trial(
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
         html: file for a recording, if any.
+        csv: file for the robot's states at each step of the plant, if any.
         observer: follows the run, if any; it must not change it.
         progress: called regularly with the simulated time and the time limit, s.
+        own: goal, planner, controller and shield of your own, as for `add_navigation`. Systems serve for one trial, and
+            are not to be used after it.
 
     Raises:
         UnsupportedError: the method cannot be tried in this world.
         StarnavError: the scenario is not one of the method; the world cannot be made (e.g. the start is inside an
-            obstacle), or the recording not written.
+            obstacle), a file not written, or a system of yours not wired.
     """
     check_method(scenario, method)
-    if html is not None:
-        check_writable(html)
+    scenario_simulator_config(scenario.simulator_config)  # refused before the run
+    check_outputs([None if path is None else Path(path) for path in (html, csv)])
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is refused at once
@@ -156,17 +173,25 @@ def run_trial(
     made: Diagram | DiagramBuilder = builder
     try:
         station = scenario_station(builder, scenario, world, seed)
-        navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, stopwatch=stopwatch)
+        navigation = add_navigation(
+            builder, scenario, seed=seed, world=world, station=station, stopwatch=stopwatch, **own
+        )
         log = _add_monitors(builder, navigation, scenario)
         for each in observers:
             each.add_to(builder, navigation, scenario)
         made = diagram = builder.Build()
         for each in observers:
             each.start()
-        run = _simulated(diagram, navigation, log, scenario.simulation.timeout or world.timeout, progress)
+        simulator = make_simulator(diagram, settings=scenario.simulator_config)
+        run = _simulated(simulator, navigation, log, scenario.simulation.timeout or world.timeout, progress)
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
         figures = _figures(scenario, world, shortest, run)
-        trial = Trial(scenario=scenario.name, method=method, seed=seed, **figures, **steps)
+        by = type(own["controller"]).__name__ if own.get("controller") else method
+        trial = Trial(scenario=scenario.name, method=by, seed=seed, **figures, **steps)
+        if csv is not None:
+            rows = np.column_stack((run.times, run.driven))
+            lines = ["t,x,y,yaw,v,omega", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
+            write_text(Path(csv), "\n".join(lines) + "\n")
         for each in observers:
             each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))
         return trial
@@ -184,6 +209,7 @@ def scenario_station(builder: DiagramBuilder, scenario: Scenario, world: World, 
         localization=scenario.localization,
         drive=scenario.drive,
         time_step=scenario.simulation.time_step,
+        settings=scenario.plant_config,
         seed=seed,
     )
 
@@ -220,14 +246,13 @@ def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Sce
 
 
 def _simulated(
-    diagram: Diagram,
+    simulator: Simulator,
     navigation: Navigation,
     log: VectorLogSink,
     timeout: float,
     progress: Callable[[float, float], None] | None,
 ) -> _Run:
-    """Simulate a built diagram until something ends the trial; `timeout` in s."""
-    simulator = make_simulator(diagram)
+    """Simulate until something ends the trial; `timeout` in s."""
     start = time.perf_counter()
     message = _advance(simulator, timeout, progress)
     wall = time.perf_counter() - start
@@ -239,7 +264,7 @@ def _simulated(
         end = port.Eval(port.get_system().GetMyContextFromRoot(context))
         times, states = np.append(times, context.get_time()), np.column_stack((states, end))
     nodes = 0
-    if navigation.planner is not None:
+    if isinstance(navigation.planner, StarRoadmapPlanner):
         roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
         nodes = len(roadmap.roadmap)
     return _Run(
@@ -330,7 +355,7 @@ def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolera
     arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
     builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
-    if navigation.planner is not None:
+    if navigation.planner is not None and "status" in outputs(navigation.planner):
         builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
 
 

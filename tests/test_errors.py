@@ -48,3 +48,7 @@ def test_a_line_is_one() -> None:
 def test_what_cannot_be_tried_is_refused_too() -> None:
     assert issubclass(UnsupportedError, StarnavError)
     assert str(StarnavError("x is 1; allowed: 2")) == "x is 1; allowed: 2"
+
+
+def test_bad_input_is_a_value_error() -> None:
+    assert issubclass(StarnavError, ValueError)

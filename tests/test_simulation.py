@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_starnav import simulation
 from drake_starnav.errors import StarnavError, UnsupportedError
@@ -75,6 +75,27 @@ def test_a_world_of_ones_own_is_driven_in(small_trial) -> None:
     farther = run_trial(scenario, seed=3, world=dataclasses.replace(world, goal=(3.9, 0.0)))
     assert farther.straight_line_m == pytest.approx(3.9)
     assert farther.path_length_m > small_trial.path_length_m
+
+
+def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None:
+    class Ahead(LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareVectorOutputPort("twist_command", 2, lambda context, output: output.SetFromVector([0.5, 0.0]))
+
+    scenario, html, csv = (
+        parse_scenario(SMALL + "simulation: {timeout: 6}\n", name="small"),
+        str(tmp_path / "a.html"),
+        str(tmp_path / "a.csv"),
+    )
+    trial = run_trial(scenario, seed=3, controller=Ahead(), html=html, csv=csv)
+    assert (trial.method, trial.outcome) == ("Ahead", "collision")
+    table = np.genfromtxt(csv, delimiter=",", names=True)
+    assert table.dtype.names == ("t", "x", "y", "yaw", "v", "omega")
+    assert table["t"][-1] == pytest.approx(trial.time_s)
+    assert table["x"][-1] == pytest.approx(trial.path[-1][0], abs=1e-3)
+    assert "method Ahead" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert run_trial(scenario, seed=3, controller=Ahead(), shield=True, observer=None).min_clearance_m > 0.0
 
 
 @pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dvva", "did you mean dwa")])

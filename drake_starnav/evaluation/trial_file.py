@@ -250,6 +250,8 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
             raise OSError("it is no regular file")
         with lzma.open(path) if path.suffix == PACKED else open(path, "rb") as file:
             header, records = parse_trials(_whole_lines(file), str(path))
+    except StarnavError:
+        raise
     except (OSError, EOFError, ValueError, lzma.LZMAError) as error:
         raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: a file written by benchmark.py") from None
     if header["format"] != FORMAT:

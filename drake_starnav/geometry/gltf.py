@@ -32,6 +32,8 @@ def gltf_triangles(text: bytes | str, load: Callable[[str], bytes]) -> tuple[np.
         gltf = json.loads(text)
         buffers = [_buffer(entry, load) for entry in gltf.get("buffers", [])]
         pieces = list(_pieces(gltf, buffers))
+    except StarnavError:
+        raise
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, RecursionError) as error:
         raise StarnavError(f"not a valid glTF 2.0 file ({type(error).__name__}: {error})") from error
     if not pieces:

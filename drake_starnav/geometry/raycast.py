@@ -81,9 +81,8 @@ class ShapeBins:
         buckets = 1
         while buckets < 2 * len(rows):
             buckets *= 2
-        keys = _cell_keys(rows, cell, buckets)
-        starts = np.searchsorted(keys, np.arange(buckets + 2), sorter=(order := np.argsort(keys, kind="stable")))
-        return ShapeBins(np.ascontiguousarray(rows[order]), starts.astype(np.int64), cell)
+        placed, starts = _by_cell(rows, cell, buckets)
+        return ShapeBins(placed, starts, cell)
 
 
 def circle_rows(circles: np.ndarray) -> np.ndarray:
@@ -194,14 +193,24 @@ def _bucket(i, j, buckets):
 
 
 @njit(cache=True)
-def _cell_keys(rows, cell, buckets):
-    keys = np.empty(len(rows), dtype=np.int64)
+def _by_cell(rows, cell, buckets):
+    """The rows in the order of their buckets, and where each bucket starts; large shapes come last."""
+    bucket = np.empty(len(rows), dtype=np.int64)
+    starts = np.zeros(buckets + 2, dtype=np.int64)
     for k in range(len(rows)):
-        if rows[k, 2] > cell:
-            keys[k] = buckets
-        else:
-            keys[k] = _bucket(int(math.floor(rows[k, 0] / cell)), int(math.floor(rows[k, 1] / cell)), buckets)
-    return keys
+        bucket[k] = buckets
+        if rows[k, 2] <= cell:
+            i, j = int(math.floor(rows[k, 0] / cell)), int(math.floor(rows[k, 1] / cell))
+            bucket[k] = _bucket(i, j, buckets)
+        starts[bucket[k] + 1] += 1
+    for n in range(buckets + 1):
+        starts[n + 1] += starts[n]
+    placed = np.empty_like(rows)
+    free = starts.copy()
+    for k in range(len(rows)):
+        placed[free[bucket[k]]] = rows[k]
+        free[bucket[k]] += 1
+    return placed, starts
 
 
 @njit(cache=True)

@@ -114,7 +114,7 @@ class LaserScan:
         """Unit vector along every beam in S, shape (n, 2)."""
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
 
-    @property
+    @cached_property
     def view(self) -> tuple[np.ndarray, float, float, bool]:
         """What compiled loops need to know of the beams: directions, range_max, angle_increment and full_circle."""
         return self.directions, self.range_max, self.angle_increment, self.full_circle
@@ -165,7 +165,7 @@ class LaserScan:
         distance = np.minimum(np.maximum(self.ranges, 0.0), self.range_max)
         if self.complete:
             return distance
-        return _bounded(distance, self.range_max, self.angle_increment, self.full_circle)
+        return _bounded(distance, *self.view[1:])
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m.

@@ -39,6 +39,16 @@ def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
     np.savetxt(file, rows, fmt="%.3f", delimiter=",", header=header)
 
 
+def read_scan_log(path: str | Path) -> list[LoggedScan]:
+    """The scans of a log: a CSV file as of `read_csv`, or else a bag with the topics `/scan` and `/odom`.
+
+    Raises:
+        StarnavError: as of `read_csv` and `read_rosbag`.
+    """
+    path = Path(path)
+    return read_csv(path) if path.suffix == ".csv" else read_rosbag(path)
+
+
 def read_csv(file: Path) -> list[LoggedScan]:
     """The scans of a file in the format of `write_csv`.
 

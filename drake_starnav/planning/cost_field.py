@@ -5,6 +5,7 @@ in square tiles that are never changed once made: an updated memory shares all u
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -30,9 +31,11 @@ BLACKLIST_RADIUS = 0.2
 BLACKLIST_CORE = 0.75
 """Cells this near to a closed place are blocked however far hits are, in cells: at least the one it lies in."""
 UNREACHED = 2**30
-"""The cost of a cell that is blocked or was not reached."""
+"""Costs are stored less this, so that 0, of which memory is full at no cost, stands for what was not reached."""
 LARGEST_GRID = 5e7
-"""A grid that is searched has no more cells than this; each that is reached takes some 110 bytes."""
+"""A grid that is searched has no more cells than this."""
+FIRST_ENTRIES = 4096
+"""Entries of the search's queue at first; it grows with what is reached."""
 NO_PLACES = np.zeros((0, 3))
 NEIGHBOURHOOD = 150
 """The margin of a search that reaches all 3 x 3 cells about a point, hundredths of a cell."""
@@ -102,6 +105,31 @@ class DistanceGrid:
         Raises:
             StarnavError: there would be more than LARGEST_GRID cells.
         """
+        first, count = self._coarse_cells(low, high)
+        out = np.full(count, self.cap, np.float32)
+        for tile, p, q in self._coarse_tiles(first, count):
+            _coarsen(tile, p, q, out)
+        return out, first
+
+    def weights(self, low: np.ndarray, high: np.ndarray, terrain: "Terrain") -> tuple[np.ndarray, np.ndarray]:
+        """What crossing each cell of `window` costs in tenths, 0 where blocked, with a blocked border.
+
+        Returns:
+            Weights, shape (nx + 2, ny + 2), uint8, and the index of the first cell as from `window`.
+
+        Raises:
+            StarnavError: as `window`.
+        """
+        first, count = self._coarse_cells(low, high)
+        costs = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE, NEAR_WALL_COST
+        out = np.zeros(count + 2, np.uint8)
+        out[1:-1, 1:-1] = _cell_weight(np.float32(self.cap), *costs)
+        for tile, p, q in self._coarse_tiles(first, count):
+            _weigh(tile, p, q, out, *costs)
+        return out, first
+
+    def _coarse_cells(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The index of the first cell of the first coarse cell in a box in W, and the number of coarse cells."""
         cell = self.resolution * STRIDE
         if float(np.prod((high - low) / cell)) > LARGEST_GRID:
             raise StarnavError(
@@ -109,11 +137,16 @@ class DistanceGrid:
                 f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
             )
         first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
-        count = np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
-        out = np.full(count, self.cap, np.float32)
-        for (i, j), tile in self.tiles.items():  # its first cell is a multiple of the stride, as `first` is
-            _coarsen(tile, (i * TILE - int(first[0])) // STRIDE, (j * TILE - int(first[1])) // STRIDE, out)
-        return out, first
+        return first, np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
+
+    def _coarse_tiles(self, first: np.ndarray, count: np.ndarray) -> Iterator[tuple[np.ndarray, int, int]]:
+        """The tiles that such a grid needs, each with the coarse cell of its first; that is a multiple of the stride,
+        as `first` is."""
+        side, (nx, ny) = TILE // STRIDE, count.tolist()
+        for (i, j), tile in self.tiles.items():
+            p, q = (i * TILE - int(first[0])) // STRIDE, (j * TILE - int(first[1])) // STRIDE
+            if -side < p < nx and -side < q < ny:
+                yield tile, p, q
 
     def _patch(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         patch = np.full((high - low) * TILE, self.cap, np.float32)
@@ -131,8 +164,8 @@ class CostField:
     """Length of the shortest path to the goal from every cell, as far as it was searched.
 
     Attributes:
-        cost: shape (nx, ny) with a border, in hundredths of a cell; UNREACHED where blocked or not reached.
-        weight: same shape, what crossing a cell costs in tenths; 0 where blocked.
+        cost: shape (nx, ny) with a border, in hundredths of a cell, less UNREACHED; 0 where blocked or not reached.
+        weight: same shape, uint8, what crossing a cell costs in tenths; 0 where blocked.
         origin: position of cell (1, 1), shape (2,), W, m.
         cell: size of a cell, m.
         source: cell (i, j) towards which the search went; (-1, -1) if it went all ways alike.
@@ -222,17 +255,15 @@ def cost_to_go(
         StarnavError: the box has too many cells.
     """
     cell = memory.resolution * STRIDE
-    distance, first = memory.window(low, high)
+    weight, first = memory.weights(low, high, terrain)
     origin = (first + 0.5 * (STRIDE - 1)) * memory.resolution
-    blocked, soft = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE
-    weight = _cell_weights(distance, blocked, soft, NEAR_WALL_COST)
-    blacklist = terrain.blacklist
-    if len(blacklist):
-        radius = (
-            BLACKLIST_RADIUS + math.hypot(0.5, 0.5) * memory.resolution
-        )  # a path is up to so far off its cells' centres
-        _apply_blacklist(weight, distance, (blacklist[:, :2] - origin) / cell + 1.0, blacklist[:, 2], radius / cell)
-    i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(distance.shape) - 1)
+    half_diagonal = math.hypot(0.5, 0.5) * memory.resolution  # a path is up to so far off its cells' centres
+    for x, y, clearance in terrain.blacklist:
+        place, radius = np.array((x, y)), BLACKLIST_RADIUS + half_diagonal
+        distance, corner = memory.window(place - radius - cell, place + radius + cell)
+        around = (corner - first) // STRIDE
+        _apply_blacklist(weight, distance, *around, *((place - origin) / cell + 1.0), clearance, radius / cell)
+    i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3)
     grid = _cost_to_come_grid(weight.shape, origin, cell, origins)
     source, margin = (-1, -1), NEIGHBOURHOOD
     if origins is not None:
@@ -240,7 +271,8 @@ def cost_to_go(
         if origins.source is not None:
             p, q = np.rint((origins.source - origin) / cell).astype(np.int64) + 1
             source = (int(p), int(q))
-    cost, f_limit = bucket_dijkstra(weight, i + 1, j + 1, grid, margin, *source)
+    cost = np.zeros(weight.shape, np.int32)
+    f_limit = bucket_dijkstra(weight, cost, i + 1, j + 1, grid, margin, *source)
     return CostField(cost, weight, origin, cell, source, f_limit, memory)
 
 
@@ -279,71 +311,73 @@ def _coarsen(tile, p, q, out):
 
 
 @njit(cache=True)
-def _cell_weights(distance, blocked, soft, near_wall_cost):
-    """Cost of each cell in tenths, 0 where blocked, with a blocked border."""
-    nx, ny = distance.shape
-    weight = np.zeros((nx + 2, ny + 2), np.int32)
-    for i in range(nx):
-        for j in range(ny):
-            d = distance[i, j]
-            if d >= soft:
-                weight[i + 1, j + 1] = 10
-            elif d >= blocked:
-                weight[i + 1, j + 1] = int(10.0 * (1.0 + near_wall_cost * (soft - d) / (soft - blocked)))
-    return weight
+def _cell_weight(distance, blocked, soft, near_wall_cost):
+    """Cost of a cell in tenths, 0 where blocked."""
+    if distance >= soft:
+        return 10
+    if distance >= blocked:
+        return int(10.0 * (1.0 + near_wall_cost * (soft - distance) / (soft - blocked)))
+    return 0
 
 
 @njit(cache=True)
-def _apply_blacklist(weight, distance, places, clearance, radius):
-    """Block cells about places, in cells of `weight`, which has a border that `distance` has not."""
-    for k in range(len(places)):
-        x, y = places[k]
-        for i in range(max(math.ceil(x - radius), 1), min(math.floor(x + radius), weight.shape[0] - 2) + 1):
-            for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
-                squared = (i - x) ** 2 + (j - y) ** 2
-                narrow = squared <= radius * radius and distance[i - 1, j - 1] < clearance[k]
-                if narrow or squared <= BLACKLIST_CORE * BLACKLIST_CORE:
-                    weight[i, j] = 0
+def _weigh(tile, p, q, out, blocked, soft, near_wall_cost):
+    """Write the weights of a tile's coarse cells, as from `_coarsen`, into a grid with a border."""
+    count = tile.shape[0] // STRIDE
+    for i in range(max(-p, 0), min(count, out.shape[0] - 2 - p)):
+        for j in range(max(-q, 0), min(count, out.shape[1] - 2 - q)):
+            most = tile[i * STRIDE, j * STRIDE]
+            for a in range(STRIDE):
+                for b in range(STRIDE):
+                    most = max(most, tile[i * STRIDE + a, j * STRIDE + b])
+            out[p + i + 1, q + j + 1] = _cell_weight(most, blocked, soft, near_wall_cost)
+
+
+@njit(cache=True)
+def _apply_blacklist(weight, distance, p, q, x, y, clearance, radius):
+    """Block cells about a place (x, y), in cells of `weight`, with the distances from its cell (p, q) + 1 on."""
+    for i in range(max(math.ceil(x - radius), 1), min(math.floor(x + radius), weight.shape[0] - 2) + 1):
+        for j in range(max(math.ceil(y - radius), 1), min(math.floor(y + radius), weight.shape[1] - 2) + 1):
+            squared = (i - x) ** 2 + (j - y) ** 2
+            narrow = squared <= radius * radius and distance[i - 1 - p, j - 1 - q] < clearance
+            if narrow or squared <= BLACKLIST_CORE * BLACKLIST_CORE:
+                weight[i, j] = 0
 
 
 def _cost_to_come_grid(shape: tuple[int, int], origin: np.ndarray, cell: float, origins: Origins | None) -> np.ndarray:
-    """The least cost-to-come of the points in each cell, in hundredths of a cell; UNREACHED where there are none."""
-    out = np.full(shape, UNREACHED, np.int32)
+    """The least cost-to-come of the points in each cell, in hundredths of a cell less UNREACHED; 0 without points."""
+    out = np.zeros(shape, np.int32)
     if origins is not None:
         points, cost_to_come = origins.points, origins.cost_to_come
         index = np.rint((points - origin) / cell).astype(np.int64) + 1
         good = np.isfinite(cost_to_come) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
         i, j = index[good].T
-        np.minimum.at(out, (i, j), np.rint(100.0 * cost_to_come[good] / cell).astype(np.int32))
+        np.minimum.at(out, (i, j), np.rint(100.0 * cost_to_come[good] / cell).astype(np.int32) - UNREACHED)
     return out
 
 
 @njit(cache=True)
-def bucket_dijkstra(weight, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOOD, si=-1, sj=-1):
+def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOOD, si=-1, sj=-1):
     """Dial's bucket-queue A* from the goal (gi, gj) to the source (si, sj); Dijkstra's search without a source (-1).
 
-    It stops once every open cell's f = cost_to_go + heuristic exceeds the best cost_to_go + cost_to_come by more than
-    `margin`, and returns that f, else -1; cells not reached by then have a cost_to_go of at least f - heuristic. All
-    costs are in hundredths of a cell.
+    It fills `cost`, which begins as zeros. It stops once every open cell's f = cost_to_go + heuristic exceeds the best
+    cost_to_go + cost_to_come by more than `margin`, and returns that f, else -1; cells not reached by then have a
+    cost_to_go of at least f - heuristic. All costs are in hundredths of a cell, in both grids less UNREACHED.
     """
-    nx, ny = weight.shape
-    w = weight.ravel()
+    ny = weight.shape[1]
+    w, costs = weight.ravel(), cost.ravel()
     cost_to_come = cost_to_come_grid.ravel()
     best = UNREACHED
-    cost = np.full(nx * ny, UNREACHED, np.int32)
     buckets = 1
-    while buckets <= 28 * w.max() + 1:
+    while buckets <= 28 * np.int64(w.max()) + 1:
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
-    capacity = 8 * nx * ny + 1
-    entry_cell = np.empty(capacity, np.int32)
-    entry_cost = np.empty(capacity, np.int32)
-    entry_next = np.empty(capacity, np.int32)
+    entries = np.empty((FIRST_ENTRIES, 3), np.int32)  # cell, cost less UNREACHED, next entry
     steps = np.array([ny, -ny, 1, -1, ny + 1, ny - 1, -ny + 1, -ny - 1])
     lengths = np.array([10, 10, 10, 10, 14, 14, 14, 14])
     start = gi * ny + gj
-    cost[start] = 0
-    entry_cell[0], entry_cost[0], entry_next[0] = start, 0, -1
+    costs[start] = -UNREACHED
+    entries[0, 0], entries[0, 1], entries[0, 2] = start, -UNREACHED, -1
     bucket = _heuristic(gi, gj, si, sj) & (buckets - 1)
     head[bucket] = 0
     used = 1
@@ -352,29 +386,34 @@ def bucket_dijkstra(weight, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOOD, si=
         while head[bucket] < 0:
             bucket = (bucket + 1) & (buckets - 1)
         e = head[bucket]
-        head[bucket] = entry_next[e]
+        head[bucket] = entries[e, 2]
         waiting -= 1
-        c, cost_to_go = entry_cell[e], entry_cost[e]
-        if cost_to_go > cost[c]:
+        c, reached = entries[e, 0], entries[e, 1]
+        if reached > costs[c]:
             continue
-        if cost_to_come[c] < UNREACHED:
-            best = min(best, cost_to_go + cost_to_come[c])
+        cost_to_go = reached + UNREACHED
+        if cost_to_come[c] < 0:
+            best = min(best, cost_to_go + cost_to_come[c] + UNREACHED)
         f = cost_to_go + _heuristic(c // ny, c % ny, si, sj)
         if f > best + margin:
-            return cost.reshape(nx, ny), f
+            return f
+        if used + 8 > len(entries):
+            larger = np.empty((2 * len(entries), 3), np.int32)
+            larger[:used] = entries[:used]
+            entries = larger
         for k in range(8):
             n = c + steps[k]
             if w[n] == 0:
                 continue
-            candidate = cost_to_go + w[n] * lengths[k]
-            if candidate < cost[n]:
-                cost[n] = candidate
-                b = (candidate + _heuristic(n // ny, n % ny, si, sj)) & (buckets - 1)
-                entry_cell[used], entry_cost[used], entry_next[used] = n, candidate, head[b]
+            candidate = reached + w[n] * lengths[k]
+            if candidate < costs[n]:
+                costs[n] = candidate
+                b = (candidate + UNREACHED + _heuristic(n // ny, n % ny, si, sj)) & (buckets - 1)
+                entries[used, 0], entries[used, 1], entries[used, 2] = n, candidate, head[b]
                 head[b] = used
                 used += 1
                 waiting += 1
-    return cost.reshape(nx, ny), -1
+    return -1
 
 
 @njit(cache=True)
@@ -399,9 +438,9 @@ def _nearest_cost(field, points, origin, cell, f_limit, si, sj):
         j = int(round((points[n, 1] - origin[1]) / cell)) + 1
         for a in range(max(i - 1, 0), min(i + 2, nx)):
             for b in range(max(j - 1, 0), min(j + 2, ny)):
-                if field[a, b] < UNREACHED:
+                if field[a, b] < 0:
                     detour = cell * math.hypot(a - i, b - j)
-                    out[n] = min(out[n], field[a, b] * cell / 100.0 + detour)
+                    out[n] = min(out[n], (field[a, b] + UNREACHED) * cell / 100.0 + detour)
         if f_limit >= 0 and out[n] == np.inf:
             out[n] = max(f_limit - _heuristic(i, j, si, sj), 0) * cell / 100.0
     return out
@@ -412,26 +451,26 @@ def _descent(cost, weight, start):
     """Cells (i, j) from the best of the 3 x 3 about `start` down to the goal, shape (k, 2); none if it is cut off."""
     nx, ny = cost.shape
     i0, j0 = int(round(start[0])), int(round(start[1]))
-    i, j, least = 0, 0, UNREACHED
+    i, j, least = 0, 0, 0
     for a in range(max(i0 - 1, 0), min(i0 + 2, nx)):
         for b in range(max(j0 - 1, 0), min(j0 + 2, ny)):
             if cost[a, b] < least:
                 i, j, least = a, b, cost[a, b]
     out = np.empty((nx * ny, 2), np.int64)
     n = 0
-    while least < UNREACHED:
+    while least < 0:
         out[n, 0], out[n, 1] = i, j
         n += 1
-        if least == 0:
+        if least == -UNREACHED:
             break
-        least = UNREACHED  # of the neighbours, the one through which this cell was reached
+        least = 0  # of the neighbours, the one through which this cell was reached
         for a in (-1, 0, 1):
             for b in (-1, 0, 1):
                 if cost[i + a, j + b] < cost[i, j]:
-                    through = cost[i + a, j + b] + weight[i, j] * (10 if a == 0 or b == 0 else 14)
+                    through = cost[i + a, j + b] + np.int64(weight[i, j]) * (10 if a == 0 or b == 0 else 14)
                     if through < least:
                         least, p, q = through, i + a, j + b
-        if least < UNREACHED:
+        if least < 0:
             i, j = p, q
             least = cost[i, j]
     return out[:n].copy()

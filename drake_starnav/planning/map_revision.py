@@ -8,18 +8,29 @@ wrong about the place ahead of it.
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.edge_coverage import revised
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, with_nodes, without_nodes
+from drake_starnav.planning.roadmap import (
+    COVER_SLACK,
+    DRIVEN_EDGE_PENALTY,
+    STANDING_THERE,
+    StarRoadmap,
+    edge_rows,
+    enterable,
+    impassable_points,
+    overlap,
+    without_nodes,
+)
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits
 from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.star_region import Fit, StarRegion
+from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -98,24 +109,87 @@ def reconcile(
     """
     new_hits = lasting_hits(scan, pose)
     far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
-    kept: list[tuple[StarRegion, LaserScan, np.ndarray]] = []
+    nodes, forgets = list[StarRegion | None](), parameters.drop_seen_through
     for region, (old, old_pose), out_of_reach in zip(roadmap.regions, roadmap.scans, far.tolist(), strict=True):
         if out_of_reach:
-            kept.append((region, old, old_pose))
-            continue
-        if parameters.drop_seen_through and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
-            continue
-        radius = robot_radius + region.margin
-        # the disc is smaller by the slack, as a bearing that grazes a hit would lose much of its range at once
-        if (region.free_range - cut_back(region, *new_hits, max(radius - CONTRADICTION, 0.0))).max() > CONTRADICTION:
-            values = cut_back(region, *new_hits, radius)
-            if values.sum() < KEPT_SHARE * region.free_range.sum():
-                continue
-            region = _with_free_range(region, values)
-        kept.append((region, old, old_pose))
-    if len(kept) == len(roadmap) and all(a is b for a, (b, _, _) in zip(roadmap.regions, kept, strict=True)):
+            nodes.append(region)
+        elif forgets and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
+            nodes.append(None)
+        else:
+            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin, CONTRADICTION))
+    if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
-    return _remade(roadmap, kept, parameters, robot_radius)
+    return _remade(roadmap, nodes, parameters, robot_radius)
+
+
+def _agreeing(
+    region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float, slack: float
+) -> StarRegion | None:
+    """The region cut back where it disagrees with hits by more than `slack`; None if too little of it remains."""
+    smaller = max(radius - slack, 0.0)
+    frame = (*region.center, region.bearing_0)
+    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, slack):
+        return region
+    # the disc is smaller by the slack, as a bearing that grazes a hit would lose much of its range at once
+    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > slack:
+        return region
+    values = cut_back(region, points, gaps, radius)
+    return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)
+
+
+@njit(cache=True)
+def _may_disagree(points, gap, center_x, center_y, bearing_0, free, radius, slack):
+    """Whether some hit could cut a free range back by more than `slack`: no for most regions, at little cost.
+
+    Arguments as for `cut_back`; `gap` is the greatest of all hits, and each hit is taken to lie as far off its bearing
+    as it can.
+    """
+    samples = len(free)
+    step = 2.0 * math.pi / samples
+    farthest = free.max()
+    for i in range(len(points)):
+        dx, dy = points[i, 0] - center_x, points[i, 1] - center_y
+        d = math.sqrt(dx * dx + dy * dy)
+        if d > farthest + radius + 0.1 + 1e-9:
+            continue
+        squared = (radius + 0.5 * step * d) ** 2 + gap * gap + 1e-9
+        size = math.sqrt(squared)
+        if d - size >= farthest - slack:
+            continue
+        if d < 2.0 * size:
+            return True
+        width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
+        middle = int(math.floor((_rough_bearing(dy, dx) - bearing_0) / step + 0.5))
+        for k in range(middle - width, middle + width + 1):
+            if free[k % samples] - slack > d - size:
+                break
+        else:
+            continue
+        middle = int(math.floor((math.atan2(dy, dx) - bearing_0) / step + 0.5))
+        for k in range(-width, width + 1):
+            sine = d * math.sin(k * step)
+            entry = d * math.cos(k * step) - math.sqrt(max(squared - sine * sine, 0.0))
+            if free[(middle + k) % samples] - slack > entry - 1e-9:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _rough_bearing(y, x):
+    """`atan2` up to 2e-5 rad, several times faster."""
+    a, b = abs(x), abs(y)
+    if a + b == 0.0:
+        return 0.0
+    z = min(a, b) / max(a, b)
+    s = z * z
+    angle = z * (
+        0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212))))
+    )
+    if b > a:
+        angle = 0.5 * math.pi - angle
+    if x < 0.0:
+        angle = math.pi - angle
+    return -angle if y < 0.0 else angle
 
 
 def with_stall_point(
@@ -129,9 +203,10 @@ def with_stall_point(
     """
     roadmap = dataclasses.replace(roadmap, stall_points=np.vstack((roadmap.stall_points, place)))
     nodes = [
-        (clear_of(region, roadmap.stall_points, robot_radius), *seen)
-        for region, seen in zip(roadmap.regions, roadmap.scans, strict=True)
+        clear_of(region, roadmap.stall_points, robot_radius)
         if np.hypot(*(region.center - place)) > robot_radius + region.margin
+        else None
+        for region in roadmap.regions
     ]
     return _remade(roadmap, nodes, parameters, robot_radius)
 
@@ -155,16 +230,109 @@ def _with_free_range(region: StarRegion, free_range: np.ndarray, fit: Fit = fit_
 
 
 def _remade(
-    roadmap: StarRoadmap,
-    nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
-    parameters: PlannerParameters,
-    robot_radius: float,
+    roadmap: StarRoadmap, nodes: Sequence[StarRegion | None], parameters: PlannerParameters, robot_radius: float
 ) -> StarRoadmap:
-    """A roadmap of these nodes (region, scan, pose) that keeps its retired, closed, inspected and blocked places.
+    """The roadmap with these regions of its nodes (None: dropped); it keeps its retired, closed and blocked places.
 
-    It also keeps all hits, unless the pose may err: then only those of the nodes' scans.
+    It also keeps all hits, unless the pose may err: then only those of the nodes' scans. Edges and edge frontiers are
+    found anew only where a region has changed; frontiers of other kinds are dropped.
     """
-    forgets, kept = parameters.drop_seen_through, without_nodes(roadmap)
-    if forgets:
-        kept = dataclasses.replace(kept, hits=StarRoadmap.empty(parameters, robot_radius).hits)
-    return with_nodes(kept, nodes, parameters, robot_radius, stamp=forgets)
+    kept = np.array([k for k, region in enumerate(nodes) if region is not None], np.int64)
+    regions = [region for region in nodes if region is not None]
+    scans = tuple(roadmap.scans[k] for k in kept)
+    changed = np.array([new is not roadmap.regions[old] for new, old in zip(regions, kept, strict=True)], bool)
+    hits = roadmap.hits
+    if parameters.drop_seen_through:
+        hits, changed = StarRoadmap.empty(parameters, robot_radius).hits, np.ones(len(kept), bool)
+        for scan, pose in scans:
+            hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
+    if not regions:
+        return dataclasses.replace(without_nodes(roadmap), hits=hits)
+    stack = _revised_stack(roadmap.stack, kept, changed, regions)
+    edges, lengths = _revised_edges(roadmap, kept, changed, stack)
+    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed)]
+    coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
+    roadmap = dataclasses.replace(
+        roadmap,
+        regions=tuple(regions),
+        stack=stack,
+        scans=scans,
+        edges=edges,
+        lengths=lengths,
+        hits=hits,
+        coverage=coverage,
+    )
+    frontiers = coverage.frontiers
+    frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
+    away = _away_from_nodes(frontiers.stand, frontiers.owner, stack.center, STANDING_THERE)
+    return dataclasses.replace(roadmap, frontiers=frontiers.where(away))
+
+
+def _revised_stack(
+    stack: RegionStack, kept: np.ndarray, changed: np.ndarray, regions: Sequence[StarRegion]
+) -> RegionStack:
+    """The rows of the regions that remain, shape (n,), with those of the changed ones replaced."""
+    out = RegionStack(
+        stack.center[kept], stack.bearing_0[kept], stack.values[kept], stack.slopes[kept], stack.reach[kept]
+    )
+    for k in np.flatnonzero(changed).tolist():
+        fit = regions[k].boundary
+        out.values[k], out.slopes[k], out.reach[k] = fit.values, fit.slopes, regions[k].reach
+    return out
+
+
+def _revised_edges(
+    roadmap: StarRoadmap, kept: np.ndarray, changed: np.ndarray, stack: RegionStack
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges and lengths as `with_node` finds them, anew only at changed regions."""
+    number = np.full(len(roadmap), -1)
+    number[kept] = np.arange(len(kept))
+    center = roadmap.stack.center[roadmap.edges]
+    certified = roadmap.lengths < np.hypot(*(center[:, 0] - center[:, 1]).T) + 0.5 * DRIVEN_EDGE_PENALTY
+    known = number[roadmap.edges[certified]]
+    known = known[(known >= 0).all(axis=1)]
+    edges, driven = _edges_where_changed(*stack.arrays, known[~changed[known].any(axis=1)], changed)
+    between = stack.center[edges[:, 0]] - stack.center[edges[:, 1]]
+    return edges, np.hypot(*between.T) + np.where(driven, DRIVEN_EDGE_PENALTY, 0.0)
+
+
+@njit(cache=True)
+def _edges_where_changed(center, bearing_0, values, reach, known, changed):
+    """The known edges, sorted by their newer node, with those of changed nodes; and which of them were only driven."""
+    count = len(reach)
+    news = np.flatnonzero(changed)
+    out = np.empty((len(known) + count * (len(news) + 1), 2), np.int64)
+    driven = np.zeros(len(out), np.bool_)
+    n = e = 0
+    for j in range(count):
+        begin = n
+        marked = np.zeros(j, np.bool_)
+        while e < len(known) and known[e, 1] == j:
+            marked[known[e, 0]] = True
+            e += 1
+        for k in range(j if changed[j] else len(news)):
+            i = k if changed[j] else news[k]
+            if i < j and not marked[i]:
+                marked[i] = overlap(center, bearing_0, values, reach, i, j)
+        for i in range(j):
+            if marked[i]:
+                out[n, 0], out[n, 1] = i, j
+                n += 1
+        if j and n == begin:
+            out[n, 0], out[n, 1] = least_outside(center[:j], bearing_0[:j], values[:j], center[j, 0], center[j, 1]), j
+            driven[n] = True
+            n += 1
+    return out[:n].copy(), driven[:n].copy()
+
+
+@njit(cache=True)
+def _away_from_nodes(stand, owner, center, distance):
+    """Whether each stand is farther than `distance` from its node and all newer ones."""
+    out = np.ones(len(stand), np.bool_)
+    for i in range(len(stand)):
+        for k in range(owner[i], len(center)):
+            dx, dy = stand[i, 0] - center[k, 0], stand[i, 1] - center[k, 1]
+            if dx * dx + dy * dy <= distance * distance:
+                out[i] = False
+                break
+    return out

@@ -245,7 +245,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten.
     """
-    route, state = _searched(state, region, now)
+    route, state, hopeless = _searched(state, region, now)
     if route is None and first_plan:
         return dataclasses.replace(
             PlannerState.initial(now.parameters, now.robot_radius),
@@ -253,7 +253,6 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
             progress_time=state.progress_time,
         )
     if route is None:
-        hopeless = not _may_retry(state, route, now)  # else the next scan may show a way
         status = PlannerStatus.UNREACHABLE if hopeless else state.status
         return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
     target, roadmap = None, state.roadmap
@@ -276,8 +275,8 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
     )
 
 
-def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
-    """The route, if there is one, and the state with the roadmap in which it was found.
+def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState, bool]:
+    """The route, if there is one, the state with the roadmap in which it was found, and whether no retry can help.
 
     If there is none, or if only targets tried in vain block the goal, the roadmap is rebuilt so that they are tried
     again before the rest is explored, which could not help. This happens at most once per scan.
@@ -286,16 +285,20 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
     current = None if state.target is None else state.target[0]
     route = find_route(state.roadmap, region, now, current)
     if route is not None and not route.hopeless:
-        return route, state
+        return route, state, False
     tried = bool((state.retries[:, 2] >= seen.scan.time).any())
-    if tried or not _may_retry(state, route, now):
-        return route, state
+    if tried and route is not None:
+        return route, state, False
+    hopeless = not _may_retry(state, route, now)  # else the next scan may show a way
+    if tried or hopeless:
+        return route, state, hopeless
     assert seen.region is not None
     roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
     roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
     retries = np.vstack((state.retries, (*now.position, seen.scan.time)))
     state = dataclasses.replace(state, roadmap=roadmap, retries=retries)
-    return find_route(roadmap, seen.region, now), state
+    route = find_route(roadmap, seen.region, now)
+    return route, state, route is None and not _may_retry(state, route, now)
 
 
 def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:

@@ -9,7 +9,7 @@ from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
-from drake_starnav.planning.search import UNREACHABLE_PENALTY, optimistic_cost
+from drake_starnav.planning.search import UNREACHABLE_PENALTY, cost_at_robot
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.regions.star_region import StarRegion
 
@@ -103,7 +103,7 @@ def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, now: Pla
     before = dataclasses.replace(
         before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_STAND]
     )
-    shorter, longer = (float(optimistic_cost(known, now).at(here)[0]) for known in (before, after))
+    shorter, longer = (cost_at_robot(known, now) for known in (before, after))
     return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > INSPECTION_DETOUR
 
 

@@ -9,6 +9,7 @@ from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
@@ -25,6 +26,8 @@ AREA_BEARINGS = 4
 """A region's area is sampled along one of this many bearings."""
 AREA_STEP = 0.1
 """Largest spacing of the samples of a region's area along a bearing, m."""
+COVER_SLACK = PROBE_REACHED * PROBE_DISTANCE
+"""A probe this far beyond a region's boundary counts as covered, m."""
 PROBE_SLACK = 0.04
 """A probe nearer to a hit than the robot's radius minus this leads nowhere, m."""
 
@@ -49,6 +52,7 @@ class StarRoadmap:
         stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
             are obstacles for the cost-to-go.
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
+        coverage: of the edge frontiers of all nodes.
     """
 
     regions: tuple[StarRegion, ...]
@@ -62,6 +66,7 @@ class StarRoadmap:
     inspection_points: np.ndarray
     stall_points: np.ndarray
     hits: DistanceGrid
+    coverage: EdgeCoverage = EdgeCoverage()
 
     def __len__(self) -> int:
         return len(self.regions)
@@ -104,19 +109,25 @@ def extended(
         robot_radius: m.
         stamp: whether to add the scan's hits to the distance grid.
     """
-    hits, slack = roadmap.hits, PROBE_REACHED * PROBE_DISTANCE
+    hits = roadmap.hits
     if stamp:
         hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
-    stack, old, new = grown.stack, roadmap.frontiers, edge_frontiers(region, len(roadmap))
-    if len(old):
-        newest = (stack.center[-1:], stack.bearing_0[-1:], stack.values[-1:], stack.reach[-1:])
-        old = old.where(uncovered(old.probe, newest, slack=slack))
-        old = old.where(enterable(old, grown, robot_radius))
-    if len(new):
-        new = new.where(uncovered(new.probe, stack.arrays, skip=len(roadmap), slack=slack))
-        new = new.where(enterable(new, grown, robot_radius))
-    return dataclasses.replace(grown, frontiers=old.joined(new))
+    rows, old = edge_rows(region, hits, robot_radius), roadmap.frontiers
+    coverage = with_newest(roadmap.coverage, rows, grown.stack, COVER_SLACK)
+    newest = (array[-1:] for array in grown.stack.arrays)
+    new = coverage.frontiers
+    frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(
+        new.where(new.owner == len(roadmap))
+    )
+    frontiers = frontiers.where(enterable(frontiers, grown, robot_radius))
+    return dataclasses.replace(grown, frontiers=frontiers, coverage=coverage)
+
+
+def edge_rows(region: StarRegion, hits: DistanceGrid, robot_radius: float) -> np.ndarray:
+    """Stands and probes of a region's edge frontiers that are not at a hit, shape (n, 4), W, m."""
+    edges = edge_frontiers(region, 0)
+    return np.hstack((edges.stand, edges.probe))[hits.distance(edges.probe) > robot_radius - PROBE_SLACK]
 
 
 def with_node(
@@ -165,6 +176,7 @@ def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
         edges=np.zeros((0, 2), np.int64),
         lengths=np.zeros(0),
         frontiers=Frontiers.none(),
+        coverage=EdgeCoverage(),
     )
 
 
@@ -248,18 +260,24 @@ def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, v
 
 
 @njit(cache=True)
+def overlap(center, bearing_0, values, reach, i, j):
+    """Whether one of two regions contains the other's centre."""
+    dx, dy = center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]
+    if dx * dx + dy * dy > max(reach[i], reach[j]) ** 2:
+        return False
+    return covers(center[i], bearing_0[i], values[i], center[j, 0], center[j, 1]) or covers(
+        center[j], bearing_0[j], values[j], center[i, 0], center[i, 1]
+    )
+
+
+@njit(cache=True)
 def _neighbours(center, bearing_0, values, reach):
     """Nodes whose centre the last region contains, or whose region contains the last centre."""
     last = len(reach) - 1
     out = np.empty(last, np.int64)
     n = 0
     for k in range(last):
-        dx, dy = center[k, 0] - center[last, 0], center[k, 1] - center[last, 1]
-        if dx * dx + dy * dy > max(reach[k], reach[last]) ** 2:
-            continue
-        if covers(center[k], bearing_0[k], values[k], center[last, 0], center[last, 1]) or covers(
-            center[last], bearing_0[last], values[last], center[k, 0], center[k, 1]
-        ):
+        if overlap(center, bearing_0, values, reach, k, last):
             out[n] = k
             n += 1
     return out[:n].copy()

@@ -150,8 +150,13 @@ def free_of_blacklist(roadmap: StarRoadmap, now: PlannerInput) -> bool:
     """Whether there is an optimistic path from the robot to the goal if nothing is closed or blocked."""
     nothing = np.zeros((0, 2))
     reopened = dataclasses.replace(roadmap, blacklisted_probes=nothing, stall_points=nothing)
-    field = optimistic_cost(reopened, now)
-    return bool(np.isfinite(field.at(now.position[None, :])[0]))
+    return math.isfinite(cost_at_robot(reopened, now))
+
+
+def cost_at_robot(roadmap: StarRoadmap, now: PlannerInput) -> float:
+    """The optimistic cost-to-go at the robot, m; infinity without a way. The search ends there."""
+    alone = dataclasses.replace(roadmap, frontiers=Frontiers.none())
+    return float(optimistic_cost(alone, now, np.zeros(0)).at(now.position[None, :])[0])
 
 
 def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,10 +1,12 @@
 """String pulling: paths shortened inside the union of regions."""
 
+import math
+
 import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
+from drake_starnav.regions.star_region import LINE_STEP, RegionStack, covers
 
 FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
 """Spacing of the points that the path may skip to, in the first and in the second pass, m."""
@@ -45,10 +47,103 @@ def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack
 @njit(cache=True)
 def _last_in_sight(points, first, x, y, center, bearing_0, values, reach):
     """Index of the last of points[first:] in line of sight from (x, y), or -1."""
+    blocked = 0.0  # how far from (x, y) the last line left the regions: the next one probably does, too
     for j in range(len(points) - 1, first - 1, -1):
-        if segment_covered(center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], LINE_STEP):
+        blocked = _blocked_at(center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], blocked)
+        if blocked < 0.0:
             return j
     return -1
+
+
+@njit(cache=True)
+def _blocked_at(center, bearing_0, values, reach, x0, y0, x1, y1, guess):
+    """Where the segment leaves the union of the regions, from its start, m; -1 if `segment_covered`.
+
+    The samples are those of `segment_covered`, first the one at `guess`. Many at once are found in one region, if the
+    least of its values between the bearings of the first and the last is no less than the distances of both.
+    """
+    length = math.hypot(x1 - x0, y1 - y0)
+    count = int(length / LINE_STEP) + 1
+    nearby = np.empty(len(reach), np.int64)
+    n = 0
+    for k in range(len(reach) - 1, -1, -1):
+        px, py = center[k, 0] - x0, center[k, 1] - y0
+        t = 0.0
+        if length > 1e-12:
+            t = min(max((px * (x1 - x0) + py * (y1 - y0)) / (length * length), 0.0), 1.0)
+        px -= t * (x1 - x0)
+        py -= t * (y1 - y0)
+        if px * px + py * py <= reach[k] * reach[k]:
+            nearby[n] = k
+            n += 1
+    if 0.0 < guess < length:
+        i = int(guess / length * count + 0.5)
+        if (
+            _cover_of(
+                center, bearing_0, values, reach, nearby[:n], -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+            )
+            < 0
+        ):
+            return max(length * i / count, 1e-9)
+    last, i, step = -1, 0, 1
+    while i <= count:
+        x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+        before = last
+        last = _cover_of(center, bearing_0, values, reach, nearby[:n], last, x, y)
+        if last < 0:
+            return max(length * i / count, 1e-9)
+        if last != before:
+            step = 16
+        i += 1
+        while step > 1 and i <= count:
+            ahead = min(i + step, count)
+            if _covers_all(
+                center[last],
+                bearing_0[last],
+                values[last],
+                x,
+                y,
+                x0 + (x1 - x0) * ahead / count,
+                y0 + (y1 - y0) * ahead / count,
+            ):
+                i = ahead + 1
+                x, y = x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count
+                step *= 2
+            else:
+                step //= 2
+    return -1.0
+
+
+@njit(cache=True)
+def _cover_of(center, bearing_0, values, reach, nearby, first, x, y):
+    """A region that contains (x, y), first of all `first` if it is one, else one of `nearby`; or -1."""
+    if first >= 0 and covers(center[first], bearing_0[first], values[first], x, y):
+        return first
+    for k in nearby:
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        if dx * dx + dy * dy <= reach[k] * reach[k] and covers(center[k], bearing_0[k], values[k], x, y):
+            return k
+    return -1
+
+
+@njit(cache=True)
+def _covers_all(center, bearing_0, values, x0, y0, x1, y1):
+    """Whether a region certainly covers the segment: its values between the bearings of both ends are large enough."""
+    ax, ay, bx, by = x0 - center[0], y0 - center[1], x1 - center[0], y1 - center[1]
+    if ax * ax + ay * ay < 1e-12:  # no bearing
+        ax, ay = bx, by
+    farthest = math.sqrt(max(ax * ax + ay * ay, bx * bx + by * by)) + 1e-9
+    turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+    if not abs(turn) < 3.0:
+        return False
+    samples = len(values)
+    step = 2.0 * math.pi / samples
+    begin = math.atan2(ay, ax) - bearing_0
+    low, high = min(begin, begin + turn), max(begin, begin + turn)
+    for k in range(int(math.floor(low / step - 1e-6)), int(math.floor(high / step + 1e-6)) + 2):
+        if values[k % samples] < farthest:
+            return False
+    return True
 
 
 @njit(cache=True)

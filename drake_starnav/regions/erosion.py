@@ -47,7 +47,8 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    return _moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
+    _, range_max, _, full_circle = scan.view
+    return _moving_average(scan.distances, range_max, beams, slack, full_circle)
 
 
 def bearing_count(scan: LaserScan) -> int:

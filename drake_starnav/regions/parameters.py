@@ -13,8 +13,8 @@ class StarParameters:
         smoothing_slack: additional range step allowed within a surface, and additional change allowed by smoothing, m.
     """
 
-    margin: float = 0.0315
-    least_margin: float = 0.0115
+    margin: float = 0.0345
+    least_margin: float = 0.0145
     smoothing_slack: float = 0.0
 
 
@@ -31,7 +31,7 @@ class SafetyParameters:
             obstacles.
     """
 
-    safety_margin: float = 0.0115
+    safety_margin: float = 0.0145
     safety_range: float = 1.2
     smoothed_beams: int = 0
     average_scans: bool = False

@@ -1,6 +1,5 @@
 """Passages: openings that the full margin would close and a smaller one leaves open."""
 
-import numpy as np
 from numba import njit
 
 PASSAGE_DEPTH = 0.2

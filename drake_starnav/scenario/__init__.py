@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Any
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 
 if TYPE_CHECKING:
-    from drake_starnav.scenario.schema import Scenario, load_scenario, parse_scenario
+    from drake_starnav.scenario.schema import Scenario, load_scenario, parse_scenario, save_scenario
 
 __all__ = [
     "METHODS",
     "Scenario",
     "load_scenario",
     "parse_scenario",
+    "save_scenario",
     "scenario_names",
 ]
 

@@ -46,7 +46,7 @@ class DriveParameters:
     )
     error: float = parameter(
         0.0,
-        "how far the robot strays from the motion that its commands ask for, until a command to brake has stopped it",
+        "how much farther than the shipped robots the base strays from its commands until it stands",
         unit="m",
         low=0.0,
         high=0.5,

@@ -2,7 +2,8 @@
 
 A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, obstacles, simulation,
 recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs. The
-world is chosen by a tag, e.g. `world: !Forest {width: 20}`.
+world is chosen by a tag, e.g. `world: !Forest {width: 20}`. `plant_config` and `simulator_config` hold what Drake's
+structs of these names hold.
 """
 
 import dataclasses
@@ -28,7 +29,7 @@ from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.scenario.renamed import name_now
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.tracking import DynamicObstacleParameters
-from drake_starnav.utils.files import read_text, reason_of
+from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, PlainLoader, load_yaml
 from drake_starnav.worlds import WORLD_KINDS
@@ -67,9 +68,19 @@ class Scenario:
     apf: PotentialFieldParameters = field(default_factory=PotentialFieldParameters)
     simulation: SimulationParameters = field(default_factory=SimulationParameters)
     recording: RecordingParameters = field(default_factory=RecordingParameters)
+    plant_config: dict[str, Any] = field(default_factory=dict)
+    simulator_config: dict[str, Any] = field(default_factory=dict)
 
 
-SECTIONS: dict[str, Any] = {part.name: part.default_factory for part in dataclasses.fields(Scenario)[2:]}
+DRAKE_CONFIGS = ("plant_config", "simulator_config")
+"""Sections with the keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`; see `station.drake_configs`."""
+SECTIONS: dict[str, Any] = {
+    part.name: part.default_factory
+    for part in dataclasses.fields(Scenario)
+    if part.name not in ("name", "world", *DRAKE_CONFIGS)
+}
+KEYS = ("world", *SECTIONS, *DRAKE_CONFIGS)
+"""Of a scenario's mapping."""
 
 
 class _Tagged(dict):
@@ -103,15 +114,20 @@ def _tagged(loader: _Loader, suffix: str, node: yaml.Node) -> _Tagged:
     return mapping
 
 
+class _TaggedDumper(yaml.SafeDumper):
+    """Writes mappings with the tags that they were read with."""
+
+
+_TaggedDumper.add_representer(_Tagged, lambda dumper, value: dumper.represent_mapping(f"!{value.tag}", dict(value)))
 _Loader.add_multi_constructor("!", _tagged)
 _Loader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
     "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
 )
 
 
-def scenario_path(name_or_path: str) -> Path:
+def scenario_path(name_or_path: str | Path) -> Path:
     """The file of a shipped scenario, or the one at a path; a `StarnavError` if there is neither."""
-    path = Path(name_or_path)
+    path, name_or_path = Path(name_or_path), str(name_or_path)
     if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
         return path
     if name_or_path not in scenario_names():
@@ -120,7 +136,7 @@ def scenario_path(name_or_path: str) -> Path:
     return model_path("scenarios", f"{name_or_path}.yaml")
 
 
-def load_scenario(name_or_path: str, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
     """A shipped scenario by name, or one from a YAML file by path.
 
     Args:
@@ -178,7 +194,7 @@ def parse_scenario(
     place: str = "scenario",
     method: str = "star",
     overrides: Sequence[str] = (),
-    folder: Path | None = None,
+    folder: str | Path | None = None,
 ) -> Scenario:
     """A scenario from YAML text.
 
@@ -190,25 +206,36 @@ def parse_scenario(
     """
     sections = _read(text, place)
     if folder is not None:
-        _make_paths_absolute(sections, folder)
+        _make_paths_absolute(sections, Path(folder))
     for override in overrides:
         _override(sections, override)
     _make_paths_absolute(sections, Path.cwd())
     _check_known(method)
     for key in sections:
-        if key not in ("world", *SECTIONS):
-            raise unknown_name(f"key {key} in {place}", name_now(str(key)), ["world", *SECTIONS])
+        if key not in KEYS:
+            raise unknown_name(f"key {key} in {place}", name_now(str(key)), KEYS)
     parts = {
         key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key), nearest=name_now)
         for key, cls in SECTIONS.items()
     }
-    return Scenario(name=name, world=_world(sections.get("world"), place), **parts)
+    configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
+    return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
+
+
+def save_scenario(scenario: Scenario, path: str | Path) -> None:
+    """Write a scenario to a YAML file that `load_scenario` reads back to an equal one, where the file has its name.
+
+    Raises:
+        StarnavError: the file cannot be written.
+    """
+    write_text(Path(path), scenario_text(scenario))
 
 
 def scenario_text(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
     lines = [f"world: !{type(scenario.world).__name__} {_flow(_declared(scenario.world))}"]
     lines += [f"{key}: {_flow(_declared(getattr(scenario, key)))}" for key in SECTIONS]
+    lines += [f"{key}: {_flow(getattr(scenario, key))}" for key in DRAKE_CONFIGS if getattr(scenario, key)]
     return "\n".join(lines) + "\n"
 
 
@@ -229,6 +256,16 @@ def differences(text: str, other: str, sections: Sequence[str], place: str = "sc
     return found
 
 
+def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
+    if mapping is None:
+        return {}
+    if not isinstance(mapping, dict) or not all(
+        isinstance(name, str) and isinstance(value, (bool, int, float, str)) for name, value in mapping.items()
+    ):
+        raise StarnavError(f"{key} is {shown(mapping)}; allowed: a mapping of names to numbers, texts, true and false")
+    return dict(mapping)
+
+
 def _without_folder(value: Any) -> Any:
     return Path(value).name if isinstance(value, str) else value
 
@@ -244,8 +281,7 @@ def _flow(values: dict[str, Any]) -> str:
 def _read(text: str, place: str) -> dict[str, Any]:
     sections = load_yaml(text, place, _Loader)
     if not isinstance(sections, dict):
-        known = ", ".join(("world", *SECTIONS))
-        raise StarnavError(f"{place} holds {shown(sections)}; allowed: a mapping with {known}")
+        raise StarnavError(f"{place} holds {shown(sections)}; allowed: a mapping with {', '.join(KEYS)}")
     return sections
 
 
@@ -255,8 +291,8 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if not separator or len(names) != 2 or not all(names):
         raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
     section, name = names
-    if section not in ("world", *SECTIONS):
-        raise unknown_name(f"key {key}", name_now(section), ["world", *SECTIONS])
+    if section not in KEYS:
+        raise unknown_name(f"key {key}", name_now(section), KEYS)
     try:
         parsed = load_yaml(value, key, _Loader)
     except StarnavError:
@@ -284,7 +320,7 @@ def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
 
 def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
     value = mapping.get(key)
-    if isinstance(value, str) and value and "://" not in value:
+    if isinstance(value, str) and value and "://" not in value and "\n" not in value:
         try:
             mapping[key] = str((folder / Path(value).expanduser()).resolve())
         except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
@@ -299,4 +335,7 @@ def _world(mapping: Any, place: str) -> Any:
         raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
     if mapping.tag not in WORLD_KINDS:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
-    return build(WORLD_KINDS[mapping.tag], dict(mapping), "world", nearest=name_now)
+    values = dict(mapping)
+    if mapping.tag == "Model" and isinstance(values.get("directives"), list):
+        values["directives"] = yaml.dump({"directives": values["directives"]}, Dumper=_TaggedDumper, sort_keys=False)
+    return build(WORLD_KINDS[mapping.tag], values, "world", nearest=name_now)

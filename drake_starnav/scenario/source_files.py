@@ -31,6 +31,7 @@ def source_files(scenario: Scenario) -> set[Path]:
     A file counts as one of them if another of them names it, relative to itself, as a URI, or as part of a ROS package.
     """
     names = [value for value in (*vars(scenario.world).values(), scenario.robot.model) if isinstance(value, str)]
+    names += [text for name in names if "\n" in name for text in yaml_texts(name)]
     waiting = [path for name in names for path in _named(name, Path.cwd())]
     found: set[Path] = set()
     while waiting:

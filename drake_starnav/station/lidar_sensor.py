@@ -40,10 +40,15 @@ class LidarMount(NamedTuple):
 
 @dataclass(frozen=True)
 class _Measurement:
-    """One scan and the pose at acquisition."""
+    """One scan, and when and where it was taken, as `_packed`."""
 
     scan: LaserScan
-    X_WS: RigidTransform
+    taken: np.ndarray
+
+    @property
+    def X_WS(self) -> RigidTransform:
+        """Pose of the sensor frame at acquisition."""
+        return _unpacked(self.taken)[1]
 
 
 class LidarSensor(LeafSystem):
@@ -149,9 +154,9 @@ class LidarSensor(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.nan)), RigidTransform())
+        unseen = _packed(math.nan, RigidTransform())
+        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.nan)), unseen)
         if sampled:
-            unseen = _packed(math.nan, nothing.X_WS)
             self._ranges = self.DeclareDiscreteState(nothing.scan.ranges)
             self._taken = self.DeclareDiscreteState(unseen)
             self._swept = self.DeclareDiscreteState(unseen)  # the end of the last sweep, whether it arrives or not
@@ -205,10 +210,11 @@ class LidarSensor(LeafSystem):
     def _measure(self, context: Context) -> _Measurement:
         query = self._query_port.Eval(context)
         X_WS = self._pose(query)
-        return _Measurement(self._scan(context.get_time(), self._cast(context, query, X_WS)), X_WS)
+        time = context.get_time()
+        return _Measurement(self._scan(time, self._cast(context, query, X_WS)), _packed(time, X_WS))
 
     def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
-        if not begins_run(context.get_time(), _unpacked(context.get_discrete_state(self._swept).value())[0]):
+        if not begins_run(context.get_time(), context.get_discrete_state(self._swept)[0]):
             return EventStatus.DidNothing()
         return self._update(context, values)
 
@@ -244,9 +250,9 @@ class LidarSensor(LeafSystem):
         return EventStatus.Succeeded()
 
     def _recall(self, context: Context) -> _Measurement:
-        time, X_WS = _unpacked(context.get_discrete_state(self._taken).value())
-        ranges = context.get_discrete_state(self._ranges).value()
-        return _Measurement(self._scan(0.0 if math.isnan(time) else time, ranges), X_WS)
+        taken = context.get_discrete_state(self._taken).value().copy()
+        ranges, time = context.get_discrete_state(self._ranges).value(), float(taken[0])
+        return _Measurement(self._scan(0.0 if math.isnan(time) else time, ranges), taken)
 
     def _calc_scan(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._measurement.Eval(context).scan)
@@ -270,7 +276,9 @@ class LidarSensor(LeafSystem):
 
 def _packed(time: float, X_WS: RigidTransform) -> np.ndarray:
     """When and where a scan was taken, as discrete state; no time, NaN, before the first."""
-    return np.concatenate(((time,), X_WS.GetAsMatrix34().ravel()))
+    state = np.empty(TAKEN)
+    state[0], state[1:] = time, X_WS.GetAsMatrix34().ravel()
+    return state
 
 
 def _unpacked(state: np.ndarray) -> tuple[float, RigidTransform]:

@@ -103,11 +103,13 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     parser.SetAutoRenaming(True)
     parser.package_map().PopulateFromRosPackagePath()
     parser.package_map().AddPackageXml(str(model_path("package.xml")))
+    place = model.path or "directives"
     try:
-        instances = parser.AddModels(model.path)
+        text = model.text
+        instances = parser.AddModelsFromString(text, "dmd.yaml") if text else parser.AddModels(model.path)
     except (RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())
-        raise StarnavError(f"model {model.path} cannot be read: {reason}; allowed: what Drake's parser reads") from None
+        raise StarnavError(f"model {place} cannot be read: {reason}; allowed: what Drake's parser reads") from None
     if model.weld:
         held = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
         for index in [index for instance in instances for index in plant.GetBodyIndices(instance)]:
@@ -119,7 +121,7 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     for geometry in _geometries(inspector, None):
         shape = inspector.GetShape(geometry)
         if isinstance(shape, (Mesh, Convex)) and shape.source().is_path() and not Path(shape.source().path()).is_file():
-            raise StarnavError(f"model {model.path}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
+            raise StarnavError(f"model {place}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
 
 
 def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:

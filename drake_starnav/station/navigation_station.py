@@ -1,6 +1,9 @@
 """The robot in its world: plant, scene, sensor and wheel servo, in a builder or as one diagram with dotted ports."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -82,6 +85,7 @@ def add_station(
     drive: DriveParameters | None = None,
     time_step: float = SimulationParameters.time_step,
     continuous: bool = True,
+    settings: Mapping[str, Any] = MappingProxyType({}),
     seed: int = 0,
 ) -> Station:
     """Add a robot in its world to a builder: `plant`, `scene_graph`, `robot` and what moves the obstacles that move.
@@ -94,12 +98,13 @@ def add_station(
         world, robot, lidar, localization, drive, seed: as for `NavigationStation`.
         time_step: tick of the schedule, and the step of a discrete plant, s.
         continuous: whether the plant may be continuous.
+        settings: of the plant, laid over `plant_config`: keys of `MultibodyPlantConfig`.
     """
     if not time_step > 0.0:
         raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
     moving = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
     step = 0.0 if continuous and not moving else time_step
-    plant, scene_graph, model, ground = add_plant(builder, world, robot, step)
+    plant, scene_graph, model, ground = add_plant(builder, world, robot, step, settings)
     floor = [ground] if world.model is None else floor_geometries(plant, scene_graph)
     equipment = RobotInterface(
         plant, scene_graph, model, lidar, localization=localization, drive=drive, time_step=time_step, seed=seed
@@ -146,6 +151,7 @@ class NavigationStation(Diagram):
         localization: LocalizationParameters | None = None,
         drive: DriveParameters | None = None,
         time_step: float = SimulationParameters.time_step,
+        settings: Mapping[str, Any] = MappingProxyType({}),
         seed: int = 0,
     ) -> None:
         """
@@ -156,6 +162,7 @@ class NavigationStation(Diagram):
             localization: error of the believed pose; none by default.
             drive: faults of the drive; none by default.
             time_step: of the plant, s.
+            settings: of the plant, as for `add_station`.
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
@@ -169,6 +176,7 @@ class NavigationStation(Diagram):
             drive=drive,
             time_step=time_step,
             continuous=False,
+            settings=settings,
             seed=seed,
         )
         self.plant, self.scene_graph, self.equipment = parts.plant, parts.scene_graph, parts.equipment

@@ -1,5 +1,9 @@
 """The plant that robots drive in, and the simulator that steps it."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex
@@ -7,6 +11,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_starnav.robot import RobotParameters
+from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
 from drake_starnav.station.model_world import add_model, drop_half_spaces
 from drake_starnav.station.moving_bodies import add_moving_obstacles
 from drake_starnav.station.robot_model import add_robot
@@ -32,7 +37,9 @@ def plant_config(time_step: float = 0.0) -> MultibodyPlantConfig:
     )
 
 
-def make_simulator(diagram: Diagram, context: Context | None = None) -> Simulator:
+def make_simulator(
+    diagram: Diagram, context: Context | None = None, settings: Mapping[str, Any] = MappingProxyType({})
+) -> Simulator:
     """A simulator that steps a continuous plant by Drake's CENIC integrator, and a discrete one as any does.
 
     Steps end at events and are no longer than `LONGEST_STEP`; their size is not adapted to the error, so that a run
@@ -41,21 +48,28 @@ def make_simulator(diagram: Diagram, context: Context | None = None) -> Simulato
     Args:
         diagram: the integrator finds a continuous plant under the name "plant" directly in it.
         context: to begin from, instead of the diagram's default.
+        settings: laid over ours: keys of `SimulatorConfig`.
     """
     simulator = Simulator(diagram, context)
     if diagram.HasSubsystemNamed("plant") and diagram.GetSubsystemByName("plant").num_continuous_states() > 0:
-        config = SimulatorConfig(
+        ours = SimulatorConfig(
             integration_scheme="cenic",
             max_step_size=LONGEST_STEP,
             use_error_control=False,
             start_time=simulator.get_context().get_time(),
         )
-        ApplySimulatorConfig(config, simulator)
+        ApplySimulatorConfig(scenario_simulator_config(settings, ours), simulator)
+    elif settings:
+        ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
     return simulator
 
 
 def add_plant(
-    builder: DiagramBuilder, world: World, robot: RobotParameters, time_step: float
+    builder: DiagramBuilder,
+    world: World,
+    robot: RobotParameters,
+    time_step: float,
+    settings: Mapping[str, Any] = MappingProxyType({}),
 ) -> tuple[MultibodyPlant, SceneGraph, ModelInstanceIndex, GeometryId]:
     """Add a plant and scene graph with the robot, the ground and the obstacles of a world; the plant is finalized.
 
@@ -64,11 +78,12 @@ def add_plant(
         world: obstacles, and where the robot starts.
         robot: model and size.
         time_step: as for `plant_config`.
+        settings: laid over it: keys of `MultibodyPlantConfig`.
 
     Returns:
         plant, scene graph, the robot's model instance, and the ground's geometry.
     """
-    plant, scene_graph = AddMultibodyPlant(plant_config(time_step), builder)
+    plant, scene_graph = AddMultibodyPlant(scenario_plant_config(settings, plant_config(time_step)), builder)
     model = add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)
     if world.model is None:

@@ -67,10 +67,10 @@ class RobotInterface(Diagram):
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
-        self.lidar = lidar
+        self.plant, self.scene_graph, self.lidar = plant, scene_graph, lidar
         self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
-        self.model, self.time_step = model, plant.time_step() or time_step
-        self.continuous = plant.time_step() == 0.0
+        self.model = self.robot_model = model
+        self.time_step, self.continuous = plant.time_step() or time_step, plant.time_step() == 0.0
         self.reach = robot_reach(plant, scene_graph, model)[0]
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()

@@ -84,7 +84,7 @@ class StarPerception(LeafSystem):
     def _update(self, context: Context, state: State) -> EventStatus:
         scan = self._scan.Eval(context)
         before = context.get_abstract_state(self._state).get_value()
-        if scan.time == before.safety.time or scan.lost.all():
+        if scan.time == before.safety.time or (not scan.complete and scan.lost.all()):
             return EventStatus.DidNothing()
         if scan.time < before.safety.time:
             before = Perceived.nothing()  # time was set back: another run begins

@@ -9,8 +9,12 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Role
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
+from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.systems.connecting import outputs
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
@@ -22,9 +26,7 @@ from drake_starnav.visualization.timeline import Tee, Timeline
 
 if TYPE_CHECKING:
     from drake_starnav.navigation import Navigation
-    from drake_starnav.scenario import Scenario
     from drake_starnav.station.navigation_station import NavigationStation, Station
-    from drake_starnav.station.robot_interface import RobotInterface
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
 """Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
@@ -53,14 +55,16 @@ class Recorder:
         self._html, self._view, self._shown = html, view, shown
         self.film: Film | None = None
 
-    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: "Scenario") -> None:
+    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: Scenario | None = None) -> None:
         """Start a Meshcat and add its visualizers.
 
         Args:
             builder: to which they are added.
-            navigation: what `add_navigation` put into the same builder.
-            scenario: whose parameters `recording` and `robot` are used.
+            navigation: what `add_navigation` put into the same builder, or `Navigation(world, station)` with what else
+                there is to draw.
+            scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
         """
+        scenario = scenario or Scenario(navigation.world.name, None)
         self._meshcat = quiet_meshcat()
         self._timeline = Timeline()
         self._navigation, self._scenario = navigation, scenario
@@ -72,12 +76,12 @@ class Recorder:
         frame_camera(self._meshcat, self._navigation.world.extent)
         start_recording(self._meshcat, self._scenario.recording)
 
-    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+    def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
         """End the recording and write it.
 
         Args:
             lines: of the caption, below the scenario's name.
-            motion: of the robot.
+            motion: of the robot; without it there is no `film`.
 
         Raises:
             StarnavError: the file cannot be written.
@@ -88,8 +92,27 @@ class Recorder:
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
-        robot = Actor(motion, self._scenario.robot.radius)
-        self.film = Film(caption, world, self._timeline, (robot,))
+        if motion is not None:
+            robot = Actor(motion, self._scenario.robot.radius)
+            self.film = Film(caption, world, self._timeline, (robot,))
+
+    def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
+        """Write a still of the finished run, seen from above; it needs no browser.
+
+        Args:
+            path: of the file.
+            time: of the run, s.
+            width: of the picture, pixels.
+
+        Raises:
+            StarnavError: the run has not been finished with the robot's motion, or the file cannot be written.
+        """
+        from drake_starnav.visualization.clips import write_png
+        from drake_starnav.visualization.plot import PlotCamera  # Matplotlib is an extra
+
+        if self.film is None:
+            raise StarnavError("the recorder has no film; allowed: after finish(lines, motion)")
+        write_png(Path(path), PlotCamera(self.film, width=width).picture(time))
 
 
 def quiet_meshcat() -> Meshcat:
@@ -100,7 +123,7 @@ def quiet_meshcat() -> Meshcat:
 def add_visualizers(
     builder: DiagramBuilder,
     navigation: "Navigation",
-    scenario: "Scenario",
+    scenario: Scenario,
     meshcat: Meshcat,
     timeline: Timeline | None = None,
     keep: bool = True,
@@ -113,12 +136,14 @@ def add_visualizers(
         timeline: where to remember what is drawn as well, if anywhere.
         keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
     """
-    station, controller = navigation.station, navigation.controller
+    station = navigation.station
+    own_plant = isinstance(station, RobotInterface)
+    query = station.scene_graph.get_query_output_port() if own_plant else station.GetOutputPort("cheat.geometry_query")
     period = 1.0 / scenario.recording.frames_per_second
-    show_collision_shapes(station.plant, station.scene_graph, station.floor)
+    show_collision_shapes(station.plant, station.scene_graph, [] if own_plant else station.floor)
     MeshcatVisualizer.AddToBuilder(
         builder,
-        station.GetOutputPort("cheat.geometry_query"),
+        query,
         meshcat,
         MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
     )
@@ -126,17 +151,18 @@ def add_visualizers(
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
     )
+    goal, planner = navigation.goal, navigation.planner
     for port, name in (
         (navigation.localization("pose"), "pose"),
         (station.GetOutputPort("lidar.scan"), "scan"),
         (navigation.localization("scan_pose"), "scan_pose"),
-        (navigation.goal.get_output_port(), "goal"),
-        (controller.GetOutputPort("twist_command"), "twist"),
+        (None if goal is None else goal.get_output_port(), "goal"),
+        (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
+        (None if planner is None else outputs(planner).get("roadmap"), "roadmap"),
     ):
-        builder.Connect(port, visualizer.GetInputPort(name))
-    if navigation.planner is not None:
-        builder.Connect(navigation.planner.GetOutputPort("roadmap"), visualizer.GetInputPort("roadmap"))
+        if port is not None:
+            builder.Connect(port, visualizer.GetInputPort(name))
 
 
 def robot_path(station: "NavigationStation | Station | RobotInterface") -> str:

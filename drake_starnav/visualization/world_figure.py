@@ -86,10 +86,10 @@ def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "g
     axis.plot(*goal, "*", color=GOAL, markersize=13.0, label=label or None, linestyle="none", zorder=3)
 
 
-def save_figure(figure: Any, file: Path, *, dpi: int = 80) -> None:
+def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
     """Write a figure as PNG, with one legend below."""
     figure.legend(loc="outside lower center", ncols=4, frameon=False)
-    with replacing(file) as temporary:
+    with replacing(Path(file)) as temporary:
         figure.savefig(temporary, dpi=dpi, format="png")
 
 

@@ -52,14 +52,16 @@ class ModelFile:
     """A file of Drake's model formats whose bodies stand in a world.
 
     Attributes:
-        path: of the file.
+        path: of the file; empty for `text`.
         weld: whether bodies without a joint are welded where they stand.
         moving: whether it has collision geometry that moves; known once its footprints are.
+        text: model directives, as in a .dmd.yaml file.
     """
 
     path: str
     weld: bool = True
     moving: bool = False
+    text: str = ""
 
 
 @snapshot

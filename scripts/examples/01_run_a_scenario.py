@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav import load_scenario, make_world, run_trial
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav import draw_goal, draw_robot, load_scenario, make_world, run_trial, save_figure, world_axes
 
+BLUE, ORANGE = "#0072B2", "#D55E00"
 SEED = 1
 
 
@@ -27,9 +27,9 @@ def main(png: Path | None) -> None:
     if png is not None:
         world = make_world(scenario.world, SEED, scenario.robot.radius)
         figure, axis = world_axes(world, "A room, driven twice")
-        for (label, path), color in zip(paths.items(), (PATH, START), strict=True):
+        for (label, path), color in zip(paths.items(), (BLUE, ORANGE), strict=True):
             axis.plot(*path.T, color=color, label=label)
-        draw_robot(axis, world.start, scenario.robot.radius, PATH)
+        draw_robot(axis, world.start, scenario.robot.radius, BLUE)
         draw_goal(axis, world.goal)
         save_figure(figure, png)
 

@@ -15,7 +15,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_starnav import (
+    ArrivalMonitor,
     CertifiedController,
+    CollisionMonitor,
     ControllerParameters,
     LidarParameters,
     NavigationStation,
@@ -24,11 +26,13 @@ from drake_starnav import (
     StarPerception,
     StarRoadmapPlanner,
     World,
+    draw_goal,
+    draw_robot,
+    save_figure,
+    world_axes,
 )
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.visualization.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
 
+BLUE = "#0072B2"
 TIME_STEP = 0.005
 """Of the plant, s."""
 
@@ -87,9 +91,9 @@ def main(png: Path | None) -> None:
     if png is not None:
         figure, axis = world_axes(world, "A diagram built by hand: the star-shaped regions of its roadmap")
         for number, region in enumerate(roadmap.roadmap.regions):
-            axis.fill(*region.outline().T, color=PATH, alpha=0.12, label="" if number else "region")
-        axis.plot(*record.data()[:2], ".-", color=PATH, label="driven, a dot every half second")
-        draw_robot(axis, record.data()[:3, -1], robot.radius, PATH)
+            axis.fill(*region.outline().T, color=BLUE, alpha=0.12, label="" if number else "region")
+        axis.plot(*record.data()[:2], ".-", color=BLUE, label="driven, a dot every half second")
+        draw_robot(axis, record.data()[:3, -1], robot.radius, BLUE)
         draw_goal(axis, world.goal)
         save_figure(figure, png)
 

@@ -2,7 +2,8 @@
 
 Drake's `PidController` pulls a point ahead of the axle straight to the short-term goal, which the planner chooses such
 that the way there is free; feedback linearisation makes a twist of the pull. It sees no obstacle and certifies nothing:
-the planner alone keeps it out of trouble, with a margin for where the axle cuts the corner.
+the planner alone keeps it out of trouble, with a margin for where the axle cuts the corner. `add_navigation` wires the
+whole as it would its own controller, by the names of its ports.
 
 Run: python scripts/examples/03_another_controller.py [--png FILE]
 """
@@ -13,15 +14,22 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.controllers import PidController
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Multiplexer
 
-from drake_starnav import NavigationStation, StarPerception, StarRoadmapPlanner, World, parse_scenario
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav import (
+    ArrivalMonitor,
+    CollisionMonitor,
+    NavigationStation,
+    add_navigation,
+    draw_goal,
+    draw_robot,
+    parse_scenario,
+    save_figure,
+    world_axes,
+)
 
-STEP = 0.005  # of the plant, s
+BLUE, ORANGE = "#0072B2", "#D55E00"
 MAX_SPEED = 0.5  # m/s
 AHEAD = 0.1  # of the axle: the point that is pulled, m
 SCENARIO = parse_scenario(
@@ -61,33 +69,29 @@ class PointAhead(LeafSystem):
         output.SetFromVector([v / excess, omega / excess])
 
 
-def main(png: Path | None) -> None:
-    """Drive to the goal, and say how many short-term goals it took."""
-    world: World = SCENARIO.world.make(np.random.default_rng(0), SCENARIO.robot.radius)
+def pid_follower() -> Diagram:
+    """A controller of stock systems: from the short-term goal and the state to a twist."""
     builder = DiagramBuilder()
-    station = builder.AddSystem(NavigationStation(world, SCENARIO.robot, SCENARIO.lidar, time_step=STEP))
-    perception = builder.AddSystem(
-        StarPerception(SCENARIO.robot, SCENARIO.planner, SCENARIO.controller, SCENARIO.lidar, offset=STEP)
-    )
-    planner = builder.AddSystem(StarRoadmapPlanner(SCENARIO.robot, SCENARIO.planner, offset=2 * STEP))
-    goal = builder.AddSystem(ConstantVectorSource(world.goal))
-    builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
-    builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
-    builder.Connect(perception.GetOutputPort("star"), planner.GetInputPort("star"))
-    builder.Connect(station.GetOutputPort("localization.pose"), planner.GetInputPort("pose"))
-    builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
-
     point = builder.AddSystem(PointAhead())
     pid = builder.AddSystem(PidController(kp=[2.0, 2.0], ki=[0.0, 0.0], kd=[0.2, 0.2]))
     desired = builder.AddSystem(Multiplexer([2, 2]))
     at_rest = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
-    builder.Connect(planner.GetOutputPort("short_term_goal"), desired.get_input_port(0))
+    builder.ExportInput(point.GetInputPort("state"), "state")
+    builder.ExportInput(desired.get_input_port(0), "short_term_goal")
     builder.Connect(at_rest.get_output_port(), desired.get_input_port(1))
     builder.Connect(desired.get_output_port(), pid.get_input_port_desired_state())
-    builder.Connect(station.GetOutputPort("localization.state"), point.GetInputPort("state"))
     builder.Connect(point.GetOutputPort("point_state"), pid.get_input_port_estimated_state())
     builder.Connect(pid.get_output_port_control(), point.GetInputPort("pull"))
-    builder.Connect(point.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
+    builder.ExportOutput(point.GetOutputPort("twist_command"), "twist_command")
+    return builder.Build()
+
+
+def main(png: Path | None) -> None:
+    """Drive to the goal, and say how many short-term goals it took."""
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, SCENARIO, controller=pid_follower())
+    station, planner, goal = navigation.station, navigation.planner, navigation.goal
+    assert isinstance(station, NavigationStation)
 
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.15, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
@@ -105,10 +109,11 @@ def main(png: Path | None) -> None:
     print(f"{status.message() or 'out of time'} at {context.get_time():.2f} s", end=" ")
     print(f"by way of {chosen.shape[1]} short-term goals")
     if png is not None:
+        world = navigation.world
         figure, axis = world_axes(world, "Short-term goals tracked by Drake's PidController")
-        axis.plot(*trail[:2], color=PATH, label="driven")
-        axis.plot(*chosen, "o", color=START, markersize=4, label="short-term goals")
-        draw_robot(axis, trail[:, -1], SCENARIO.robot.radius, PATH)
+        axis.plot(*trail[:2], color=BLUE, label="driven")
+        axis.plot(*chosen, "o", color=ORANGE, markersize=4, label="short-term goals")
+        draw_robot(axis, trail[:, -1], SCENARIO.robot.radius, BLUE)
         draw_goal(axis, world.goal)
         save_figure(figure, png)
 

@@ -15,12 +15,23 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-from drake_starnav import CertifiedController, Guidance, NavigationStation, StarPerception, World, load_scenario
-from drake_starnav.regions import Observation
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav import (
+    ArrivalMonitor,
+    CertifiedController,
+    CollisionMonitor,
+    Guidance,
+    NavigationStation,
+    Observation,
+    StarPerception,
+    World,
+    draw_goal,
+    draw_robot,
+    load_scenario,
+    save_figure,
+    world_axes,
+)
 
+BLUE, ORANGE = "#0072B2", "#D55E00"
 STEP = 0.005  # of the plant, s
 LOOKAHEAD, FARTHEST = 0.7, 3.5  # of the way point it heads for, along the path, m
 ANGLE = np.linspace(0.6, 6.1, 200)
@@ -100,9 +111,9 @@ def main(png: Path | None) -> None:
     print(f"off the path by {strayed.mean():.2f} m in the mean, at most {strayed.max():.2f} m")
     if png is not None:
         figure, axis = world_axes(world, "A fixed path, followed round what stands in it")
-        axis.plot(*ROUTE.T, "--", color=START, label="path as given")
-        axis.plot(*trail[:2], color=PATH, label="driven")
-        draw_robot(axis, trail[:, -1], robot.radius, PATH)
+        axis.plot(*ROUTE.T, "--", color=ORANGE, label="path as given")
+        axis.plot(*trail[:2], color=BLUE, label="driven")
+        draw_robot(axis, trail[:, -1], robot.radius, BLUE)
         draw_goal(axis, world.goal)
         save_figure(figure, png)
 

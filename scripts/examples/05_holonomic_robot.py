@@ -26,20 +26,24 @@ from pydrake.systems.primitives import (
 )
 
 from drake_starnav import (
+    ArrivalMonitor,
     CertifiedController,
+    CollisionMonitor,
     LidarMount,
     LidarSensor,
     StarPerception,
     StarRoadmapPlanner,
+    add_world,
+    draw_goal,
+    draw_robot,
     load_scenario,
     make_world,
     plant_config,
+    save_figure,
+    world_axes,
 )
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.station.world_geometry import add_world
-from drake_starnav.visualization.world_figure import PATH, draw_goal, draw_robot, save_figure, world_axes
 
+BLUE = "#0072B2"
 STEP = 0.005  # of the plant, s
 SPEED = 0.6  # m/s
 PUCK = """
@@ -124,9 +128,9 @@ def main(png: Path | None) -> None:
     print(f"{status.message() or 'out of time'} at {context.get_time():.2f} s after {length:.2f} m, without a turn")
     if png is not None:
         figure, axis = world_axes(world, "A holonomic robot on the guiding vector")
-        axis.plot(*trail[:2], color=PATH, label="driven")
+        axis.plot(*trail[:2], color=BLUE, label="driven")
         for pose_then in trail[:3, :: len(trail.T) // 6].T:
-            draw_robot(axis, pose_then, robot.radius, PATH)
+            draw_robot(axis, pose_then, robot.radius, BLUE)
         draw_goal(axis, world.goal)
         save_figure(figure, png)
 

@@ -20,19 +20,24 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
+    CollisionMonitor,
     RobotInterface,
     World,
+    add_ground,
     add_navigation,
     add_robot,
+    add_world,
     connect_robot,
+    draw_goal,
+    draw_robot,
     make_simulator,
     parse_scenario,
     plant_config,
+    save_figure,
+    world_axes,
 )
-from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.station.world_geometry import add_ground, add_world
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
 
+BLUE, ORANGE = "#0072B2", "#D55E00"
 SCENARIO = parse_scenario(
     """
     world: !Obstacles
@@ -97,7 +102,7 @@ def main(png: Path | None) -> None:
     print(f"never nearer to each other than {gap.min():.2f} m; {status.message() or 'no contact'}")
     if png is not None:
         figure, axis = world_axes(there, "Two robots change places; rims where they came nearest")
-        for (name, trail), color in zip(trails.items(), (PATH, START), strict=True):
+        for (name, trail), color in zip(trails.items(), (BLUE, ORANGE), strict=True):
             axis.plot(*trail[:2], color=color, label=name)
             draw_robot(axis, trail[:, gap.argmin()], SCENARIO.robot.radius, color)
             draw_goal(axis, worlds[name].goal, "")

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav import load_scenario, make_world, run_trial
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav import draw_goal, draw_robot, load_scenario, make_world, run_trial, save_figure, world_axes
+
+BLUE, ORANGE = "#0072B2", "#D55E00"
 
 
 def main(png: Path | None) -> None:
@@ -30,7 +31,7 @@ def main(png: Path | None) -> None:
     if png is not None:
         figure, axis = world_axes(world, "Two robots in the same warehouse, one after the other")
         for (name, trail), robot, color in zip(
-            trails.items(), (tugbot.robot, starbot.robot), (START, PATH), strict=True
+            trails.items(), (tugbot.robot, starbot.robot), (ORANGE, BLUE), strict=True
         ):
             axis.plot(*trail.T, color=color, label=f"{name}, radius {robot.radius:g} m")
             draw_robot(axis, world.start, robot.radius, color)

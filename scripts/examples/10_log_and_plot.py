@@ -15,8 +15,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav import add_navigation, load_scenario
-from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav import ArrivalMonitor, add_navigation, load_scenario
 
 PERIOD = 0.05  # of the logs, s
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"

@@ -11,12 +11,23 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav import PlannerParameters, World
-from drake_starnav.lidar.scan_log import LoggedScan, read_csv, read_rosbag
-from drake_starnav.planning import PlannerInput, PlannerState, plan_step
-from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import scan_region
-from drake_starnav.visualization.world_figure import PATH, START, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav import (
+    LoggedScan,
+    Observation,
+    PlannerInput,
+    PlannerParameters,
+    PlannerState,
+    World,
+    draw_goal,
+    draw_robot,
+    plan_step,
+    read_scan_log,
+    save_figure,
+    scan_region,
+    world_axes,
+)
+
+BLUE, ORANGE = "#0072B2", "#D55E00"
 
 
 def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | None) -> None:
@@ -37,12 +48,12 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
         title = "A roadmap from a recorded scan log"
         figure, axis = world_axes(World("log", tuple(trail[0]), (goal[0], goal[1])), title)
         for number, region in enumerate(state.roadmap.regions):
-            axis.fill(*region.outline().T, color=PATH, alpha=0.1, label="" if number else "free for the robot's centre")
+            axis.fill(*region.outline().T, color=BLUE, alpha=0.1, label="" if number else "free for the robot's centre")
         hits = np.vstack([seen.scan.points(seen.pose) for seen in log])
         axis.plot(*hits.T, ".", color="0.35", markersize=1.0, label="hits")
-        axis.plot(*trail[:, :2].T, color=START, label="driven")
-        axis.plot(*np.vstack((trail[-1, :2], state.path)).T, "--", color=PATH, label="planned")
-        draw_robot(axis, trail[-1], radius, START)
+        axis.plot(*trail[:, :2].T, color=ORANGE, label="driven")
+        axis.plot(*np.vstack((trail[-1, :2], state.path)).T, "--", color=BLUE, label="planned")
+        draw_robot(axis, trail[-1], radius, ORANGE)
         draw_goal(axis, goal)
         axis.autoscale()
         figure.set_size_inches(6.0, 8.5)
@@ -57,5 +68,4 @@ if __name__ == "__main__":
     parser.add_argument("--radius", type=float, default=0.25, help="of the robot, m")
     parser.add_argument("--png", type=Path, metavar="FILE", help="also draw the roadmap")
     options = parser.parse_args()
-    read = read_csv if options.log.suffix == ".csv" else read_rosbag
-    main(read(options.log), np.array(options.goal), options.radius, options.png)
+    main(read_scan_log(options.log), np.array(options.goal), options.radius, options.png)

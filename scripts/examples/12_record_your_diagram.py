@@ -17,8 +17,6 @@ from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import Motion, Recorder, World, add_navigation, load_scenario
-from drake_starnav.visualization.clips import write_png
-from drake_starnav.visualization.plot import PlotCamera
 
 ROUND = np.array([(2.5, 0.0), (2.5, 2.5), (0.0, 2.5), (0.0, 0.0)])
 NEAR, DURATION = 0.4, 30.0
@@ -67,9 +65,7 @@ def main(html: Path, png: Path | None) -> None:
     recorder.finish((f"{visited} places visited",), Motion(record.sample_times(), record.data().T))
     print(f"{visited} places visited in {DURATION:g} s; a page of {html.stat().st_size / 1e6:.1f} MB")
     if png is not None:
-        assert recorder.film is not None
-        png.parent.mkdir(parents=True, exist_ok=True)
-        write_png(png, PlotCamera(recorder.film, width=800).picture(DURATION))
+        recorder.save_png(png, DURATION, width=800)
 
 
 if __name__ == "__main__":

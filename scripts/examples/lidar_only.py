@@ -19,8 +19,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
+from drake_starnav import LidarMount, LidarParameters, LidarSensor
 
 MODELS = "package://drake/examples/kuka_iiwa_arm/models"
 FREE = {

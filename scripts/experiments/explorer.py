@@ -91,9 +91,9 @@ def explored_way(world: World, robot_radius: float, goal_tolerance: float, range
 def _shortest_path(weight: np.ndarray, origin: np.ndarray, position: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Cells of a shortest path from near the position, then the goal, shape (k, 2), W, m; none if there is no way."""
     start, end = np.rint((position - origin) / CELL).astype(int), np.rint((goal - origin) / CELL).astype(int)
-    to_start = np.full(weight.shape, UNREACHED, np.int32)
-    to_start[tuple(start)] = 0
-    cost, f_limit = bucket_dijkstra(weight, end[0], end[1], to_start, NEIGHBOURHOOD, start[0], start[1])
+    cost, to_start = np.zeros(weight.shape, np.int32), np.zeros(weight.shape, np.int32)
+    to_start[tuple(start)] = -UNREACHED
+    f_limit = bucket_dijkstra(weight, cost, end[0], end[1], to_start, NEIGHBOURHOOD, start[0], start[1])
     no_hits = DistanceGrid.empty(0.5 * CELL, 0.0)
     path = CostField(cost, weight, origin + CELL, CELL, (start[0], start[1]), f_limit, no_hits).path(position)
     return np.vstack((path, goal)) if len(path) else path

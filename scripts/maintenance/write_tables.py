@@ -47,6 +47,7 @@ from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.visualization.slider_goal import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds import WORLD_KINDS, World
@@ -83,6 +84,7 @@ def all_systems() -> list[System]:
         StarRoadmapPlanner(robot, planner, offset=0.01),
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
+        TwistShield(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         WheelServo(station.plant, station.robot_model),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
@@ -252,6 +254,11 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
     parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
+    parts.append(
+        "## plant_config, simulator_config\n\n"
+        "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over our settings of the plant (but for\n"
+        "`time_step`: see `simulation.time_step`) and Drake's defaults of the simulator. The margins assume ours.\n"
+    )
     methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
     said = "A method sets the parameters below; a scenario's own values override them."
     parts.append(f"## Methods\n\n{said}\n\n{methods}\n")

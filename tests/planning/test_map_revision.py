@@ -4,10 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
+    _may_disagree,
+    _remade,
+    clear_of,
     cut_back,
     lasting_hits,
     reconcile,
@@ -15,7 +18,7 @@ from drake_starnav.planning.map_revision import (
     with_stall_point,
 )
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, extended
+from drake_starnav.planning.roadmap import StarRoadmap, extended, with_nodes, without_nodes
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, explored, seeds, segment_distance, wandered
@@ -138,3 +141,39 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     after = with_stall_point(roadmap, doorway + (0.1, 0.0), parameters, RADIUS)
     assert len(after) == 1
     assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_a_revision_equals_a_roadmap_made_anew(seed):
+    """Of regions cut back at random, and without some nodes; and again after more nodes."""
+    rng, parameters = np.random.default_rng(seed), PlannerParameters()
+    _, roadmap = wandered(seed, nodes=8, parameters=parameters)
+    for _ in range(2):
+        places, more = rng.uniform(-2.0, 2.0, (2, 2)), roadmap.scans[-1]
+        nodes = [clear_of(region, places, RADIUS) if rng.random() < 0.5 else region for region in roadmap.regions]
+        nodes = [region if rng.random() < 0.8 else None for region in nodes]
+        revised = _remade(roadmap, nodes, parameters, RADIUS)
+        kept = [(region, *seen) for region, seen in zip(nodes, roadmap.scans, strict=True) if region is not None]
+        anew = with_nodes(without_nodes(roadmap), kept, parameters, RADIUS, stamp=False)
+        for name in ("edges", "lengths"):
+            np.testing.assert_array_equal(getattr(revised, name), getattr(anew, name))
+        for ours, theirs in zip(revised.stack.arrays, anew.stack.arrays, strict=True):
+            np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
+        for name in ("stand", "probe", "owner"):
+            np.testing.assert_array_equal(getattr(revised.frontiers, name), getattr(anew.frontiers, name))
+        roadmap = extended(revised, scan_region(*more, RADIUS, parameters), *more, parameters, RADIUS)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_hits_that_may_not_disagree_cut_nothing_back(seed):
+    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    rng = np.random.default_rng(seed)
+    for pose in (roadmap.scans[0][1], roadmap.scans[-1][1]):
+        points, gaps = lasting_hits(cast(world, pose), pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2))
+        for region in roadmap.regions:
+            radius = RADIUS + region.margin - 0.1
+            frame = (*region.center, region.bearing_0)
+            if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, radius, 0.1):
+                assert (region.free_range - cut_back(region, points, gaps, radius)).max() <= 0.1

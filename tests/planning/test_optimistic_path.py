@@ -90,18 +90,22 @@ def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows
 
 
 def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_blocked_place():
-    states = drive(BAFFLES, PARAMETERS, steps=700)
-    k = next(k for k in range(1, len(states)) if states[k].anticipated and states[k].plans == states[k - 1].plans)
-    before, after = states[k - 1 : k + 1]
-    position, aim = after.guidance.regions.center[0], after.guidance.path[0]
-    pose = np.array((*position, 0.0))
-    scan = cast(BAFFLES, pose)
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-    goal, time = np.array(BAFFLES.goal), PERIOD * k
-    np.testing.assert_array_equal(
-        plan_step(before, PlannerInput(seen, position, goal, time, PARAMETERS, RADIUS)).guidance.path[0], aim
-    )
-    barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, stall_points=aim[None]))
-    later = plan_step(barred, PlannerInput(seen, position, goal, time, PARAMETERS, RADIUS))
-    assert later.plans == before.plans
-    assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > RADIUS
+    states, goal = drive(BAFFLES, PARAMETERS, steps=700), np.array(BAFFLES.goal)
+    turned = 0
+    for k in range(1, len(states)):
+        before, after = states[k - 1 : k + 1]
+        if not after.anticipated or after.plans > before.plans:
+            continue
+        position, aim = after.guidance.regions.center[0], after.guidance.path[0]
+        pose = np.array((*position, 0.0))
+        scan = cast(BAFFLES, pose)
+        seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+        now = PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
+        if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
+            continue
+        turned += 1
+        barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, stall_points=aim[None]))
+        later = plan_step(barred, now)
+        assert later.plans == before.plans
+        assert later.anticipated is None or float(np.hypot(*(later.guidance.path[0] - aim))) > RADIUS
+    assert turned

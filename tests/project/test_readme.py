@@ -24,7 +24,8 @@ def blocks(language: str, page: Path = README) -> list[str]:
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks("python", page)], ids=lambda page: page.name)
-def test_python_blocks_run(page: Path, capsys: pytest.CaptureFixture) -> None:
+def test_python_blocks_run(page: Path, capsys: pytest.CaptureFixture, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)  # some write files
     with patch.dict(WORLD_KINDS):  # a block may register a kind of world
         for code in blocks("python", page):
             exec(compile(code, page.name, "exec"), {"__name__": "documented"})

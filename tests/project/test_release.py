@@ -11,6 +11,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+import drake_starnav
+
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
@@ -31,6 +33,7 @@ def test_every_place_names_the_same_version() -> None:
     assert package.findtext("version") == version
     assert CITATION["version"] == version
     assert sections()[0][0] == version
+    assert drake_starnav.__version__ == version
 
 
 def test_the_changelog_lists_versions_newest_first() -> None:

@@ -25,7 +25,7 @@ from drake_starnav.worlds.world import World
 
 COMMANDS = ControllerParameters()
 RATE = COMMANDS.rate
-NOMINAL = 0.004 + 0.75 * LidarParameters().noise
+NOMINAL = 0.004 + 0.003 + 0.75 * LidarParameters().noise
 NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
 
 

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import drake_starnav
+
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "scripts" / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))
@@ -47,6 +49,8 @@ EXPECTED = {
 
 def run(example: Path, folder: Path, *arguments: str | Path) -> str:
     """What an example prints, in a process of its own that knows of no display."""
+    if example.stem == "09_batch_over_seeds":
+        pytest.importorskip("gymnasium", reason="needs the extra gym")
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     environment["PYTHONPATH"] = str(ROOT)
     done = subprocess.run(
@@ -91,6 +95,22 @@ def test_the_table_names_each_example_and_shows_its_picture() -> None:
         assert 5_000 < (FOLDER / picture).stat().st_size < LARGEST_PICTURE
 
 
+def imports(example: Path) -> list[ast.ImportFrom]:
+    """All `from ... import ...` of an example."""
+    return [node for node in ast.walk(ast.parse(example.read_text("utf-8"))) if isinstance(node, ast.ImportFrom)]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_example_imports_public_names_only(example: Path) -> None:
+    for node in ast.walk(ast.parse(example.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            assert not any(alias.name.startswith("drake_starnav.") for alias in node.names)
+    for found in imports(example):
+        assert not (found.module or "").startswith("drake_starnav.")
+        if found.module == "drake_starnav":
+            assert {alias.name for alias in found.names} <= set(drake_starnav.__all__)
+
+
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example_says_what_it_is_and_how_to_run_it(example: Path) -> None:
     text = ast.get_docstring(ast.parse(example.read_text(encoding="utf-8")))
@@ -104,8 +124,7 @@ def test_of_each_example_something_is_expected() -> None:
 
 def test_the_lidar_example_knows_only_the_lidar_and_measures_true_points(tmp_path: Path) -> None:
     path = ROOT / "scripts" / "examples" / "lidar_only.py"
-    modules = {node.module for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)}
-    own = {module for module in modules if module and module.startswith("drake_starnav")}
-    assert own == {"drake_starnav.lidar.sensor_model", "drake_starnav.station.lidar_sensor"}
+    (own,) = (node for node in imports(path) if node.module == "drake_starnav")
+    assert {alias.name for alias in own.names} == {"LidarMount", "LidarParameters", "LidarSensor"}
     off = [float(value) for value in re.findall(r"at most ([0-9.]+) um off a surface", run(path, tmp_path))]
     assert len(off) == 5 and max(off) < 20.0

@@ -14,10 +14,13 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.scenario.schema import scenario_text
+from drake_starnav.scenario.source_files import source_files
 from drake_starnav.simulation import omniscient_path, run_trial
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Model, Room, World, clearance, make_world
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile
 
@@ -227,3 +230,34 @@ def test_a_path_that_is_no_model_is_drake_s_error() -> None:
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
     with pytest.raises(StarnavError, match="cannot be read"):
         add_model(plant, scene_graph, ModelFile("/nowhere/m.urdf"))
+
+
+INLINE = """
+world: !Model
+  start: [0.6, 0.6, 0.0]
+  goal: [5.4, 3.3]
+  directives:
+  - add_model:
+      name: furniture
+      file: package://drake_starnav/worlds/furniture.sdf
+  - add_model: {name: barrel, file: "package://drake_starnav/worlds/barrel.urdf"}
+  - add_weld:
+      parent: world
+      child: barrel::barrel
+      X_PC: {translation: [3.0, 2.0, 0.0], rotation: !Rpy {deg: [0, 0, 30]}}
+"""
+
+
+def test_directives_may_stand_in_the_scenario() -> None:
+    scenario = parse_scenario(INLINE, name="inline")
+    world = make_world_with_footprints(scenario.world, 0, 0.25)
+    assert len(world.polygons) > 3
+    assert any(np.allclose(cylinder[:2], (3.0, 2.0)) for cylinder in world.cylinders)
+    assert parse_scenario(scenario_text(scenario), name="inline") == scenario
+    assert model_path("worlds", "furniture.sdf") in source_files(scenario)
+
+
+def test_directives_that_drake_cannot_read_are_reported() -> None:
+    scenario = parse_scenario(INLINE.replace("barrel::barrel", "barrel::ball"), name="inline")
+    with pytest.raises(StarnavError, match="model directives cannot be read: .*ball"):
+        make_world_with_footprints(scenario.world, 0, 0.25)

@@ -153,6 +153,8 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
                 _check_pgm_size(path, image)
             image.load()
             return _brightness(image)
+    except StarnavError:
+        raise
     except Image.UnidentifiedImageError:
         raise StarnavError(f"map image {path} is of another format; {allowed}") from None
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:

@@ -19,7 +19,9 @@ FORMATS = (".dmd.yaml", ".sdf", ".urdf")
 class Model:
     """The bodies of a Drake model directives file, an SDF or a URDF on the floor z = 0; start and goal as given."""
 
-    directives: str = parameter("", "model directives (.dmd.yaml), an SDF or a URDF file", path=True)
+    directives: str = parameter(
+        "", "model directives (.dmd.yaml), an SDF or a URDF file; or the directives themselves, as a list", path=True
+    )
     start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
     goal: list[float] = listing([], "[x, y], m; it must be given")
     weld: bool = parameter(True, "weld bodies that no joint holds where they stand; false lets them move")
@@ -39,15 +41,14 @@ class Model:
         check_parameters(self, "Model")
         check_robot_radius(robot_radius)
         start, goal = check_ends(self.start, self.goal, "Model.")
-        path = resolve_path(self.directives)
-        allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
-        if not path.name.endswith(FORMATS):
-            raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
-        if not os.path.isfile(path):
-            raise StarnavError(f"model {path}: no such file; {allowed}")
-        return World(
-            name=path.name.partition(".")[0],
-            start=start,
-            goal=goal,
-            model=ModelFile(str(path), self.weld),
-        )
+        if "\n" in self.directives:
+            name, model = "model", ModelFile("", self.weld, text=self.directives)
+        else:
+            path = resolve_path(self.directives)
+            allowed = f"allowed: a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
+            if not path.name.endswith(FORMATS):
+                raise StarnavError(f"Model.directives is {shown(self.directives)}; {allowed}")
+            if not os.path.isfile(path):
+                raise StarnavError(f"model {path}: no such file; {allowed}")
+            name, model = path.name.partition(".")[0], ModelFile(str(path), self.weld)
+        return World(name=name, start=start, goal=goal, model=model)

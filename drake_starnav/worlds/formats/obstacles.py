@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.parameters import check_parameters
+from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.worlds.convex_parts import convex_parts, evened
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.formats.listings import check_ends, check_list, check_numbers, listing
@@ -22,6 +22,7 @@ class Obstacles:
     bounds: list[float] = listing([], "[x_min, y_min, x_max, y_max] of the walls around, m; empty for an open plane")
     start: list[float] = listing([0.0, 0.0, 0.0], "[x, y, yaw] of the robot, m and rad")
     goal: list[float] = listing([5.0, 0.0], "[x, y], m")
+    timeout: float = parameter(180.0, "time a trial may take", unit="s", above=0.0)
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:
         """The world as given; nothing in it is random.
@@ -60,6 +61,7 @@ class Obstacles:
             cylinders=np.array(self.cylinders),
             polygons=tuple(evened(np.array(polygon, dtype=float)) for polygon in self.polygons),
             bounds=(self.bounds[0], self.bounds[1], self.bounds[2], self.bounds[3]) if len(self.bounds) else None,
+            timeout=self.timeout,
         )
         check_free_ends(world, robot_radius, "Obstacles")
         return world

@@ -28,7 +28,7 @@ class StopAndGo:
 
     moving_obstacles: int = parameter(8, "discs that move", low=0, high=1000)
     speed: tuple[float, float] = parameter(
-        (0.5, 1.5), "of the slowest and the fastest; each disc walks at its speed", unit="m/s", above=0.0, high=5.0
+        (0.5, 1.5), "of the slowest and the fastest; each disc walks at its speed", unit="m/s", low=0.01, high=5.0
     )
 
     def make(self, rng: np.random.Generator, robot_radius: float) -> World:

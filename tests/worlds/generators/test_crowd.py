@@ -73,7 +73,7 @@ def test_numbers_and_speeds_as_asked() -> None:
             Crowd(moving_obstacles=(5, 4)),
             r"Crowd\.moving_obstacles is \[5, 4\]; allowed: \[least, most\], 0 <= x <= 1000",
         ),
-        (Crowd(speed=(0.0, 1.0)), r"Crowd\.speed is \[0\.0, 1\.0\]; allowed: \[least, most\], 0 < x <= 5 m/s"),
+        (Crowd(speed=(0.0, 1.0)), r"Crowd\.speed is \[0\.0, 1\.0\]; allowed: \[least, most\], 0.01 <= x <= 5 m/s"),
     ],
 )
 def test_bad_parameters_are_refused(kind: Crowd, message: str) -> None:

@@ -55,7 +55,10 @@ def test_the_shipped_scenario_declares_what_moves() -> None:
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        (StopAndGo(speed=(2.0, 1.5)), r"StopAndGo\.speed is \[2\.0, 1\.5\]; allowed: \[least, most\], 0 < x <= 5 m/s"),
+        (
+            StopAndGo(speed=(2.0, 1.5)),
+            r"StopAndGo\.speed is \[2\.0, 1\.5\]; allowed: \[least, most\], 0.01 <= x <= 5 m/s",
+        ),
         (StopAndGo(moving_obstacles=-1), r"StopAndGo\.moving_obstacles is -1; allowed: 0 <= x <= 1000"),
     ],
 )

@@ -1,0 +1,252 @@
+"""Navigation as environments of Gymnasium, with the braking certificate as a shield (extra `gym`).
+
+`gymnasium.make("drake_starnav.gym:starnav/Kinematic-v0")` for training, `...:starnav/Plant-v0` with Drake's plant.
+"""
+
+import math
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+from pydrake.systems.analysis import SimulatorStatus
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, PassThrough
+
+from drake_starnav.control.law import ControlInput
+from drake_starnav.control.rollout import rollout_step
+from drake_starnav.control.shield import shielded
+from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.navigation import add_navigation
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.margins import with_margins
+from drake_starnav.simulation import add_collision_monitor, scenario_station
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.plant import make_simulator
+from drake_starnav.systems.release import release
+from drake_starnav.validation import validate
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.view import scan_from, visible_shapes
+from drake_starnav.worlds.world import World
+
+PERIOD = 0.1
+"""Of a step of the environment, s."""
+BONUS = 1.0
+"""Reward for the goal, and penalty for a contact."""
+
+
+class Motion(Protocol):
+    """What moves the robot of an environment through a world."""
+
+    touched: bool
+
+    @property
+    def pose(self) -> np.ndarray:
+        """(x, y, yaw) of the robot, W, m and rad."""
+
+    @property
+    def scan(self) -> LaserScan:
+        """The last scan."""
+
+    def drive(self, action: np.ndarray) -> None:
+        """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
+
+    def close(self) -> None:
+        """Give back what it holds."""
+
+
+class NavigationEnv(gymnasium.Env):
+    """A robot with a lidar in a new world of a scenario for each episode.
+
+    Observation: `scan`, ranges in m with `range_max` where there is no return and 0 for a lost beam, and `goal`, (x, y)
+    in the robot's frame, m. Action: the twist (v, omega), m/s and rad/s. Reward: the progress towards the goal in m,
+    1 more at the goal and 1 less at a contact, with either of which an episode ends; after the world's timeout it is
+    truncated. `info` has `outcome` and `pose`.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(self, scenario: str | Scenario = "forest", *, shield: bool = True, plant: bool = False) -> None:
+        """
+        Args:
+            scenario: or its name.
+            shield: whether an action is driven only as far as the certificate accepts it.
+            plant: whether Drake's plant moves the robot, or, many times faster, its kinematics, exactly as commanded.
+
+        Raises:
+            UnsupportedError: the scenario declares moving obstacles or faults that the kinematics do not have.
+            StarnavError: the lidar sees too little for the shield.
+        """
+        self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
+        self._shield = shield
+        self._motion_kind: type[PlantMotion | KinematicMotion] = PlantMotion if plant else KinematicMotion
+        if not plant:
+            _check_kinematic(self._scenario)
+        if shield:
+            validate(self._scenario)
+        lidar, robot = self._scenario.lidar, self._scenario.robot
+        limits = np.array((robot.max_speed, robot.max_yaw_rate), dtype=np.float32)
+        self.action_space = gymnasium.spaces.Box(-limits, limits, dtype=np.float32)
+        self.observation_space = gymnasium.spaces.Dict(
+            {
+                "scan": gymnasium.spaces.Box(0.0, np.float32(lidar.range_max), (lidar.beams,), np.float32),
+                "goal": gymnasium.spaces.Box(-np.inf, np.inf, (2,), np.float32),
+            }
+        )
+        self._motion: Motion | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
+        """Begin an episode; its world and noise follow from the seed, or else from the last one given."""
+        super().reset(seed=seed)
+        self.close()
+        number = int(self.np_random.integers(2**31))
+        self.world = make_world_with_footprints(self._scenario.world, number, self._scenario.robot.radius)
+        self._motion = self._motion_kind(self._scenario, self.world, number, self._shield)
+        self._time = 0.0
+        return self._observed(), self._info("")
+
+    def step(self, action: np.ndarray) -> tuple[dict, float, bool, bool, dict]:
+        """Drive at a twist for a period: observation, reward, terminated, truncated, info."""
+        if self._motion is None:
+            raise StarnavError("the environment has no episode; allowed: reset() before step()")
+        action = np.asarray(action, dtype=float)
+        if action.shape != (2,) or not np.isfinite(action).all():
+            raise StarnavError(f"action is {action.tolist()}; allowed: finite (v, omega), m/s and rad/s")
+        before = self._distance()
+        self._motion.drive(np.clip(action, self.action_space.low, self.action_space.high))
+        self._time += PERIOD
+        settings, distance = self._scenario.simulation, self._distance()
+        reached = distance < settings.goal_tolerance
+        outcome = "collision" if self._motion.touched else "reached" if reached else ""
+        late = self._time >= (settings.timeout or self.world.timeout) - 1e-9
+        reward = before - distance + {"collision": -BONUS, "reached": BONUS}.get(outcome, 0.0)
+        info = self._info(outcome or ("timeout" if late else ""))
+        return self._observed(), float(reward), bool(outcome), bool(late and not outcome), info
+
+    def close(self) -> None:
+        """Give back the memory of the episode."""
+        if self._motion is not None:
+            self._motion.close()
+            self._motion = None
+
+    def _distance(self) -> float:
+        assert self._motion is not None
+        return math.dist(self._motion.pose[:2], self.world.goal)
+
+    def _observed(self) -> dict[str, np.ndarray]:
+        assert self._motion is not None
+        scan, (x, y, yaw) = self._motion.scan, self._motion.pose
+        ranges = np.nan_to_num(scan.ranges, nan=0.0, posinf=scan.range_max, neginf=0.0)
+        dx, dy = self.world.goal[0] - x, self.world.goal[1] - y
+        goal = (math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx)
+        return {"scan": ranges.astype(np.float32), "goal": np.array(goal, dtype=np.float32)}
+
+    def _info(self, outcome: str) -> dict[str, Any]:
+        assert self._motion is not None
+        return {"outcome": outcome, "pose": self._motion.pose.copy()}
+
+
+class KinematicMotion:
+    """The robot follows its ramps exactly; the scan is of the world's shapes, and taken at the lidar's rate."""
+
+    def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
+        margins = with_margins(scenario)
+        self._scenario, self._world, self._seed, self._shield = scenario, world, seed, shield
+        self._settings = PerceptionSettings(*margins, scenario.robot.radius)
+        self._controller, self._shapes = margins[1], visible_shapes(world)
+        self.pose, self._twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
+        self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()
+        self._look()
+
+    def _look(self) -> None:
+        self.scan = scan_from(self._shapes, self.pose, self._scenario.lidar, self._seed, self._scans)
+        self._scans += 1
+        if self._shield:
+            self._seen = perceive(self._seen, self.scan, self.pose.copy(), self._settings)
+
+    def drive(self, action: np.ndarray) -> None:
+        """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
+        rate, robot = self._controller.rate, self._scenario.robot
+        law, step = shielded(action), 1.0 / rate
+        for _ in range(max(round(PERIOD * rate), 1)):
+            want = action
+            if self._shield:
+                now = ControlInput(self.pose, self._twist, np.zeros(2), Guidance.none(), self._seen.safety)
+                want = law(now, self._controller, robot).twist
+            *pose, v, omega, _ = rollout_step(*self.pose, *self._twist, *want, step, robot.limits)
+            self.pose, self._twist = np.array(pose), np.array((v, omega))
+            self._ticks += 1
+            if clearance(self._world, self.pose[None, :2])[0] < robot.radius:
+                self.touched = True
+                return
+            if self._ticks / rate >= self._scans / self._scenario.lidar.rate - 1e-9:
+                self._look()
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+class PlantMotion:
+    """The station of Drake's plant, with the shield before its drive."""
+
+    def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
+        builder = DiagramBuilder()
+        action, nobody = PassThrough(2), ConstantVectorSource([0.0, 0.0])
+        station = scenario_station(builder, scenario, world, seed)
+        own: dict[str, Any] = {"planner": nobody, "controller": action, "shield": shield}
+        navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, **own)
+        add_collision_monitor(builder, navigation)
+        builder.ExportInput(action.get_input_port(), "action")
+        self._station, self._diagram = navigation.station, builder.Build()
+        self._simulator = make_simulator(self._diagram, settings=scenario.simulator_config)
+        self.touched, self._action = False, self._diagram.GetInputPort("action")
+        self._action.FixValue(self._simulator.get_mutable_context(), np.zeros(2))
+        self._simulator.Initialize()
+
+    @property
+    def pose(self) -> np.ndarray:
+        """(x, y, yaw), W, m and rad."""
+        return self._out("localization.pose").copy()
+
+    @property
+    def scan(self) -> LaserScan:
+        """The last scan."""
+        return self._out("lidar.scan")
+
+    def _out(self, name: str) -> Any:
+        port = self._station.GetOutputPort(name)
+        return port.Eval(port.get_system().GetMyContextFromRoot(self._simulator.get_context()))
+
+    def drive(self, action: np.ndarray) -> None:
+        """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
+        self._action.FixValue(self._simulator.get_mutable_context(), action)
+        status = self._simulator.AdvanceTo(self._simulator.get_context().get_time() + PERIOD)
+        self.touched = status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
+
+    def close(self) -> None:
+        """Let Drake free the diagram."""
+        release(self._diagram)
+
+
+def _check_kinematic(scenario: Scenario) -> None:
+    lidar = scenario.lidar
+    for name, value in (
+        ("obstacles.max_speed", scenario.obstacles.max_speed),
+        ("drive.delay", scenario.drive.delay),
+        ("drive.slip", scenario.drive.slip),
+        ("localization.drift", scenario.localization.drift),
+        ("localization.jump", scenario.localization.jump),
+        ("lidar.delay", lidar.delay),
+        ("lidar.scan_loss", lidar.scan_loss),
+        ("lidar.silence_duration", lidar.silence_duration),
+        ("lidar.rolling", lidar.rolling),
+        ("lidar.outliers", lidar.outliers),
+    ):
+        if value:
+            raise UnsupportedError(f"{name} is {value} with plant=False; allowed: 0, or plant=True")
+
+
+for _name, _plant in (("Kinematic", False), ("Plant", True)):
+    gymnasium.register(f"starnav/{_name}-v0", "drake_starnav.gym:NavigationEnv", kwargs={"plant": _plant})

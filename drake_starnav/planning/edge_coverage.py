@@ -1,0 +1,141 @@
+"""Which regions cover the edge frontiers of which nodes: a revision looks only at those whose region has changed."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.regions.star_region import RegionStack, covers
+
+UNCOVERED, UNKNOWN = -1, -2
+
+
+class EdgeCoverage(NamedTuple):
+    """The edge frontiers of all nodes, and for each a region that covers its probe. Immutable.
+
+    Attributes:
+        rows: per node, shape (n, 4): stand and probe, W, m.
+        covered_by: shape (N,), of all nodes in turn, the index of another region that covers the probe, or UNCOVERED.
+        open: shape (m,), indices into `covered_by` of those that no region covers.
+        open_rows: shape (m, 4), their rows.
+    """
+
+    rows: tuple[np.ndarray, ...] = ()
+    covered_by: np.ndarray = np.zeros(0, np.int32)
+    open: np.ndarray = np.zeros(0, np.int64)
+    open_rows: np.ndarray = np.zeros((0, 4))
+
+    @property
+    def frontiers(self) -> Frontiers:
+        """Those that no region covers."""
+        starts = np.cumsum([len(rows) for rows in self.rows])
+        owner = np.searchsorted(starts, self.open, side="right")
+        return Frontiers(self.open_rows[:, :2].copy(), self.open_rows[:, 2:].copy(), owner)
+
+
+def with_newest(before: EdgeCoverage, rows: np.ndarray, stack: RegionStack, slack: float) -> EdgeCoverage:
+    """The coverage after a node was added.
+
+    Args:
+        before: of the older nodes.
+        rows: of the new node.
+        stack: all regions, with the new one.
+        slack: probes up to this far beyond a region's boundary count as covered, m.
+    """
+    newest = len(stack) - 1
+    now_covered = _covering(before.open_rows, *stack.arrays, np.full(len(before.open), -1), newest, slack) >= 0
+    by = _covering(rows, *stack.arrays, np.full(len(rows), newest), 0, slack)
+    covered_by = np.concatenate((before.covered_by, by))
+    covered_by[before.open[now_covered]] = newest
+    still = ~now_covered
+    return EdgeCoverage(
+        (*before.rows, rows),
+        covered_by,
+        np.concatenate((before.open[still], len(before.covered_by) + np.flatnonzero(by < 0))),
+        np.vstack((before.open_rows[still], rows[by < 0])),
+    )
+
+
+def revised(
+    before: EdgeCoverage,
+    kept: np.ndarray,
+    changed: np.ndarray,
+    fresh: Sequence[np.ndarray],
+    stack: RegionStack,
+    slack: float,
+) -> EdgeCoverage:
+    """The coverage after regions were changed or dropped.
+
+    Args:
+        before: of all nodes.
+        kept: shape (n,), indices of the nodes that remain.
+        changed: shape (n,), whether the region of such a node has changed.
+        fresh: rows of the changed nodes.
+        stack: regions of the nodes that remain.
+        slack: as in `with_newest`.
+    """
+    counts = np.array([len(rows) for rows in before.rows])
+    starts = np.concatenate(([0], np.cumsum(counts)))
+    number = np.full(len(counts) + 1, UNKNOWN, np.int32)  # the last is of UNCOVERED
+    number[kept[~changed]] = np.flatnonzero(~changed)
+    number[-1] = UNCOVERED
+    known = number[before.covered_by]
+    rows, parts, ahead = [], [], iter(fresh)
+    for old, new in zip(kept.tolist(), changed.tolist(), strict=True):
+        rows.append(next(ahead) if new else before.rows[old])
+        parts.append(np.full(len(rows[-1]), UNKNOWN, np.int32) if new else known[starts[old] : starts[old + 1]])
+    covered_by = np.concatenate(parts) if parts else np.zeros(0, np.int32)
+    pending = np.flatnonzero(covered_by < 0)
+    first = np.concatenate(([0], np.cumsum([len(each) for each in rows])))
+    node = np.searchsorted(first[1:], pending, side="right")
+    places = np.empty((len(pending), 4))
+    bounds = np.append(np.flatnonzero(np.diff(node, prepend=-1)), len(pending))
+    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+        owner = node[begin]
+        places[begin:end] = rows[owner][pending[begin:end] - first[owner]]
+    _recover(covered_by, pending, places, node, *stack.arrays, np.flatnonzero(changed), slack)
+    still = covered_by[pending] < 0
+    return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
+
+
+@njit(cache=True)
+def _covers_nearly(center, bearing_0, values, reach, x, y, slack):
+    dx, dy = x - center[0], y - center[1]
+    distance = math.sqrt(dx * dx + dy * dy)
+    if distance > reach + slack:
+        return False
+    nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+    return covers(center, bearing_0, values, center[0] + dx * nearer, center[1] + dy * nearer)
+
+
+@njit(cache=True)
+def _covering(rows, center, bearing_0, values, reach, skip, first, slack):
+    """Index of the newest region from `first` on that covers each probe, apart from that in `skip`; or UNCOVERED."""
+    out = np.full(len(rows), UNCOVERED, np.int32)
+    for i in range(len(rows)):
+        for k in range(len(reach) - 1, first - 1, -1):
+            if k != skip[i] and _covers_nearly(
+                center[k], bearing_0[k], values[k], reach[k], rows[i, 2], rows[i, 3], slack
+            ):
+                out[i] = k
+                break
+    return out
+
+
+@njit(cache=True)
+def _recover(covered_by, pending, rows, node, center, bearing_0, values, reach, changed, slack):
+    """Fill in what is UNKNOWN; what was UNCOVERED is compared with the changed regions alone."""
+    for i in range(len(pending)):
+        unknown = covered_by[pending[i]] == UNKNOWN
+        count = len(reach) if unknown else len(changed)
+        covered_by[pending[i]] = UNCOVERED
+        for j in range(count - 1, -1, -1):
+            k = j if unknown else changed[j]
+            if k != node[i] and _covers_nearly(
+                center[k], bearing_0[k], values[k], reach[k], rows[i, 2], rows[i, 3], slack
+            ):
+                covered_by[pending[i]] = k
+                break

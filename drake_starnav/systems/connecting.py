@@ -1,0 +1,90 @@
+"""Connects systems of the user's by the names of their ports."""
+
+import difflib
+from collections.abc import Mapping
+
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, PortDataType, System
+
+from drake_starnav.errors import StarnavError
+
+ALIKE = 0.8
+"""An unconnected port whose name is this similar to a known one is taken for a slip of the pen."""
+
+
+def add_system(builder: DiagramBuilder, name: str, system: System, role: str) -> System:
+    """The system in the builder: as it is if it is there already, and else added under a name.
+
+    Raises:
+        StarnavError: it is no system of Drake, or belongs to another diagram.
+    """
+    if not isinstance(system, System):
+        raise StarnavError(f"{role} is {type(system).__name__}; allowed: a System of Drake, e.g. a LeafSystem")
+    if system in builder.GetSystems():
+        return system
+    try:
+        return builder.AddNamedSystem(name, system)
+    except RuntimeError as error:
+        raise StarnavError(f"{role} cannot be added to the builder: {error}; allowed: a system of its own") from None
+
+
+def connect_inputs(builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort], role: str) -> None:
+    """Connect those input ports of a system that have the names of sources and are not connected yet.
+
+    Args:
+        builder: that holds both.
+        system: whose other ports stay as they are.
+        sources: output ports by name.
+        role: of the system, for messages.
+
+    Raises:
+        StarnavError: a port has another size or type than the source of its name, or nearly the name of one.
+    """
+    for index in range(system.num_input_ports()):
+        port = system.get_input_port(index)
+        if builder.IsConnectedOrExported(port):
+            continue
+        name = port.get_name()
+        if name in sources:
+            connect(builder, sources[name], port, role)
+        elif near := difflib.get_close_matches(name, sources, n=1, cutoff=ALIKE):
+            raise StarnavError(
+                f"{role}: input port {name} is not connected; did you mean {near[0]}? allowed: {', '.join(sources)}, "
+                "or any port that you connected before"
+            )
+
+
+def connect(builder: DiagramBuilder, source: OutputPort, port: InputPort, role: str) -> None:
+    """Connect two ports, or raise a `StarnavError` where they do not fit."""
+    if _kind(source) != _kind(port):
+        raise StarnavError(f"{role}: port {port.get_name()} is {_kind(port)}; allowed: {_kind(source)}")
+    try:
+        builder.Connect(source, port)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())
+        raise StarnavError(f"{role}: port {port.get_name()} cannot be connected: {reason}") from None
+
+
+def output_port(system: System, name: str, size: int, role: str) -> OutputPort:
+    """The vector output port of that name, or the only one that a system has.
+
+    Raises:
+        StarnavError: there is none, or it has another size.
+    """
+    names = [system.get_output_port(index).get_name() for index in range(system.num_output_ports())]
+    if name not in names and len(names) != 1:
+        raise StarnavError(f"{role} has the output ports {', '.join(names) or 'none'}; allowed: one named {name}")
+    port = system.GetOutputPort(name) if name in names else system.get_output_port(0)
+    if port.get_data_type() != PortDataType.kVectorValued or port.size() != size:
+        raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: a vector of size {size}")
+    return port
+
+
+def outputs(system: System) -> dict[str, OutputPort]:
+    """The output ports of a system by name."""
+    ports = (system.get_output_port(index) for index in range(system.num_output_ports()))
+    return {port.get_name(): port for port in ports}
+
+
+def _kind(port: InputPort | OutputPort) -> str:
+    vector = port.get_data_type() == PortDataType.kVectorValued
+    return f"a vector of size {port.size()}" if vector else "abstract"

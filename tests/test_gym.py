@@ -1,0 +1,91 @@
+"""The environments of Gymnasium: their interface, their determinism, and the shield."""
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.scenario import parse_scenario
+
+gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+from drake_starnav.gym import NavigationEnv  # noqa: E402
+from scripts.experiments.random_steps import random_steps  # noqa: E402
+
+YARD = parse_scenario(
+    "world: !Obstacles {cylinders: [[1.4, 0.0, 0.3]], goal: [3.0, 0.0], bounds: [-1, -1.5, 4, 1.5]}", name="yard"
+)
+AHEAD = np.array([0.8, 0.0], dtype=np.float32)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("plant", [False, True])
+@pytest.mark.parametrize("shield", [False, True])
+def test_gymnasium_accepts_it(plant: bool, shield: bool) -> None:
+    environment = NavigationEnv("room", shield=shield, plant=plant)
+    check_env(environment, skip_render_check=True)
+    environment.close()
+
+
+@pytest.mark.parametrize("plant", [False, True])
+def test_the_shield_stops_before_an_obstacle_and_without_it_the_robot_hits_it(plant: bool) -> None:
+    for shield in (True, False):
+        environment = NavigationEnv(YARD, shield=shield, plant=plant)
+        environment.reset(seed=1)
+        for _ in range(40):
+            _, _, terminated, _, info = environment.step(AHEAD)
+            if terminated:
+                break
+        assert (info["outcome"] == "collision") is not shield
+        gap = 1.4 - 0.3 - 0.25 - info["pose"][0]
+        assert (0.0 < gap < 0.1) if shield else gap < 0.005
+        environment.close()
+
+
+def test_both_kinds_drive_alike() -> None:
+    poses = []
+    for plant in (False, True):
+        environment = NavigationEnv(YARD, plant=plant)
+        environment.reset(seed=1)
+        for _ in range(10):
+            _, _, _, _, info = environment.step(np.array([0.5, 0.6], dtype=np.float32))
+        poses.append(info["pose"])
+        environment.close()
+    assert poses[0] == pytest.approx(poses[1], abs=0.05)
+
+
+def test_the_goal_is_in_the_robots_frame_and_ends_the_episode() -> None:
+    world = YARD.world.make(np.random.default_rng(0), 0.25)
+    environment = NavigationEnv(parse_scenario("world: !Obstacles {goal: [1.0, 0.0]}", name="near"))
+    observation, _ = environment.reset(seed=1)
+    assert world.start == (0.0, 0.0, 0.0)
+    assert observation["goal"] == pytest.approx([1.0, 0.0])
+    total, terminated = 0.0, False
+    while not terminated:
+        _, reward, terminated, _, info = environment.step(AHEAD)
+        total += reward
+    assert info["outcome"] == "reached"
+    assert total == pytest.approx(1.0 + info["pose"][0])  # progress, and the bonus
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_random_actions_in_forests_touch_nothing_with_the_shield(seed: int) -> None:
+    assert random_steps(NavigationEnv("forest"), 1000, seed)["contacts"] == 0
+
+
+def test_without_the_shield_they_do() -> None:
+    assert random_steps(NavigationEnv("forest", shield=False), 1000, 0)["contacts"] > 2
+
+
+def test_what_the_kinematics_do_not_have_is_refused() -> None:
+    for change in ("drive.delay=0.1", "obstacles.max_speed=0.5", "lidar.rolling=true"):
+        scenario = parse_scenario("world: !Room {}", name="room", overrides=[change])
+        with pytest.raises(UnsupportedError, match=f"{change.partition('=')[0]} is .* with plant=False"):
+            NavigationEnv(scenario)
+    with pytest.raises(StarnavError, match="no episode; allowed: reset"):
+        NavigationEnv("room").step(AHEAD)
+    environment = NavigationEnv("room")
+    environment.reset(seed=0)
+    with pytest.raises(StarnavError, match="action is .*nan.*; allowed: finite"):
+        environment.step(np.array([np.nan, 0.0]))
