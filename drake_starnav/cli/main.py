@@ -202,7 +202,8 @@ def _table(record: dict) -> str:
 
 
 COMMANDS = {
-    "demo": demo, "simulate": simulate, "record": record, "benchmark": benchmark, "report": report, "show_world": show_world,
+    "demo": demo, "simulate": simulate, "record": record, "benchmark": benchmark, "report": report,
+    "show_world": show_world,
 }  # fmt: skip
 """Commands of `starnav`; scripts/ has one file for each but `demo`."""
 

@@ -137,9 +137,7 @@ def benchmark_section(results: Results) -> str:
     )
 
 
-def _readme_row(
-    method: str, scenarios: Sequence[str], summaries: dict[tuple[str, str], Summary]
-) -> tuple[str, ...]:
+def _readme_row(method: str, scenarios: Sequence[str], summaries: dict[tuple[str, str], Summary]) -> tuple[str, ...]:
     cases = [summaries[scenario, method] for scenario in scenarios if (scenario, method) in summaries]
     counts = {case.scenario: f"{case.reached} of {case.trials}" for case in cases}
     return (
