@@ -1,19 +1,30 @@
 """How Sphinx makes the site from these pages: `make docs`. Nothing in it is loaded from a network."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+
+import drake_starnav
+
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
+EXAMPLES, GALLERY = ROOT / "scripts" / "examples", DOCS / "examples"
+OUTSIDE = {
+    "pydrake": "https://drake.mit.edu/pydrake/{module}.html#{name}",
+    "numpy": "https://numpy.org/doc/stable/reference/generated/{name}.html",
+}
+"""Where the types of other packages are described."""
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)")
 
 project = "drake_starnav"
 author = copyright = "The drake_starnav authors"
 release = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 autodoc_default_options = {"members": True}
 autoclass_content = "both"
 autodoc_typehints = "signature"
@@ -22,6 +33,10 @@ napoleon_custom_sections = [("Ports", "params_style")]
 napoleon_use_ivar = True
 default_role = "code"
 myst_heading_anchors = 3  # pages link to headings as on a forge: parameters.md#lidar
+nb_execution_mode = "auto"  # the notebooks' outputs are made with the site
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
 html_theme = "furo"
 html_title = f"{project} {release}"
 html_static_path = ["style.css"]
@@ -71,8 +86,43 @@ def on_docstring(app: Any, what: str, name: str, thing: object, options: object,
     lines[:] = out
 
 
+def write_gallery(*_: object) -> None:
+    """Write a page for each example: its docstring, its picture, its code."""
+    GALLERY.mkdir(exist_ok=True)
+    pages = {"index": "# Examples\n\nEach runs in seconds, without a display: `python scripts/examples/NAME.py`.\n"}
+    toctree = []
+    for script in sorted(EXAMPLES.glob("[0-9]*.py")):
+        said = (ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or "").partition("\n\nRun:")[0]
+        title, _, rest = said.partition(".")
+        picture = f"![What it draws](../images/examples/{script.stem}.png)"
+        code = f"```{{literalinclude}} ../../scripts/examples/{script.name}\n:language: python\n```"
+        pages[script.stem] = f"# {title}\n\n{rest.strip()}\n\n{picture}\n\n{code}\n"
+        pages["index"] += f"\n## [{title}]({script.stem}.md)\n\n{picture}\n"
+        toctree.append(script.stem)
+    pages["index"] += "\n".join(("\n```{toctree}", ":hidden:", "", *toctree, "```", ""))
+    for name, text in pages.items():
+        path = GALLERY / f"{name}.md"
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+
+def on_missing_reference(app: Any, env: Any, node: Any, content: Any) -> Any:
+    """A type in a signature is not where it is defined, but where it is public; or it is another package's."""
+    target = node.get("reftarget", "")
+    module, _, name = target.rpartition(".")
+    if node.get("refdomain") == "py" and name in drake_starnav.__all__ and module != "drake_starnav":
+        domain, public = env.get_domain("py"), f"drake_starnav.{name}"
+        return domain.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], public, node, content)
+    address = OUTSIDE.get(target.partition(".")[0])
+    if address is None:
+        return None
+    return nodes.reference("", "", content, internal=False, refuri=address.format(module=module, name=target))
+
+
 def setup(app: Any) -> None:
     """Sphinx calls this once."""
+    app.connect("builder-inited", write_gallery)
+    app.connect("missing-reference", on_missing_reference)
     app.connect("source-read", on_page)
     app.connect("include-read", on_include)
     app.connect("autodoc-process-docstring", on_docstring, priority=100)  # before Napoleon
