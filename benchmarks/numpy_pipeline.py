@@ -19,7 +19,13 @@ from drake_starnav.control.certificates import PROPOSALS
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, HEADING_GAIN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
-from drake_starnav.control.path_following import MAX_BEND, MODULATION_DISTANCE, NEAR_WALL_ZONE, near_wall_radius
+from drake_starnav.control.path_following import (
+    MAX_BEND,
+    MODULATION_DISTANCE,
+    NEAR_WALL_ZONE,
+    TURNING_TIMES,
+    near_wall_radius,
+)
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE, STRIDE
@@ -180,7 +186,8 @@ def command(
         modulated = _modulated(pose[:2], direction, guidance.regions)
         direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
     radius = near_wall_radius(parameters.safety_margin, robot.radius)
-    direction = _off_walls(pose[:2], direction, star.near_hits, radius, NEAR_WALL_ZONE)
+    push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, NEAR_WALL_ZONE)
+    direction = _off_walls(pose[:2], direction, star.near_hits, radius, push)
     direction = _free_heading(pose[:2], direction, star, FREE_HEADING_RANGE)
     heading = (math.atan2(direction[1], direction[0]) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi
     stop_at = distance if guidance.arrives and len(path) == 1 else math.inf
@@ -231,17 +238,17 @@ def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionStack
     return direction if most <= 0.0 or length < 1e-3 * most else total / length
 
 
-def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float) -> np.ndarray:
+def _off_walls(position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, most: float) -> np.ndarray:
     offset = position - hits
     distance = np.hypot(offset[:, 0], offset[:, 1])
     nearest = distance.min(initial=np.inf)
-    share = min(max((zone - (nearest - radius)) / zone, 0.0), 1.0)
+    share = min(max((NEAR_WALL_ZONE - (nearest - radius)) / NEAR_WALL_ZONE, 0.0), 1.0)
     if share <= 0.0:
         return direction
     beyond = (distance - nearest) / NEAR_WALL_SCALE
     weight = np.where(beyond < 4.6, np.exp(-beyond), 0.0)
     push = (weight / distance) @ offset / weight.sum()
-    direction = direction - share * min(float(direction @ push), 0.0) * push + share * push
+    direction = direction - share * min(float(direction @ push), 0.0) * push + min(share, most) * push
     length = np.hypot(*direction)
     return push if length < 1e-6 else direction / length
 

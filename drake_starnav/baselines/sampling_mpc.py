@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.certificates import NO_DISCS, certified_twist, first_accepted, within_star
+from drake_starnav.control.certificates import certified_twist, first_inside
 from drake_starnav.control.heading_controller import (
     CREEP_SPEED,
     GOAL_SLOWDOWN,
@@ -124,7 +124,8 @@ def predictive_twist(
         twists = candidates(twist, reactive, robot)
         in_sight = now._replace(guidance=dataclasses.replace(guidance, path=seen))
         twists = twists[np.argsort(rollout_costs(twists, in_sight, parameters, robot), kind="stable")]
-        k = first_accepted(*pose, *twist, twists, limits, within_star(star, period, parameters.delay), NO_DISCS, 0.0)
+        known = star.center, star.bearing_0, star.values
+        k = first_inside(*pose, *twist, twists, period, parameters.delay, limits, known)
         if k >= 0:
             return float(twists[k, 0]), float(twists[k, 1]), True
     return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)

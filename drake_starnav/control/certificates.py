@@ -23,7 +23,6 @@ PROPOSALS = np.array(
     + [(speed, turn) for turn in (0.5, 0.0, -0.5) for speed in (0.5, 0.0)]
 )
 """Shares of the desired speed and turning rate that are tried, in this order."""
-NO_HITS, NO_DISCS = np.zeros((0, 2)), np.zeros((0, 6))
 
 
 class Constraints(NamedTuple):
@@ -65,17 +64,6 @@ def constraints_of(star: SafetyStar, controller: ControllerParameters, robot: Ro
     )
 
 
-def within_star(star: SafetyStar, hold: float, delay: float) -> Constraints:
-    """The constraint to stay inside the safety star: all else counts as an obstacle.
-
-    Args:
-        star: what the last scans certify.
-        hold, delay: how long a command is followed, and after what time, s.
-    """
-    nothing = KnownHits(NO_HITS, np.zeros(0), star.center, -np.inf)
-    return Constraints(True, float(hold), float(delay), 0.0, 0.0, star.center, star.bearing_0, star.values, nothing)
-
-
 def certified_twist(
     pose: np.ndarray,
     twist: np.ndarray,
@@ -99,12 +87,33 @@ def certified_twist(
     Returns:
         v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
     """
-    proposed = PROPOSALS * desired
-    k = first_accepted(*pose, *twist, proposed, limits, within_star(star, hold, delay), NO_DISCS, 0.0)
+    known = star.center, star.bearing_0, star.values
+    return safe_twist(*pose, *twist, *desired, hold, delay, limits, known)
+
+
+@njit(cache=True)
+def safe_twist(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, star):
+    """`certified_twist`, compiled; `star` is (center, bearing_0, values)."""
+    proposed = np.empty(PROPOSALS.shape)
+    for k in range(len(PROPOSALS)):
+        proposed[k, 0], proposed[k, 1] = PROPOSALS[k, 0] * want_v, PROPOSALS[k, 1] * want_omega
+    k = first_inside(x, y, yaw, v, omega, proposed, hold, delay, limits, star)
     if k >= 0:
-        return float(proposed[k, 0]), float(proposed[k, 1]), True
-    standing = twist[0] * twist[0] <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
-    return 0.0, float(desired[1]) if standing else 0.0, False
+        return proposed[k, 0], proposed[k, 1], True
+    standing = v * v <= 2.0 * limits.max_acceleration * STOPPED_DISTANCE
+    return 0.0, want_omega if standing else 0.0, False
+
+
+@njit(cache=True)
+def first_inside(x, y, yaw, v, omega, twists, hold, delay, limits, star):
+    """Index of the first of some twists (n, 2) from which the robot stops inside the safety star, or -1."""
+    center, bearing_0, values = star
+    for k in range(len(twists)):
+        if stops_inside(
+            x, y, yaw, v, omega, twists[k, 0], twists[k, 1], hold, delay, limits, center, bearing_0, values
+        ):
+            return k
+    return -1
 
 
 @njit(cache=True)

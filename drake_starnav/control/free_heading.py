@@ -2,10 +2,8 @@
 
 import math
 
-import numpy as np
 from numba import njit
 
-from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import covers
 
 FREE_HEADING_RANGE = 0.8
@@ -16,23 +14,6 @@ SAMPLES = 4
 """Points on that path that are checked."""
 STEP = math.radians(2.0)
 """Spacing of the bearings tried; a free one counts only if the next is free too: otherwise noise may close it again."""
-
-
-def free_heading(position: np.ndarray, direction: np.ndarray, star: SafetyStar) -> np.ndarray:
-    """The direction if it is free, else the nearest free one within FREE_HEADING_RANGE; itself if there is none.
-
-    Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
-    distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
-    be free, but between two walls the near-wall term does not lead there: the robot would stop.
-
-    Args:
-        position: of the robot, shape (2,), W, m.
-        direction: unit vector, shape (2,), W.
-        star: what the last scans certify.
-    """
-    angle = math.atan2(direction[1], direction[0])
-    turn = _turn(position[0], position[1], angle, star.center, star.bearing_0, star.values)
-    return direction if turn == 0.0 else np.array((math.cos(angle + turn), math.sin(angle + turn)))
 
 
 @njit(cache=True)
@@ -46,13 +27,20 @@ def _open(x, y, angle, center, bearing_0, values):
 
 
 @njit(cache=True)
-def _turn(x, y, angle, center, bearing_0, values):
-    """The least turn to a free bearing, rad; 0 if none is needed, or none found."""
+def free_heading(x, y, ux, uy, center, bearing_0, values):
+    """The unit vector (ux, uy) if it is free, else the nearest free one within FREE_HEADING_RANGE, or itself.
+
+    Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
+    distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
+    be free, but between two walls the near-wall term does not lead there: the robot would stop. `center`, `bearing_0`
+    and `values` are those of the safety star.
+    """
+    angle = math.atan2(uy, ux)
     if _open(x, y, angle, center, bearing_0, values):
-        return 0.0
+        return ux, uy
     for k in range(1, int(FREE_HEADING_RANGE / STEP) + 1):
         for step in (STEP, -STEP):
             turned = angle + k * step
             if _open(x, y, turned, center, bearing_0, values) and _open(x, y, turned + step, center, bearing_0, values):
-                return k * step
-    return 0.0
+                return math.cos(turned), math.sin(turned)
+    return ux, uy

@@ -29,20 +29,7 @@ def turning_law(heading: float, speed: float, robot: RobotParameters) -> np.ndar
         speed: with no error, m/s.
         robot: its limits.
     """
-    v = speed * max(math.cos(heading), 0.0) ** 3
-    return np.array((v, _turning_rate(heading, robot.max_yaw_rate, robot.max_yaw_acceleration)))
-
-
-@njit(cache=True)
-def turning_twist(heading, speed, limits):
-    """`turning_law` for compiled loops; compiled, the cube may differ in its last bit."""
-    v = speed * max(math.cos(heading), 0.0) ** 3
-    return v, _turning_rate(heading, limits.max_yaw_rate, limits.max_yaw_acceleration)
-
-
-@njit(cache=True)
-def _turning_rate(heading, max_yaw_rate, max_yaw_acceleration):
-    return limited(HEADING_GAIN * heading, min(max_yaw_rate, math.sqrt(2.0 * max_yaw_acceleration * abs(heading))))
+    return np.array(turning_twist(heading, speed, robot.limits))
 
 
 def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
@@ -54,14 +41,24 @@ def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters
         robot: its limits.
         period: s.
     """
-    v = _approached(float(twist[0]), float(desired[0]), robot.max_speed, robot.max_acceleration * period)
-    omega = _approached(float(twist[1]), float(desired[1]), robot.max_yaw_rate, robot.max_yaw_acceleration * period)
-    return np.array((v, omega))
+    return np.array(approached_twist(*twist, *desired, robot.limits, period))
 
 
 @njit(cache=True)
-def _approached(value, target, limit, change):
-    return ramped(value, limited(target, limit), change)
+def turning_twist(heading, speed, limits):
+    """`turning_law`, compiled."""
+    v = speed * max(math.cos(heading), 0.0) ** 3.0
+    stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
+    return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
+
+
+@njit(cache=True)
+def approached_twist(v, omega, want_v, want_omega, limits, period):
+    """`limited_twist`, compiled."""
+    return (
+        ramped(v, limited(want_v, limits.max_speed), limits.max_acceleration * period),
+        ramped(omega, limited(want_omega, limits.max_yaw_rate), limits.max_yaw_acceleration * period),
+    )
 
 
 @njit(cache=True)

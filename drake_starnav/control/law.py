@@ -1,7 +1,6 @@
 """The interface of a control law: what it is given each period, and what it commands."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +31,11 @@ class ControlInput(NamedTuple):
     star: SafetyStar
 
 
-@dataclass(frozen=True)
-class Command:
+NO_ERRORS = np.zeros(2)
+NO_ERRORS.flags.writeable = False
+
+
+class Command(NamedTuple):
     """What a control law decides in one period.
 
     Attributes:
@@ -46,7 +48,7 @@ class Command:
     twist: np.ndarray
     guiding_vector: np.ndarray
     certified: bool
-    errors: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    errors: np.ndarray = NO_ERRORS
 
 
 class TrackedObstacles(NamedTuple):

@@ -13,8 +13,6 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.star_region import RegionStack
-
 SIGMA = 2.0
 """Exponent of Gamma, as of the paper: what is damped grows with the square of the way to the boundary."""
 CENTER = 0.02
@@ -25,56 +23,18 @@ NEAR_WALL_SCALE = 0.03
 """Width of the soft minimum over the nearest hits, m."""
 
 
-def modulated_direction(position: np.ndarray, direction: np.ndarray, regions: RegionStack) -> np.ndarray:
-    """The mean direction of the vectors modulated by each region that contains the position.
-
-    The weights Gamma - 1 are continuous where the position enters or leaves a region.
-
-    Args:
-        position: shape (2,), W, m.
-        direction: unit vector, shape (2,), W.
-        regions: those that do not contain the position have no effect.
-
-    Returns:
-        Unit vector, shape (2,), W; `direction` itself where no region contains the position.
-    """
-    arrays = regions.center, regions.bearing_0, regions.values, regions.slopes, regions.reach
-    return np.array(_modulated(*position, *direction, *arrays, SIGMA))
-
-
-def limited_turn(guide: np.ndarray, direction: np.ndarray, limit: float) -> np.ndarray:
-    """`direction`, turned back to within `limit` (rad) of `guide`.
+@njit(cache=True)
+def limited_turn(gx, gy, x, y, limit):
+    """The direction (x, y), turned back to within `limit` (rad) of the guiding vector (gx, gy); all are unit vectors.
 
     Where a region's boundary is steep, r_hat and t are nearly parallel, E is nearly singular, and what M makes of a
-    guiding vector may lead to the wrong side of an obstacle. All are unit vectors, shape (2,), W.
+    guiding vector may lead to the wrong side of an obstacle.
     """
-    (gx, gy), (x, y) = guide.tolist(), direction.tolist()  # arithmetic on NumPy's scalars is far slower
     turn = math.atan2(gx * y - gy * x, gx * x + gy * y)
     if abs(turn) <= limit:
-        return direction
+        return x, y
     cosine, sine = math.cos(limit), math.copysign(math.sin(limit), turn)
-    return np.array((cosine * gx - sine * gy, sine * gx + cosine * gy))
-
-
-def near_wall_direction(
-    position: np.ndarray, direction: np.ndarray, hits: np.ndarray, radius: float, zone: float, push: float = 1.0
-) -> np.ndarray:
-    """The direction with its part towards close hits removed and a push away from them added.
-
-    With the clearance c to the nearest hit, the share is a = clip((zone - c)/zone, 0, 1), and q the soft mean of the
-    unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE):
-    remove a share a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and
-    the term hardly affects the path through the gap.
-
-    Args:
-        position: shape (2,), W, m.
-        direction: unit vector, shape (2,), W.
-        hits: shape (n, 2), W, m.
-        radius: of the robot, including the clearance that it keeps from hits, m.
-        zone: clearance at which the push begins, m.
-        push: its largest share.
-    """
-    return np.array(_near_wall(*position, *direction, hits, radius, zone, push))
+    return cosine * gx - sine * gy, sine * gx + cosine * gy
 
 
 @njit(cache=True)
@@ -114,11 +74,17 @@ def boundary_frame(x, y, center, bearing_0, values, slopes, reach, sigma):
 
 
 @njit(cache=True)
-def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma):
+def modulated_direction(x, y, ux, uy, regions):
+    """The mean direction of the unit vector (ux, uy), modulated by each region that contains (x, y).
+
+    `regions` is `RegionStack.with_slopes`. The weights Gamma - 1 are continuous where the position enters or leaves a
+    region. A unit vector; (ux, uy) itself where no region contains the position.
+    """
+    center, bearing_0, values, slopes, reach = regions
     sum_x = sum_y = total = 0.0
     for k in range(len(bearing_0)):
         gamma, cosine, sine, tx, ty = boundary_frame(
-            x, y, center[k], bearing_0[k], values[k], slopes[k], reach[k], sigma
+            x, y, center[k], bearing_0[k], values[k], slopes[k], reach[k], SIGMA
         )
         if gamma == np.inf:
             return ux, uy
@@ -143,7 +109,14 @@ def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma):
 
 
 @njit(cache=True)
-def _near_wall(x, y, ux, uy, hits, radius, zone, push):
+def near_wall_direction(x, y, ux, uy, hits, radius, zone, push):
+    """The direction (ux, uy) with its part towards close hits (n, 2) removed and a push away from them added.
+
+    With the clearance c to the nearest hit beyond `radius`, the share is a = clip((zone - c)/zone, 0, 1), and q the
+    soft mean of the unit vectors away from the nearest hits, weights exp(-(d - d_min)/NEAR_WALL_SCALE): remove a share
+    a of (u q) q if it is against q, add min(a, push) q, normalise. Between two walls q is short, and the term hardly
+    affects the path through the gap.
+    """
     nearest = np.inf
     for i in range(len(hits)):
         dx, dy = x - hits[i, 0], y - hits[i, 1]

@@ -1,17 +1,19 @@
-"""From guidance to a twist of the differential drive: the controller as a pure step."""
+"""From guidance to a twist of the differential drive: the controller as a pure step, compiled into one call."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from drake_starnav.control.certificates import certified_twist
+from drake_starnav.control.certificates import safe_twist
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.heading_controller import (
     CREEP_SPEED,
     GOAL_SLOWDOWN,
     HEADING_GAIN,
-    limited_twist,
-    turning_law,
+    approached_twist,
+    turning_twist,
     wrapped_angle,
 )
 from drake_starnav.control.law import Command, ControlInput
@@ -36,6 +38,50 @@ NEAR_WALL_ZONE = 0.05
 """Clearance at which the push off a wall begins, m. With 0.1 m the robot is slower in narrow places."""
 
 
+class Surroundings(NamedTuple):
+    """What the law knows of the place, as compiled functions take it.
+
+    Attributes:
+        path: shape (k, 2), way points ahead, W, m.
+        arrives: whether the last way point is the goal.
+        regions: `RegionStack.with_slopes`.
+        hits: close to the robot, shape (n, 2), W, m.
+        star: center, bearing_0 and values of the safety star.
+    """
+
+    path: np.ndarray
+    arrives: bool
+    regions: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    hits: np.ndarray
+    star: tuple[np.ndarray, float, np.ndarray]
+
+
+def control_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
+    """One period of the controller: guiding vector, twist, certificate, ramp.
+
+    Args:
+        now: what it is given.
+        parameters: of the controller.
+        robot: its size and limits.
+    """
+    near_wall = near_wall_radius(parameters.safety_margin, robot.radius)
+    period, delay = 1.0 / parameters.rate, float(parameters.delay)
+    v, omega, ux, uy, certified = command(now.pose, now.twist, _around(now), near_wall, robot.limits, period, delay)
+    return Command(np.array((v, omega)), np.array((ux, uy)), certified)
+
+
+def desired_twist(
+    now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
+) -> tuple[np.ndarray, np.ndarray]:
+    """Guiding vector, and the twist that follows it before anything is certified.
+
+    Arguments as for `control_step`.
+    """
+    near_wall = near_wall_radius(parameters.safety_margin, robot.radius)
+    ux, uy, v, omega = followed(now.pose, _around(now), near_wall, robot.limits)
+    return np.array((ux, uy)), np.array((v, omega))
+
+
 def guiding_vector(
     position: np.ndarray,
     path: np.ndarray,
@@ -56,32 +102,9 @@ def guiding_vector(
         robot_radius: m.
         speed: of the robot, m/s.
     """
-    ahead, guide, distance = way_point(position, path)
-    if distance == 0.0:
-        return guide, 0.0
-    direction = guide
-    if distance > MODULATION_DISTANCE:
-        direction = modulated_direction(position, guide, regions)
-        limited = limited_turn(guide, direction, MAX_BEND)
-        if limited is not direction and segment_covered(*regions.arrays, *position, *ahead, LINE_STEP):
-            direction = limited
-    push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * abs(speed), NEAR_WALL_ZONE)
-    radius = near_wall_radius(parameters.safety_margin, robot_radius)
-    return near_wall_direction(position, direction, hits, radius, NEAR_WALL_ZONE, push), distance
-
-
-def way_point(position: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """The first way point not yet passed, shape (2,), the unit vector to it, shape (2,), and its distance, m.
-
-    Vector and distance are zero at the last way point. Arguments as for `guiding_vector`.
-    """
-    ahead = path[0]
-    for ahead in path:
-        offset = ahead - position
-        distance = math.hypot(offset[0], offset[1])
-        if distance > PASSED_DISTANCE:
-            break
-    return (ahead, offset / distance, distance) if distance >= 1e-6 else (ahead, np.zeros(2), 0.0)
+    near_wall = near_wall_radius(parameters.safety_margin, robot_radius)
+    ux, uy, distance = guided(*position, path, regions.with_slopes, hits, near_wall, speed)
+    return np.array((ux, uy)), distance
 
 
 def near_wall_radius(safety_margin: float, robot_radius: float) -> float:
@@ -92,42 +115,75 @@ def near_wall_radius(safety_margin: float, robot_radius: float) -> float:
     return robot_radius + max(safety_margin - (1.0 - LEAST_SHARE) * NEAR_WALL_ZONE, 0.0)
 
 
-def control_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
-    """One period of the controller: guiding vector, twist, certificate, ramp.
+def _around(now: ControlInput) -> Surroundings:
+    _, _, _, guidance, star = now
+    known = star.center, star.bearing_0, star.values
+    return Surroundings(guidance.path, guidance.arrives, guidance.regions.with_slopes, star.near_hits, known)
 
-    Args:
-        now: what it is given.
-        parameters: of the controller.
-        robot: its size and limits.
+
+@njit(cache=True)
+def command(pose, twist, around, near_wall, limits, period, delay):
+    """`control_step` as numbers: the twist (v, omega), the guiding vector (x, y), and whether a motion is certified."""
+    v, omega = twist
+    ux, uy, want_v, want_omega = followed(pose, around, near_wall, limits)
+    want_v, want_omega, certified = safe_twist(
+        pose[0], pose[1], pose[2], v, omega, want_v, want_omega, period, delay, limits, around.star
+    )
+    v, omega = approached_twist(v, omega, want_v, want_omega, limits, period)
+    return v, omega, ux, uy, certified
+
+
+@njit(cache=True)
+def followed(pose, around, near_wall, limits):
+    """`desired_twist` as numbers: the guiding vector (x, y), zero where there is nowhere to go, and (v, omega)."""
+    x, y, yaw = pose
+    path, arrives, regions, hits, star = around
+    count = len(path)
+    if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED):
+        return 0.0, 0.0, 0.0, 0.0
+    ux, uy, distance = guided(x, y, path, regions, hits, near_wall, limits.max_speed)
+    if ux == 0.0 and uy == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    center, bearing_0, values = star
+    ux, uy = free_heading(x, y, ux, uy, center, bearing_0, values)
+    v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
+    if arrives and count == 1:
+        v = min(v, GOAL_SLOWDOWN * distance + CREEP_SPEED)
+    return ux, uy, v, omega
+
+
+@njit(cache=True)
+def guided(x, y, path, regions, hits, near_wall, speed):
+    """`guiding_vector` as numbers: (x, y), and the distance to the way point; zero at the last one."""
+    ahead_x, ahead_y, gx, gy, distance = way_point(x, y, path)
+    if distance == 0.0:
+        return 0.0, 0.0, 0.0
+    ux, uy = gx, gy
+    if distance > MODULATION_DISTANCE:
+        ux, uy = modulated_direction(x, y, gx, gy, regions)
+        limited_x, limited_y = limited_turn(gx, gy, ux, uy, MAX_BEND)
+        if limited_x != ux or limited_y != uy:
+            center, bearing_0, values, _, reach = regions
+            if segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, LINE_STEP):
+                ux, uy = limited_x, limited_y
+    push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * abs(speed), NEAR_WALL_ZONE)
+    ux, uy = near_wall_direction(x, y, ux, uy, hits, near_wall, NEAR_WALL_ZONE, push)
+    return ux, uy, distance
+
+
+@njit(cache=True)
+def way_point(x, y, path):
+    """The first way point of a path (k, 2) not yet passed: (x, y), the unit vector (x, y) to it, and its distance, m.
+
+    Vector and distance are zero at the last way point.
     """
-    pose, twist, _, _, star = now
-    direction, desired = desired_twist(now, parameters, robot)
-    period = 1.0 / parameters.rate
-    v, omega, accepted = certified_twist(pose, twist, desired, period, robot.limits, star, parameters.delay)
-    return Command(limited_twist(twist, np.array((v, omega)), robot, period), direction, accepted)
-
-
-def desired_twist(
-    now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
-) -> tuple[np.ndarray, np.ndarray]:
-    """Guiding vector, and the twist that follows it before anything is certified.
-
-    Arguments as for `control_step`.
-    """
-    pose, _, _, guidance, star = now
-    direction, distance = np.zeros(2), 0.0
-    desired = np.zeros(2)
-    path = guidance.path if guidance.distance_to_goal(pose[:2]) > GOAL_REACHED else guidance.path[:0]
-    last = len(path) == 1
-    if len(path):
-        direction, distance = guiding_vector(
-            pose[:2], path, guidance.regions, star.near_hits, parameters, robot.radius, robot.max_speed
-        )
-    if direction.any():
-        direction = free_heading(pose[:2], direction, star)
-        heading = wrapped_angle(math.atan2(direction[1], direction[0]) - pose[2])
-        stop_at = distance if guidance.arrives and last else math.inf
-        desired = turning_law(heading, robot.max_speed, robot)
-        slowest = GOAL_SLOWDOWN * stop_at + CREEP_SPEED
-        desired[0] = min(desired[0], robot.max_speed, slowest)
-    return direction, desired
+    ahead_x = ahead_y = dx = dy = distance = 0.0
+    for k in range(len(path)):
+        ahead_x, ahead_y = path[k]
+        dx, dy = ahead_x - x, ahead_y - y
+        distance = math.hypot(dx, dy)
+        if distance > PASSED_DISTANCE:
+            break
+    if distance < 1e-6:
+        return ahead_x, ahead_y, 0.0, 0.0, 0.0
+    return ahead_x, ahead_y, dx / distance, dy / distance, distance

@@ -1,9 +1,11 @@
 """The planner as a pure step: planner state and a new scan in, planner state with a path out."""
 
 import dataclasses
+import math
 from enum import Flag, auto
 
 import numpy as np
+from numba import njit
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
@@ -117,7 +119,7 @@ def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]
         and len(state.path) > 0
         and _distance(now.position, state.path[-1]) < AT_GOAL
     )
-    giving_way = bool((scan.distances[scan.moving] < GIVING_WAY).any())
+    giving_way = scan.motion is not None and bool((scan.distances[scan.moving] < GIVING_WAY).any())
     if moved or silent or at_goal or giving_way:
         return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
     if now.time - state.progress_time > timeout:
@@ -173,15 +175,14 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     """
     if not len(state.roadmap):
         return True
-    driven = _distance(position, state.node_position)
     if node_spacing_driven(state, position, parameters) and not (
         state.began_with_map and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
     ):
         return True
-    shape = (region.center, region.bearing_0, region.boundary.values)
-    if state.target is not None and driven > PROBE_SEEN_AFTER and covers(*shape, *state.target[1]):
-        return True
-    return driven > OUTSIDE_TOLERANCE and not _inside_some_region(state.roadmap, position)
+    probe = NO_PATH if state.target is None else state.target[1:]
+    shape = region.center, region.bearing_0, region.boundary.values
+    driven = _distance(position, state.node_position)
+    return _sees_probe_or_left(*position, driven, probe, shape, state.roadmap.stack.arrays)
 
 
 def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
@@ -189,17 +190,31 @@ def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: P
     return _distance(position, state.node_position) > parameters.node_spacing
 
 
-def _inside_some_region(roadmap: StarRoadmap, position: np.ndarray) -> bool:
-    """Whether the robot, moved by the tolerance towards the region's centre, is in one of the regions."""
-    stack = roadmap.stack
-    if first_cover(*stack.arrays, *position) >= 0:
+@njit(cache=True)
+def _sees_probe_or_left(x, y, driven, probe, region, regions):
+    """Whether the latest region shows the target's probe (0 or 1 rows), or the robot at (x, y) has left all regions.
+
+    Not before it has driven far enough from the last node, m.
+    """
+    center, bearing_0, values = region
+    if driven > PROBE_SEEN_AFTER and len(probe) > 0 and covers(center, bearing_0, values, probe[0, 0], probe[0, 1]):
         return True
-    offset = stack.center - position
-    away = np.hypot(offset[:, 0], offset[:, 1])
-    for k in np.flatnonzero(away <= stack.reach + OUTSIDE_TOLERANCE)[::-1]:
-        nearer = position + offset[k] * min(OUTSIDE_TOLERANCE / max(away[k], 1e-9), 1.0)
-        if covers(stack.center[k], stack.bearing_0[k], stack.values[k], *nearer):
-            return True
+    return driven > OUTSIDE_TOLERANCE and not _inside_some_region(x, y, regions)
+
+
+@njit(cache=True)
+def _inside_some_region(x, y, regions):
+    """Whether the robot, moved by the tolerance towards the region's centre, is in one of the regions."""
+    center, bearing_0, values, reach = regions
+    if first_cover(center, bearing_0, values, reach, x, y) >= 0:
+        return True
+    for k in range(len(reach) - 1, -1, -1):
+        dx, dy = center[k, 0] - x, center[k, 1] - y
+        away = math.hypot(dx, dy)
+        if away <= reach[k] + OUTSIDE_TOLERANCE:
+            share = min(OUTSIDE_TOLERANCE / max(away, 1e-9), 1.0)
+            if covers(center[k], bearing_0[k], values[k], x + dx * share, y + dy * share):
+                return True
     return False
 
 
@@ -226,18 +241,35 @@ def _along_path(state: PlannerState, position: np.ndarray) -> PlannerState:
 
 def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
     """The path without way points already passed, or that the robot can see past."""
-    while len(path) > 1 and (
-        _distance(path[0], position) < PASSED_DISTANCE
-        or segment_covered(*roadmap.stack.arrays, *position, *path[1], LINE_STEP)
-    ):
-        path = path[1:]
-    return path
+    return path[_passed(*position, path, roadmap.stack.arrays) :] if len(path) > 1 else path
+
+
+@njit(cache=True)
+def _passed(x, y, path, regions):
+    """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
+    center, bearing_0, values, reach = regions
+    k = 0
+    while k + 1 < len(path):
+        near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
+        ahead_x, ahead_y = path[k + 1]
+        if not near and not segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, LINE_STEP):
+            break
+        k += 1
+    return k
 
 
 def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bool:
     """Whether the robot, inside the union of regions, has lost the line of sight to the next way point."""
-    regions = roadmap.stack.arrays
-    return first_cover(*regions, *position) >= 0 and not segment_covered(*regions, *position, *path[0], LINE_STEP)
+    return _loses_sight(*position, *path[0], roadmap.stack.arrays)
+
+
+@njit(cache=True)
+def _loses_sight(x, y, aim_x, aim_y, regions):
+    """Whether (x, y) lies in the union of regions, but not the whole line to the aim."""
+    center, bearing_0, values, reach = regions
+    return first_cover(center, bearing_0, values, reach, x, y) >= 0 and not segment_covered(
+        center, bearing_0, values, reach, x, y, aim_x, aim_y, LINE_STEP
+    )
 
 
 def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
@@ -328,4 +360,4 @@ def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> 
 
 
 def _distance(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.hypot(a[0] - b[0], a[1] - b[1]))
+    return math.dist(a, b)

@@ -33,8 +33,8 @@ INSPECTED_WITHIN = 2.0
 
 def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
     """Whether the robot has arrived at a target (stand and probe); after an inspection in vain, at its very stand."""
-    near = AT_STAND if _has_inspected(roadmap, now) else np.inf
-    return bool(np.hypot(*(now.position - target[0])) < min(near, ARRIVAL_DISTANCE))
+    away = math.dist(now.position, target[0])
+    return away < ARRIVAL_DISTANCE and (away < AT_STAND or not _has_inspected(roadmap, now))
 
 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:

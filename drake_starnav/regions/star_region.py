@@ -197,6 +197,11 @@ class RegionStack:
         """Arguments of the compiled loops: center, bearing_0, values, reach."""
         return self.center, self.bearing_0, self.values, self.reach
 
+    @property
+    def with_slopes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """All arrays, for the modulation: center, bearing_0, values, slopes, reach."""
+        return self.center, self.bearing_0, self.values, self.slopes, self.reach
+
 
 class _Storage:
     """Arrays with spare rows, shared by stacks that extend one another; the first to use a row owns it."""

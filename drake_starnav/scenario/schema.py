@@ -246,7 +246,7 @@ def differences(text: str, other: str, sections: Sequence[str], place: str = "sc
     """
     both, found = [_read(part, place) for part in (text, other)], []
     for section in sections:
-        ours, theirs = (sides.get(section) or {} for sides in both)
+        ours, theirs = ({} if sides.get(section) is None else sides[section] for sides in both)
         tags = [getattr(side, "tag", "") for side in (ours, theirs)]
         if tags[0] != tags[1]:
             found.append(f"{section} !{tags[0]} and !{tags[1]}")

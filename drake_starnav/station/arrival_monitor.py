@@ -45,8 +45,8 @@ class ArrivalMonitor(LeafSystem):
         self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
 
     def _check(self, context: Context) -> EventStatus:
-        x, y, _, v, omega = self._state.Eval(context)
-        goal_x, goal_y = self._goal.Eval(context)
+        x, y, _, v, omega = self._state.Eval(context).tolist()
+        goal_x, goal_y = self._goal.Eval(context).tolist()
         if math.hypot(x - goal_x, y - goal_y) < self._tolerance:
             return EventStatus.ReachedTermination(self, "reached")
         given_up = self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE

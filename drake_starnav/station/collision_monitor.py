@@ -46,7 +46,10 @@ class CollisionMonitor(LeafSystem):
             moving_obstacles: of the moving obstacles.
         """
         super().__init__()
-        self._robot, self._ground, self._moving_obstacles = set(robot), set(ground), set(moving_obstacles)
+        # their numbers: an identifier is hashed and compared by a call into Drake
+        self._robot, self._ground, self._moving_obstacles = (
+            {geometry.get_value() for geometry in group} for group in (robot, ground, moving_obstacles)
+        )
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self.DeclarePerStepPublishEvent(self._check)
@@ -56,17 +59,21 @@ class CollisionMonitor(LeafSystem):
         found = []
         for pair in self._query.Eval(context).ComputePointPairPenetration():
             a, b = pair.id_A, pair.id_B
-            if b in self._robot:
-                a, b = b, a
-            if a in self._robot and b not in self._robot and b not in self._ground:
-                found.append((a, b))
+            first, second = a.get_value(), b.get_value()
+            if first in self._ground or second in self._ground:  # the usual contact: wheels on the floor
+                continue
+            if (first in self._robot) != (second in self._robot):
+                found.append((a, b) if first in self._robot else (b, a))
         return found
 
     def _check(self, context: Context) -> EventStatus:
         found = self.contacts(context)
         if not found:
             return EventStatus.Succeeded()
-        struck = all(b in self._moving_obstacles for _, b in found) and abs(self._state.Eval(context)[3]) <= STANDING
+        struck = (
+            all(b.get_value() in self._moving_obstacles for _, b in found)
+            and abs(self._state.Eval(context)[3]) <= STANDING
+        )
         a, b = found[0]
         message = f"{STRUCK if struck else COLLISION} of {a} with {b} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)

@@ -1,5 +1,7 @@
 """A control law with a braking certificate, as a Drake system."""
 
+import math
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
@@ -88,7 +90,7 @@ class CertifiedController(LeafSystem):
         guidance = self._guidance.Eval(context)
         star = self._safety_star.Eval(context)
         pose = self._state.Eval(context)[:3].copy()
-        if not np.isfinite(pose).all():
+        if not all(map(math.isfinite, pose.tolist())):
             raise StarnavError(f"the controller's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         held = context.get_discrete_state()
         twist, errors = held.value(TWIST).copy(), held.value(ERRORS).copy()

@@ -17,8 +17,9 @@ R = TypeVar("R")
 
 def weakly(method: Callable[P, R]) -> Callable[P, R]:
     """A system's method as a function that does not keep the system alive."""
-    reference: Any = weakref.WeakMethod(method)
-    return lambda *args, **kwargs: reference()(*args, **kwargs)
+    bound: Any = method
+    owner, function = weakref.ref(bound.__self__), bound.__func__
+    return lambda *args, **kwargs: function(owner(), *args, **kwargs)
 
 
 def release(made: Diagram | DiagramBuilder) -> None:

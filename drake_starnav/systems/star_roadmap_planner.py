@@ -96,7 +96,7 @@ class StarRoadmapPlanner(LeafSystem):
         before = context.get_abstract_state(self._plan).get_value()
         if context.get_time() < before.progress_time:  # time was set back: another run begins
             before = PlannerState.initial(self._planner, self._robot.radius)
-        moved = not np.array_equal(goal, context.get_discrete_state(self._changed).value()[:2])
+        moved = goal.tolist() != context.get_discrete_state(self._changed).value()[:2].tolist()
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")

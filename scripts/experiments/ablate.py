@@ -58,9 +58,15 @@ REFERENCE = Ablation("star", "the full method", "paper III; method 1 to 9")
 
 FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, SEARCH = "drake_starnav.planning.planner", "drake_starnav.planning.search"
+INTERPRETED = {
+    f"{FOLLOWING}.command": replacements.interpreted_command,
+    f"{FOLLOWING}.followed": replacements.interpreted_followed,
+    f"{FOLLOWING}.guided": replacements.interpreted_guided,
+}
 UNCERTIFIED = {
-    f"{FOLLOWING}.certified_twist": replacements.uncertified_twist,
-    f"{FOLLOWING}.free_heading": replacements.second_argument,
+    **INTERPRETED,
+    f"{FOLLOWING}.safe_twist": replacements.uncertified_twist,
+    f"{FOLLOWING}.free_heading": replacements.same_direction,
 }
 FRONTIERS_ONLY = {
     f"{SEARCH}.VIRTUAL_FRONTIER_ADVANTAGE": math.inf,
@@ -77,8 +83,8 @@ ABLATIONS = (
         "paper III-C.3; method 7, 9",
         replaced={
             **UNCERTIFIED,
-            f"{FOLLOWING}.modulated_direction": replacements.second_argument,
-            f"{FOLLOWING}.near_wall_direction": replacements.second_argument,
+            f"{FOLLOWING}.modulated_direction": replacements.same_direction,
+            f"{FOLLOWING}.near_wall_direction": replacements.same_direction,
         },
     ),
     Ablation(
@@ -167,25 +173,25 @@ ABLATIONS = (
         "any_bend",
         "no limit to the turn by modulation",
         "method 7",
-        replaced={f"{FOLLOWING}.limited_turn": replacements.second_argument},
+        replaced={**INTERPRETED, f"{FOLLOWING}.limited_turn": replacements.same_direction},
     ),
     Ablation(
         "paper_modulation",
         "the paper's sum by Gamma, and its damping of inward motion",
         "paper III-C.3; method 7",
-        replaced={f"{FOLLOWING}.modulated_direction": modulated_direction},
+        replaced={**INTERPRETED, f"{FOLLOWING}.modulated_direction": modulated_direction},
     ),
     Ablation(
         "wide_near_wall_zone",
         "near-wall zone of 0.10 m",
         "method 7",
-        replaced={f"{FOLLOWING}.NEAR_WALL_ZONE": 0.1},
+        replaced={**INTERPRETED, f"{FOLLOWING}.NEAR_WALL_ZONE": 0.1},
     ),
     Ablation(
         "no_free_heading",
         "straight on where the certificate refuses it",
         "method 9",
-        replaced={f"{FOLLOWING}.free_heading": replacements.second_argument},
+        replaced={**INTERPRETED, f"{FOLLOWING}.free_heading": replacements.same_direction},
     ),
     Ablation(
         "one_scan",

@@ -1,7 +1,7 @@
 """Functions that take the place of others in an ablation, and a pool whose workers use them.
 
-A name says where a function is looked up by its caller. Compiled loops do not look anything up: only what Python calls
-can be replaced.
+A name says where a function is looked up by its caller. Compiled functions do not look anything up: where one calls
+what is to be replaced, it is itself replaced by the Python that it is compiled from.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -16,6 +16,7 @@ from drake_starnav.baselines.paper.frontiers import cluster_frontiers
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.baselines.paper.planner import way_ahead
 from drake_starnav.control.heading_controller import turning_law
+from drake_starnav.control.path_following import command, followed, guided
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, StarRoadmap
@@ -64,9 +65,24 @@ class _ReplacingExecutor(Executor):
         return self._executor.submit(run_replaced, dict(self._replaced), function, *arguments, **named)
 
 
-def second_argument(first: Any, second: Any, *others: Any) -> Any:
-    """For functions of a position and a direction, which stays as it is."""
-    return second
+def interpreted_command(*arguments: Any) -> tuple:
+    """For `path_following.command`: not compiled."""
+    return command.py_func(*arguments)
+
+
+def interpreted_followed(*arguments: Any) -> tuple:
+    """For `path_following.followed`: not compiled."""
+    return followed.py_func(*arguments)
+
+
+def interpreted_guided(*arguments: Any) -> tuple:
+    """For `path_following.guided`: not compiled."""
+    return guided.py_func(*arguments)
+
+
+def same_direction(x: float, y: float, ux: float, uy: float, *others: Any) -> tuple[float, float]:
+    """For functions of a position or a guiding vector, and a direction, which stays as it is."""
+    return ux, uy
 
 
 def first_argument(first: Any, *others: Any) -> Any:
@@ -84,9 +100,11 @@ def never(*arguments: Any) -> bool:
     return False
 
 
-def uncertified_twist(pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, *others: Any) -> tuple:
-    """For `certified_twist`: whatever is desired."""
-    return float(desired[0]), float(desired[1]), True
+def uncertified_twist(
+    x: float, y: float, yaw: float, v: float, omega: float, want_v: float, want_omega: float, *others: Any
+) -> tuple[float, float, bool]:
+    """For `safe_twist`: whatever is desired."""
+    return want_v, want_omega, True
 
 
 def shortened_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:

@@ -16,7 +16,6 @@ from drake_starnav.control.heading_controller import (
     ramped,
     slides,
     turning_law,
-    turning_twist,
     wrapped_angle,
 )
 from drake_starnav.robot import Limits, RobotParameters
@@ -33,12 +32,6 @@ def test_the_law_turns_towards_the_heading_and_can_stop_turning_there(error: flo
     assert omega**2 <= 2.0 * ROBOT.max_yaw_acceleration * abs(error) * (1.0 + 1e-12)
     assert 0.0 <= v <= speed
     assert v == 0.0 or abs(error) < 0.5 * math.pi
-
-
-@given(angles, st.floats(0.0, 1.0))
-def test_the_compiled_law_is_the_same(error: float, speed: float) -> None:
-    compiled = turning_twist(error, speed, ROBOT.limits)
-    np.testing.assert_allclose(compiled, turning_law(error, speed, ROBOT), atol=1e-15)
 
 
 @given(st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)), st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))

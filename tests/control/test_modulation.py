@@ -46,7 +46,12 @@ def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]
 
 
 def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
-    return modulated_direction(point, direction, RegionStack.of(regions))
+    return np.array(modulated_direction(*point, *direction, RegionStack.of(regions).with_slopes))
+
+
+def led_off_walls(direction: np.ndarray, hits: np.ndarray) -> np.ndarray:
+    """The near-wall term of a robot at the origin."""
+    return np.array(near_wall_direction(0.0, 0.0, *direction, hits, RADIUS, ZONE, 1.0))
 
 
 def inside(rng: np.random.Generator, region: StarRegion) -> np.ndarray:
@@ -83,7 +88,6 @@ def test_it_equals_an_independent_evaluation(seed, count):
 def test_nothing_flows_out_through_the_boundary(seed):
     rng = np.random.default_rng(seed)
     region = smooth_region(rng, rng.uniform(-3.0, 3.0, 2))
-    stack = RegionStack.of((region,))
     for _ in range(20):
         theta = rng.uniform(-math.pi, math.pi)
         phi, _ = boundary_at(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
@@ -91,7 +95,7 @@ def test_nothing_flows_out_through_the_boundary(seed):
         basis, _ = frame(region, point)
         normal = np.array((basis[1, 1], -basis[0, 1]))
         direction = unit(rng.uniform(-math.pi, math.pi))
-        flux = float(normal @ modulated_direction(point, direction, stack))
+        flux = float(normal @ modulated(point, direction, [region]))
         radial, tangential = np.linalg.solve(basis, direction)
         if radial > 0.0:
             assert abs(flux) * abs(2.0 * tangential) <= 1e-12  # of M u, before it is normalised
@@ -142,7 +146,6 @@ def test_towards_a_reference_point_its_own_region_outweighs_the_others(seed):
 def test_the_blended_field_is_continuous_along_paths_through_overlapping_regions(seed):
     rng = np.random.default_rng(seed)
     regions = [smooth_region(rng, rng.uniform(-1.2, 1.2, 2)) for _ in range(4)]
-    stack = RegionStack.of(regions)
     a, b = rng.uniform(-1.5, 1.5, (2, 2))
     direction = unit(rng.uniform(-math.pi, math.pi))
 
@@ -151,7 +154,7 @@ def test_the_blended_field_is_continuous_along_paths_through_overlapping_regions
         return max(r.gamma(a + t * (b - a)) for r in regions) - 1.0
 
     def heading(t: float) -> float:
-        out = modulated_direction(a + t * (b - a), direction, stack)
+        out = modulated(a + t * (b - a), direction, regions)
         return math.atan2(out[1], out[0])
 
     times = np.linspace(0.0, 1.0, 400)
@@ -190,10 +193,8 @@ def test_the_near_wall_term_is_the_identity_outside_of_its_zone(seed):
     direction = unit(rng.uniform(-math.pi, math.pi))
     angle = rng.uniform(-math.pi, math.pi, 30)
     hits = (RADIUS + ZONE + rng.uniform(0.0, 1.0, 30))[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    np.testing.assert_array_equal(near_wall_direction(np.zeros(2), direction, hits, RADIUS, ZONE), direction)
-    np.testing.assert_array_equal(
-        near_wall_direction(np.zeros(2), direction, np.zeros((0, 2)), RADIUS, ZONE), direction
-    )
+    np.testing.assert_array_equal(led_off_walls(direction, hits), direction)
+    np.testing.assert_array_equal(led_off_walls(direction, np.zeros((0, 2))), direction)
 
 
 @settings(max_examples=60)
@@ -205,9 +206,9 @@ def test_at_contact_no_part_against_the_wall_is_left(seed, spread):
     hits = RADIUS * np.column_stack((np.cos(angle), np.sin(angle)))
     q = -hits.mean(axis=0) / RADIUS
     direction = unit(rng.uniform(-math.pi, math.pi))
-    out = near_wall_direction(np.zeros(2), direction, hits, RADIUS, ZONE)
+    out = led_off_walls(direction, hits)
     assert out @ q > 0.0 and np.hypot(*out) == pytest.approx(1.0)
-    one = near_wall_direction(np.zeros(2), direction, hits[:1], RADIUS, ZONE)
+    one = led_off_walls(direction, hits[:1])
     against = min(float(direction @ -hits[0]) / RADIUS, 0.0)
     reference = direction + (1.0 - against) * -hits[0] / RADIUS
     np.testing.assert_allclose(one, reference / np.hypot(*reference), atol=1e-9)
@@ -215,7 +216,7 @@ def test_at_contact_no_part_against_the_wall_is_left(seed, spread):
 
 def test_between_two_walls_the_way_through_the_gap_is_left_alone():
     hits = RADIUS * np.array([unit(0.5 * math.pi), unit(-0.5 * math.pi)])
-    np.testing.assert_allclose(near_wall_direction(np.zeros(2), unit(0.0), hits, RADIUS, ZONE), unit(0.0), atol=1e-9)
+    np.testing.assert_allclose(led_off_walls(unit(0.0), hits), unit(0.0), atol=1e-9)
 
 
 @settings(max_examples=40)
@@ -223,10 +224,7 @@ def test_between_two_walls_the_way_through_the_gap_is_left_alone():
 def test_the_near_wall_term_sets_in_continuously(seed):
     rng = np.random.default_rng(seed)
     hit, direction = unit(rng.uniform(-math.pi, math.pi)), unit(rng.uniform(-math.pi, math.pi))
-    closer = [
-        near_wall_direction(np.zeros(2), direction, (RADIUS + c) * hit[None], RADIUS, ZONE)
-        for c in np.linspace(1.1 * ZONE, 0.0, 2000)
-    ]
+    closer = [led_off_walls(direction, (RADIUS + c) * hit[None]) for c in np.linspace(1.1 * ZONE, 0.0, 2000)]
     towards = np.array(closer) @ hit
     assert np.abs(np.diff(towards)).max() < 0.05
     assert (np.diff(towards) < 1e-9).all()  # the nearer, the less towards the hit

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks import numpy_pipeline
 from drake_starnav.baselines import paper
 from drake_starnav.control import path_following
-from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, HEADING_GAIN, turning_law
+from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, HEADING_GAIN, limited_twist, turning_law
 from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import (
@@ -19,8 +20,8 @@ from drake_starnav.control.path_following import (
     MODULATION_DISTANCE,
     Command,
     control_step,
+    guided,
     guiding_vector,
-    limited_twist,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.parameters import StarParameters
@@ -66,6 +67,26 @@ def test_limited_twists_keep_all_limits_and_approach_what_is_desired(v, omega, p
     reached = np.abs(wanted - twist) <= change
     np.testing.assert_allclose(out[reached], wanted[reached], atol=1e-12)
     np.testing.assert_allclose((out - twist)[~reached], (np.sign(wanted - twist) * change)[~reached], atol=1e-12)
+
+
+@settings(max_examples=60)
+@given(seeds)
+def test_the_compiled_step_is_the_plain_one(seed):
+    rng = np.random.default_rng(seed)
+    regions = RegionStack.of([smooth_region(rng, rng.uniform(-0.5, 0.5, 2)) for _ in range(3)])
+    pose = np.append(rng.uniform(-0.3, 0.3, 2), rng.uniform(-math.pi, math.pi))
+    path = pose[:2] + rng.uniform(0.05, 1.0) * rng.uniform(-1.0, 1.0, (rng.integers(1, 4), 2))
+    values = np.where(rng.random(360) < 0.9, rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.3, 360))
+    hits = rng.uniform(-1.0, 1.0, (20, 2))
+    hits *= ((RADIUS + rng.uniform(0.0, 0.2, 20)) / np.hypot(*hits.T))[:, None]
+    star = SafetyStar(pose[:2] + rng.uniform(-0.05, 0.05, 2), rng.uniform(-3.0, 3.0), values, pose[:2] + hits)
+    twist = rng.uniform((0.0, -2.0), (0.8, 2.0))
+    guidance = Guidance(path, bool(rng.random() < 0.5), regions)
+    if guidance.distance_to_goal(pose[:2]) < 2.0 * GOAL_REACHED:
+        return
+    command = control_step(ControlInput(pose, twist, np.zeros(2), guidance, star), PARAMETERS, ROBOT)
+    plain = numpy_pipeline.command(pose, twist, guidance, star, PARAMETERS, ROBOT)
+    np.testing.assert_allclose(command.twist, plain, atol=1e-9)
 
 
 @pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, -2.0), (0.0, 1.0)])
@@ -167,7 +188,7 @@ def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
         guide = (aim - position) / np.hypot(*(aim - position))
         arguments = position, aim[None, :], regions, NO_HITS, PARAMETERS, RADIUS
         direction, _ = guiding_vector(*arguments)
-        with patch.object(path_following, "MAX_BEND", math.pi):
+        with patch.multiple(path_following, guided=guided.py_func, MAX_BEND=math.pi):  # constants are compiled in
             free, _ = guiding_vector(*arguments)
         if segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
             turns.append(turn(guide, free))

@@ -9,7 +9,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.control.parameters import GUIDED
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
-from drake_starnav.scenario.schema import SECTIONS, scenario_text
+from drake_starnav.scenario.schema import SECTIONS, differences, scenario_text
 
 
 def test_shipped_scenarios_load_with_every_method() -> None:
@@ -179,3 +179,8 @@ def test_paths_of_shipped_files_stay_as_they_are(tmp_path: Path) -> None:
     assert load_scenario("map").world.file == "package://drake_starnav/maps/studio.yaml"
     assert load_scenario("map", overrides=[f"world.file={tmp_path}/m.yaml"]).world.file == f"{tmp_path}/m.yaml"
     assert parse_scenario("world: !Model {}", name="x").world.directives == ""
+
+
+def test_worlds_of_one_kind_do_not_differ_where_one_of_them_says_nothing() -> None:
+    assert differences("world: !Room {}", "world: !Room {width: 6.0}", ["world"]) == []
+    assert differences("world: !Room {}", "world: !Maze {}", ["world"]) == ["world !Room and !Maze"]

@@ -43,20 +43,11 @@ def guiding_vector(
 
     Arguments as for `control.guiding_vector`.
     """
-    _, guide, distance = way_point(position, path)
+    *_, ux, uy, distance = way_point(*position, path)
     if distance == 0.0:
-        return guide
-    direction = modulated_direction(position, guide, regions)
+        return np.zeros(2)
+    direction = np.array(modulated_direction(*position, ux, uy, regions.with_slopes))
     return nearest_point_direction(position, direction, hits, robot_radius)
-
-
-def modulated_direction(position: np.ndarray, direction: np.ndarray, regions: RegionStack) -> np.ndarray:
-    """The sum of the vectors modulated by each region, as long as they are, weighted by Gamma; normalised.
-
-    Inward motion is damped as well as outward. Arguments as for `control.modulation.modulated_direction`.
-    """
-    arrays = regions.center, regions.bearing_0, regions.values, regions.slopes, regions.reach
-    return np.array(_modulated(*position, *direction, *arrays, SIGMA))
 
 
 def nearest_point_direction(
@@ -114,11 +105,16 @@ def tracked(
 
 
 @njit(cache=True)
-def _modulated(x, y, ux, uy, center, bearing_0, values, slopes, reach, sigma):
+def modulated_direction(x, y, ux, uy, regions):
+    """The sum of the vectors modulated by each region, as long as they are, weighted by Gamma; normalised.
+
+    Inward motion is damped as well as outward. Arguments as for `control.modulation.modulated_direction`.
+    """
+    center, bearing_0, values, slopes, reach = regions
     sum_x = sum_y = total = 0.0
     for k in range(len(bearing_0)):
         gamma, cosine, sine, tx, ty = boundary_frame(
-            x, y, center[k], bearing_0[k], values[k], slopes[k], reach[k], sigma
+            x, y, center[k], bearing_0[k], values[k], slopes[k], reach[k], SIGMA
         )
         if gamma == np.inf:
             sum_x += CENTER_WEIGHT * ux

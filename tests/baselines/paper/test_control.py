@@ -48,7 +48,7 @@ def test_overlapping_regions_are_summed_with_the_papers_weights(seed):
         if gamma > 1.0:
             total, weights = total + max(gamma, 1.0) * matrix @ guide, weights + max(gamma, 1.0)
     expected = total / np.hypot(*total) if weights else guide
-    found = modulated_direction(point, guide, RegionStack.of(regions))
+    found = modulated_direction(*point, *guide, RegionStack.of(regions).with_slopes)
     np.testing.assert_allclose(found, expected, atol=2e-3)  # the compiled field is linear between samples
 
 
