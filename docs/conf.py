@@ -1,6 +1,5 @@
 """How Sphinx makes the site from these pages: `make docs`. Nothing in it is loaded from a network."""
 
-import ast
 import re
 import tomllib
 from pathlib import Path
@@ -12,7 +11,6 @@ import drake_starnav
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
-EXAMPLES, GALLERY = ROOT / "scripts" / "examples", DOCS / "examples"
 OUTSIDE = {
     "pydrake": "https://drake.mit.edu/pydrake/{module}.html#{name}",
     "numpy": "https://numpy.org/doc/stable/reference/generated/{name}.html",
@@ -86,26 +84,6 @@ def on_docstring(app: Any, what: str, name: str, thing: object, options: object,
     lines[:] = out
 
 
-def write_gallery(*_: object) -> None:
-    """Write a page for each example: its docstring, its picture, its code."""
-    GALLERY.mkdir(exist_ok=True)
-    pages = {"index": "# Examples\n\nEach runs in seconds, without a display: `python scripts/examples/NAME.py`.\n"}
-    toctree = []
-    for script in sorted(EXAMPLES.glob("[0-9]*.py")):
-        said = (ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or "").partition("\n\nRun:")[0]
-        title, _, rest = said.partition(".")
-        picture = f"![What it draws](../images/examples/{script.stem}.png)"
-        code = f"```{{literalinclude}} ../../scripts/examples/{script.name}\n:language: python\n```"
-        pages[script.stem] = f"# {title}\n\n{rest.strip()}\n\n{picture}\n\n{code}\n"
-        pages["index"] += f"\n## [{title}]({script.stem}.md)\n\n{picture}\n"
-        toctree.append(script.stem)
-    pages["index"] += "\n".join(("\n```{toctree}", ":hidden:", "", *toctree, "```", ""))
-    for name, text in pages.items():
-        path = GALLERY / f"{name}.md"
-        if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            path.write_text(text, encoding="utf-8")
-
-
 def on_missing_reference(app: Any, env: Any, node: Any, content: Any) -> Any:
     """A type in a signature is not where it is defined, but where it is public; or it is another package's."""
     target = node.get("reftarget", "")
@@ -121,7 +99,6 @@ def on_missing_reference(app: Any, env: Any, node: Any, content: Any) -> Any:
 
 def setup(app: Any) -> None:
     """Sphinx calls this once."""
-    app.connect("builder-inited", write_gallery)
     app.connect("missing-reference", on_missing_reference)
     app.connect("source-read", on_page)
     app.connect("include-read", on_include)
