@@ -250,7 +250,7 @@ def _remade(
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     edges, lengths = _revised_edges(roadmap, kept, changed, stack)
-    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed)]
+    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
     coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
@@ -275,7 +275,7 @@ def _revised_stack(
     out = RegionStack(
         stack.center[kept], stack.bearing_0[kept], stack.values[kept], stack.slopes[kept], stack.reach[kept]
     )
-    for k in np.flatnonzero(changed):
+    for k in np.flatnonzero(changed).tolist():
         fit = regions[k].boundary
         out.values[k], out.slopes[k], out.reach[k] = fit.values, fit.slopes, regions[k].reach
     return out
