@@ -248,7 +248,7 @@ def _remade(
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     edges, lengths = _revised_edges(roadmap, kept, changed, stack)
-    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed)]
+    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
     coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
