@@ -194,3 +194,10 @@ def test_an_unknown_command_is_reported_with_the_nearest(capsys) -> None:
 
 def test_scripts_and_module_offer_the_same_commands() -> None:
     assert all((Path(__file__).parents[2] / "scripts" / f"{name}.py").is_file() for name in COMMANDS if name != "demo")
+
+
+def test_the_demo_leaves_its_recording_where_it_says(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["demo", "--set", "simulation.timeout=0.5"]) == 1
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"forest.html", "forest.json"}
+    assert "out/forest.html" in capsys.readouterr().out
