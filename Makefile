@@ -17,8 +17,7 @@ RUN = $(VENV)/bin/python
 .PHONY: demo test check docs wheels install clean
 
 demo: install
-	@mkdir -p out
-	$(RUN) scripts/simulate.py forest --html out/forest.html --json out/forest.json
+	$(RUN) -m drake_starnav demo
 
 test: install
 	$(RUN) -m pytest -q -n logical --maxprocesses 8 $(TESTS)

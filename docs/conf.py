@@ -5,15 +5,24 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+
+import drake_starnav
+
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
+OUTSIDE = {
+    "pydrake": "https://drake.mit.edu/pydrake/{module}.html#{name}",
+    "numpy": "https://numpy.org/doc/stable/reference/generated/{name}.html",
+}
+"""Where the types of other packages are described."""
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)")
 
 project = "drake_starnav"
 author = copyright = "The drake_starnav authors"
 release = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 autodoc_default_options = {"members": True}
 autoclass_content = "both"
 autodoc_typehints = "signature"
@@ -22,6 +31,10 @@ napoleon_custom_sections = [("Ports", "params_style")]
 napoleon_use_ivar = True
 default_role = "code"
 myst_heading_anchors = 3  # pages link to headings as on a forge: parameters.md#lidar
+nb_execution_mode = "auto"  # the notebooks' outputs are made with the site
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
 html_theme = "furo"
 html_title = f"{project} {release}"
 html_static_path = ["style.css"]
@@ -71,8 +84,22 @@ def on_docstring(app: Any, what: str, name: str, thing: object, options: object,
     lines[:] = out
 
 
+def on_missing_reference(app: Any, env: Any, node: Any, content: Any) -> Any:
+    """A type in a signature is not where it is defined, but where it is public; or it is another package's."""
+    target = node.get("reftarget", "")
+    module, _, name = target.rpartition(".")
+    if node.get("refdomain") == "py" and name in drake_starnav.__all__ and module != "drake_starnav":
+        domain, public = env.get_domain("py"), f"drake_starnav.{name}"
+        return domain.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], public, node, content)
+    address = OUTSIDE.get(target.partition(".")[0])
+    if address is None:
+        return None
+    return nodes.reference("", "", content, internal=False, refuri=address.format(module=module, name=target))
+
+
 def setup(app: Any) -> None:
     """Sphinx calls this once."""
+    app.connect("missing-reference", on_missing_reference)
     app.connect("source-read", on_page)
     app.connect("include-read", on_include)
     app.connect("autodoc-process-docstring", on_docstring, priority=100)  # before Napoleon

@@ -72,6 +72,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.systems.twist_shield import TwistShield as TwistShield
     from drake_starnav.tracking import DynamicObstacleParameters as DynamicObstacleParameters
     from drake_starnav.tracking import Tracks as Tracks
+    from drake_starnav.visualization.inline_page import InlinePage as InlinePage
     from drake_starnav.visualization.recorder import Recorder as Recorder
     from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer as StarRoadmapVisualizer
     from drake_starnav.visualization.world_figure import draw_goal as draw_goal
@@ -127,6 +128,7 @@ _PUBLIC = {
     "StarRoadmapVisualizer": "visualization.star_roadmap_visualizer",
     "RecordingParameters": "scenario.recording",
     "Recorder": "visualization.recorder",
+    "InlinePage": "visualization.inline_page",
     "Motion": "geometry.trajectory",
     "NavigationStation": "station.navigation_station",
     "add_station": "station.navigation_station",

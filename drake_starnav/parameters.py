@@ -30,6 +30,7 @@ _KINDS = {
     str: "a text",
     tuple[int, int]: "[least, most], two whole numbers",
     tuple[float, float]: "[least, most], two numbers",
+    tuple[str, str]: "a list of two names",
 }
 """Types of parameters, in words."""
 
@@ -59,6 +60,7 @@ def parameter(default: Any, help: str, **declared: typing.Unpack[Declaration]) -
     """A dataclass field that carries its own documentation and limits.
 
     A field of type `tuple[int, int]` or `tuple[float, float]` is a range [least, most]; the limits hold for both ends.
+    One of type `tuple[str, str]` is two names.
 
     Args:
         default: the default value.
@@ -89,6 +91,8 @@ def allowed_text(field: dataclasses.Field) -> str:
     right = f" <= {meta['high']:g}" if meta.get("high") is not None else ""
     if field.type in (str, "str"):
         return "a path" if meta.get("path") else "a text"
+    if field.type == tuple[str, str]:
+        return _KINDS[tuple[str, str]]
     is_range = typing.get_origin(field.type) is tuple
     kind = "whole number" if field.type in (int, "int", tuple[int, int]) else "finite number"
     text = f"{left}x{right}{unit}" if left or right else f"a {kind}{unit}"
@@ -148,7 +152,7 @@ def check_parameters(parameters: Any, place: str) -> None:
 def _within_limits(value: Any, meta: Mapping[str, Any]) -> bool:
     """Whether a converted value is what its field's metadata declare; a range also has to be in order."""
     if isinstance(value, tuple):
-        return value[0] <= value[1] and all(_within_limits(end, meta) for end in value)
+        return (isinstance(value[0], str) or value[0] <= value[1]) and all(_within_limits(end, meta) for end in value)
     if meta.get("choices"):
         return value in meta["choices"]
     if isinstance(value, bool) or not isinstance(value, (int, float)):

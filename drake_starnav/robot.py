@@ -27,7 +27,10 @@ class Limits(NamedTuple):
 class RobotParameters:
     """A disc-shaped differential drive."""
 
-    model: str = parameter("starbot", "shipped robot by name, or a path to a URDF with the same frame and joint names")
+    model: str = parameter("starbot", "shipped robot by name, or a path to a URDF (docs/extend.md)")
+    wheel_joints: tuple[str, str] = parameter(
+        ("left_wheel", "right_wheel"), "names of the joints of the left and the right wheel in a URDF of your own"
+    )
     radius: float = parameter(
         0.25,
         "radius of the disc that contains the hull",

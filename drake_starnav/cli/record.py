@@ -308,8 +308,11 @@ def _develop(
         times = picture_times(film.duration, options.rate, options.speed)
         shown = tqdm(times, disable=options.quiet or None, leave=False, desc="pictures")
         pictures = trim([camera.picture(float(time)) for time in shown])
-        for kind, path in clips.items():
-            {"gif": write_gif, "mp4": write_mp4}[kind](path, pictures, options.rate)
+        if "gif" in clips:
+            said = ", ".join((film.caption.heading, *film.caption.lines)).replace("\u00a0", " ")
+            write_gif(clips["gif"], pictures, options.rate, said)
+        if "mp4" in clips:
+            write_mp4(clips["mp4"], pictures, options.rate)
 
 
 def _stills(html: Path, options: argparse.Namespace) -> list[Still]:

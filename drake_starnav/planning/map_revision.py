@@ -116,22 +116,20 @@ def reconcile(
         elif forgets and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
             nodes.append(None)
         else:
-            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin, CONTRADICTION))
+            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin))
     if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
     return _remade(roadmap, nodes, parameters, robot_radius)
 
 
-def _agreeing(
-    region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float, slack: float
-) -> StarRegion | None:
-    """The region cut back where it disagrees with hits by more than `slack`; None if too little of it remains."""
-    smaller = max(radius - slack, 0.0)
+def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
+    """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
+    smaller = max(radius - CONTRADICTION, 0.0)
     frame = (*region.center, region.bearing_0)
-    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, slack):
+    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, CONTRADICTION):
         return region
-    # the disc is smaller by the slack, as a bearing that grazes a hit would lose much of its range at once
-    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > slack:
+    # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
+    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
         return region
     values = cut_back(region, points, gaps, radius)
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)
@@ -250,7 +248,7 @@ def _remade(
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     edges, lengths = _revised_edges(roadmap, kept, changed, stack)
-    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed)]
+    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
     coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,

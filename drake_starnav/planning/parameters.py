@@ -16,7 +16,7 @@ class PlannerParameters(StarParameters):
 
     drop_seen_through: bool = False
     comfort: float = parameter(
-        0.02,
+        0.015,
         "clearance kept beyond the safety margin where there is room",
         unit="m",
         low=0.0,

@@ -13,8 +13,8 @@ class StarParameters:
         smoothing_slack: additional range step allowed within a surface, and additional change allowed by smoothing, m.
     """
 
-    margin: float = 0.0345
-    least_margin: float = 0.0145
+    margin: float = 0.0295
+    least_margin: float = 0.0105
     smoothing_slack: float = 0.0
 
 

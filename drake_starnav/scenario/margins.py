@@ -6,7 +6,7 @@ import math
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerParameters
-from drake_starnav.scenario.error_budget import Declared, error_budget
+from drake_starnav.scenario.error_budget import SAMPLED, Declared, error_budget
 from drake_starnav.scenario.schema import Scenario
 
 NOMINAL_NOISE = 0.01
@@ -44,7 +44,7 @@ def with_margins(scenario: Scenario) -> tuple[PlannerParameters, ControllerParam
     planner = dataclasses.replace(
         scenario.planner,
         margin=margin + scenario.planner.comfort,
-        least_margin=margin,
+        least_margin=margin - SAMPLED,  # regions are not motions that are sampled
         smoothing_slack=SMOOTHED_DEVIATIONS * max(lidar.noise - NOMINAL_NOISE, 0.0),
         drop_seen_through=not scenario.localization.exact,
     )

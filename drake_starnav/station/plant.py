@@ -8,7 +8,7 @@ from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
@@ -59,9 +59,16 @@ def make_simulator(
             start_time=simulator.get_context().get_time(),
         )
         ApplySimulatorConfig(scenario_simulator_config(settings, ours), simulator)
+        simulator.set_monitor(_forget_old_poses)
     elif settings:
         ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
     return simulator
+
+
+def _forget_old_poses(context: Context) -> EventStatus:
+    """Let the poses of geometries be computed anew: CENIC leaves those of the last step's beginning in the cache."""
+    context.get_mutable_continuous_state_vector()
+    return EventStatus.DidNothing()
 
 
 def add_plant(

@@ -13,7 +13,7 @@ from drake_starnav.scenario.faults import DriveParameters, LocalizationParameter
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_model import drive_geometry, robot_reach
+from drake_starnav.station.robot_model import drive_geometry, lidar_pose, robot_reach
 from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
@@ -78,7 +78,7 @@ class RobotInterface(Diagram):
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
         mount = LidarMount(
             parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
-            X_PS=plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame(),
+            X_PS=lidar_pose(plant, model),
             exclude_frames=frames,
         )
         sensor = builder.AddNamedSystem(

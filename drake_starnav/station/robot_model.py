@@ -2,10 +2,7 @@
 
 import itertools
 import math
-import os
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,99 +23,17 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGains, RevoluteJoint
 
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.utils.resources import model_path
+from drake_starnav.station.robot_file import WHEELS, robot_urdf
 from drake_starnav.worlds.footprints import ball_vertices
 
-WHEELS = ("left_wheel", "right_wheel")
-"""Names of the joints, links and actuators that a robot model must have besides `base_link` and frame `lidar`."""
-DRAKE_NAMESPACE = "http://drake.mit.edu"
-HULL = "hull"
-"""Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad."""
 CASTER_CLEARANCE = 0.005
 """A sphere this near to the floor, or nearer, is a caster, m."""
 TOLERANCE = 1e-3
 """Of where a model's lidar and wheels are, how they are turned, its wheels' radii and `robot.radius`, m and rad."""
-
-
-def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
-    """The robot's model file; its text too where that differs from the file's.
-
-    The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
-    """
-    path = model_path("robots", f"{robot.model}.urdf")
-    shipped = os.path.isfile(path)
-    if not shipped:
-        path = Path(robot.model)
-        if path.suffix != ".urdf" or not os.path.isfile(path):
-            names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
-            raise StarnavError(f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf file")
-    ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
-    try:
-        root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, ElementTree.ParseError) as error:
-        raise StarnavError(f"robot model {path} cannot be read: {error}; allowed: a URDF file with one robot") from None
-    rounded = _round_wheels(root)
-    if not (shipped or rounded) and robot.mass_error == 0.0:
-        return str(path), None
-    for mesh in root.iter("mesh"):
-        name = mesh.get("filename", "")
-        if "://" not in name:  # relative to the file, which is unknown once its text is parsed
-            mesh.set("filename", f"file://{(path.parent / name).resolve()}")
-    if shipped:
-        for element in (*root.iter("collision"), *root.iter("visual")):
-            cylinder = element.find("geometry/cylinder")
-            if element.get("name", "").startswith(HULL) and cylinder is not None:
-                cylinder.set("radius", repr(robot.radius))
-        _pull_in(root, robot.radius)
-    inertial = root.find("link[@name='base_link']/inertial")
-    if robot.mass_error != 0.0 and inertial is not None:
-        for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
-            for key, value in element.attrib.items():
-                element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
-    text = ElementTree.tostring(root, encoding="unicode")
-    return str(path), text
-
-
-def _round_wheels(root: ElementTree.Element) -> bool:
-    """Let wheels that collide as cylinders collide as spheres of their radius; returns whether there are any.
-
-    The edge of a cylinder on the floor makes the robot 0.03 m/s too slow.
-    """
-    found = False
-    for name in WHEELS:
-        child = root.find(f"joint[@name='{name}']/child")
-        link = None if child is None else root.find(f"link[@name='{child.get('link')}']")
-        for geometry in () if link is None else link.findall("collision/geometry"):
-            cylinder = geometry.find("cylinder")
-            if cylinder is not None:
-                geometry.remove(cylinder)
-                ElementTree.SubElement(geometry, "sphere", radius=cylinder.get("radius", "0"))
-                found = True
-    return found
-
-
-def _pull_in(root: ElementTree.Element, radius: float) -> None:
-    """Move wheels and casters towards the axis where they would reach out of a hull of this radius."""
-    joints = {joint.find("child").get("link"): joint for joint in root.findall("joint")}  # type: ignore[union-attr]
-    for link in root.iter("link"):
-        for element in (*link.iter("collision"), *link.iter("visual")):
-            sphere = element.find("geometry/sphere")
-            moved = joints.get(link.get("name"), element)
-            origin = moved.find("origin")
-            if sphere is None or origin is None:
-                continue
-            x, y, z = (float(value) for value in origin.get("xyz", "0 0 0").split())
-            far = radius - float(sphere.get("radius", "0"))
-            if far <= 0.0:
-                raise StarnavError(
-                    f"robot.radius is {radius:g}; allowed: more than the model's wheels have, {radius - far:g} m"
-                )
-            share = min(1.0, far / max(math.hypot(x, y), 1e-9))
-            origin.set("xyz", f"{x * share!r} {y * share!r} {z!r}")
 
 
 def add_robot(
@@ -152,13 +67,7 @@ def add_robot(
         raise StarnavError(
             f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"
         ) from None
-    _check_robot(plant, scene_graph, model, path)
-    reach, link = robot_reach(plant, scene_graph, model)
-    if reach > robot.radius + TOLERANCE:
-        raise StarnavError(
-            f"robot.radius is {robot.radius:g} m, and link {link} of robot model {path} reaches {reach:.3f} m "
-            "from the robot's axis; allowed: a radius that holds all of the robot"
-        )
+    _check_robot(plant, scene_graph, model, robot, path)
     if plant.time_step() > 0.0:  # a continuous plant has the servo outside: `WheelServo`
         for wheel in WHEELS:
             plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
@@ -170,26 +79,43 @@ def add_robot(
     return model
 
 
-def _check_robot(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, path: str) -> None:
+def _check_robot(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, robot: RobotParameters, path: str
+) -> None:
     """Raise a `StarnavError` that names all that the model of a file lacks."""
-    faults = list(_missing(plant, model))
+    faults = list(_missing(plant, model, robot.wheel_joints))
     if not faults:  # else what follows could not be looked at
         faults = [*_base_faults(plant, model), *_wheel_faults(plant, scene_graph, model)]
+    _refuse(faults, path)
+    reach, link = robot_reach(plant, scene_graph, model)
+    if reach > robot.radius + TOLERANCE:
+        raise StarnavError(
+            f"robot.radius is {robot.radius:g} m, and link {link} of robot model {path} reaches {reach:.3f} m "
+            "from the robot's axis; allowed: a radius that holds all of the robot"
+        )
+    _refuse(list(_floor_faults(plant, scene_graph, model)), path)
+
+
+def _refuse(faults: list[str], path: str) -> None:
     if faults:
         counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
         raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
 
 
-def _missing(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
-    for kind, names, has in (
-        ("link", ("base_link",), plant.HasBodyNamed),
-        ("frame", ("lidar",), plant.HasFrameNamed),
-        ("joint", WHEELS, plant.HasJointNamed),
-        ("actuator", WHEELS, plant.HasJointActuatorNamed),
-    ):
-        missing = [name for name in names if not has(name, model)]
-        if missing:
-            yield f"it has no {kind} {', '.join(missing)}; allowed: {kind} {', '.join(names)}"
+def _missing(plant: MultibodyPlant, model: ModelInstanceIndex, wheel_joints: tuple[str, str]) -> Iterator[str]:
+    if not plant.HasBodyNamed("base_link", model):
+        yield "it has no link base_link; allowed: link base_link"
+    if not plant.HasFrameNamed("lidar", model):
+        yield "it has no frame lidar; allowed: a frame or a link lidar"
+    wheels = zip(wheel_joints, WHEELS, strict=True)
+    missing = [given for given, name in wheels if not plant.HasJointNamed(name, model)]
+    if missing:
+        joints = (plant.get_joint(index) for index in plant.GetJointIndices(model))
+        turning = [joint.name() for joint in joints if isinstance(joint, RevoluteJoint)]
+        yield (
+            f"it has no joint {', '.join(missing)}; allowed: as robot.wheel_joints the names of the left and the right "
+            f"wheel's, of {', '.join(turning) or 'those that turn'}"
+        )
 
 
 def _base_faults(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[str]:
@@ -200,7 +126,10 @@ def _base_faults(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[s
                 f"link base_link hangs by joint {joint.name()} on {joint.parent_body().name()}; "
                 "allowed: base_link as the root, to which all else is joined"
             )
-    X_BL = plant.GetFrameByName("lidar", model).GetFixedPoseInBodyFrame()
+    X_BL = lidar_pose(plant, model)
+    if X_BL is None:
+        yield "frame lidar is not joined to link base_link; allowed: a joint between them"
+        return
     x, y, _ = X_BL.translation()
     if math.hypot(x, y) > TOLERANCE or not X_BL.rotation().IsNearlyIdentity(TOLERANCE):
         roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector()
@@ -250,6 +179,22 @@ def _wheel_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
             )
 
 
+def _floor_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Iterator[str]:
+    """What would lift the wheels off the floor."""
+    inspector = scene_graph.model_inspector()
+    floor = _axles(plant, model)[0][2] - _wheel_radii(plant, scene_graph, model)[0]
+    for index, X_BL in _link_poses(plant, model).items():
+        body = plant.get_body(index)
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            points, grown = _outline(inspector, geometry)
+            low = float(((X_BL @ inspector.GetPoseInFrame(geometry)) @ points)[2].min()) - grown
+            if low < floor - TOLERANCE:
+                yield (
+                    f"link {body.name()} reaches {1e3 * (floor - low):.0f} mm lower than the wheels; allowed: down to "
+                    "the floor that they stand on"
+                )
+
+
 def _free_casters(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, floor: float) -> None:
     """Take the friction from the spheres that stand on the floor beside the wheels, as a caster's wheel turns freely.
 
@@ -269,6 +214,13 @@ def _free_casters(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
                 properties = ProximityProperties(inspector.GetProximityProperties(geometry))
                 properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
                 scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+
+
+def lidar_pose(plant: MultibodyPlant, model: ModelInstanceIndex) -> RigidTransform | None:
+    """Of frame `lidar` in base_link, with all joints at zero; None if it is not joined to it."""
+    frame = plant.GetFrameByName("lidar", model)
+    X_BL = _link_poses(plant, model).get(frame.body().index())
+    return None if X_BL is None else X_BL @ frame.GetFixedPoseInBodyFrame()
 
 
 def robot_reach(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> tuple[float, str]:

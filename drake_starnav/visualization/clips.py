@@ -47,8 +47,11 @@ def write_png(path: Path, picture: Image.Image) -> None:
         picture.save(temporary, format="PNG", optimize=True)
 
 
-def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
-    """Write pictures of equal size, `rate` a second (rounded to hundredths of seconds), as a repeating GIF."""
+def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int, caption: str = "") -> None:
+    """Write pictures of equal size, `rate` a second (rounded to hundredths of seconds), as a repeating GIF.
+
+    Its comment is the caption.
+    """
     kept = list(pictures)
     chosen = [kept[round(at)] for at in np.linspace(0, len(kept) - 1, PALETTE_PICTURES)]
     sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
@@ -58,8 +61,9 @@ def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
     durations = [round(100.0 / rate) * 10] * len(others) + [round(1000.0 * FINAL_PAUSE)]
     with replacing(path) as temporary:
         first.save(
-            temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True
-        )
+            temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True,
+            comment=caption.encode("utf-8"),
+        )  # fmt: skip
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:

@@ -59,8 +59,8 @@ def check(wheel: Path, python: Path) -> str:
         installed = time.perf_counter() - start
         drake = _run([str(own), "-c", PROBE], folder).strip()
         _run([str(own), "-m", "drake_starnav"], folder)
-        _run([str(own), "-m", "drake_starnav", "simulate", "forest", "--quiet", "--json", "trial.json"], folder)
-        outcome = json.loads((folder / "trial.json").read_text(encoding="utf-8"))["outcome"]
+        _run([str(own), "-m", "drake_starnav", "demo", "--quiet"], folder)
+        outcome = json.loads((folder / "out" / "forest.json").read_text(encoding="utf-8"))["outcome"]
     return f"Drake {drake}, installed in {installed:.0f} s, demo {outcome}"
 
 

@@ -16,7 +16,7 @@ from drake_starnav.cli.options import exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report.results import Results, read_results
 from drake_starnav.evaluation.report.tables import tables_markdown
-from drake_starnav.evaluation.summary import Summary, compare, markdown_table, number, rate_text, summarise
+from drake_starnav.evaluation.summary import Summary, compare, markdown_table, number, summarise
 from drake_starnav.utils.files import replacing
 from scripts.maintenance.trial_costs import costs_section, read_costs
 
@@ -26,6 +26,8 @@ COSTS = FOLDER / "scaling.json"
 """What benchmarks/scaling.py measured."""
 SECTION = "results", "python scripts/maintenance/record_results.py"
 """Name of the sections of README, docs/benchmark.md and docs/scaling.md, and the command that writes them."""
+README_METHODS = ("star", "dwa", "star_paper")
+"""What README compares, in this order: the default, the method most used on robots, the paper as printed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -111,15 +113,14 @@ def summary(results: Results) -> str:
 
 
 def readme_section(results: Results) -> str:
-    """The section of README: results of the first method in each scenario."""
-    first = results.methods[0]
-    summaries = [s for s in summarise(results.records) if s.method == first]
-    counts = sorted({s.trials for s in summaries})
-    trials = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-    head = ("scenario", "reached (95 % interval)", "collisions", "path / shortest (mean, median)", "mean speed",
-            "least clearance")  # fmt: skip
-    table = markdown_table(head, [_scenario_row(s) for s in summaries])
-    return f"{table}\n\n{trials} trials of each, with Drake {results.headers[0]['versions']['drake']}."
+    """The section of README: a row for each of `README_METHODS` that was run, and the commands."""
+    summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
+    methods = [method for method in README_METHODS if method in results.methods]
+    head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "collisions",
+            "path / shortest")  # fmt: skip
+    table = markdown_table(head, [_readme_row(method, results.scenarios, summaries) for method in methods])
+    commands = "\n".join(results.commands())
+    return f"{table}\n\n```sh\n{commands}\n```"
 
 
 def benchmark_section(results: Results) -> str:
@@ -136,14 +137,14 @@ def benchmark_section(results: Results) -> str:
     )
 
 
-def _scenario_row(s: Summary) -> tuple[str, ...]:
+def _readme_row(method: str, scenarios: Sequence[str], summaries: dict[tuple[str, str], Summary]) -> tuple[str, ...]:
+    cases = [summaries[scenario, method] for scenario in scenarios if (scenario, method) in summaries]
+    counts = {case.scenario: f"{case.reached} of {case.trials}" for case in cases}
     return (
-        s.scenario,
-        f"{s.reached} of {s.trials}, {rate_text(s.reached, s.trials)}",
-        str(s.failures.get("collision", 0)),
-        f"{number(s.path_mean, 3)}, {number(s.path_median, 3)}",
-        f"{number(s.speed_mps, 2)} m/s",
-        f"{number(s.clearance_m, 0, 1e3)} mm",
+        method,
+        *(counts.get(scenario, "-") for scenario in scenarios),
+        str(sum(case.failures.get("collision", 0) for case in cases)),
+        ", ".join(number(case.path_mean, 2) for case in cases),
     )
 
 

@@ -1,4 +1,4 @@
-"""Write docs/ports.md, docs/parameters.md and the tables of docs/worlds.md and SAFETY.md.
+"""Write docs/ports.md, docs/parameters.md, docs/examples and the tables of docs/worlds.md and SAFETY.md.
 
 Run: python scripts/maintenance/write_tables.py [--check]
 """
@@ -52,6 +52,7 @@ from drake_starnav.visualization.slider_goal import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds import WORLD_KINDS, World
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
+from scripts.maintenance.example_pages import example_pages
 
 ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
 """Packages whose modules define systems."""
@@ -291,6 +292,7 @@ PAGES = {
     "docs/parameters.md": parameters_page,
     "docs/worlds.md": worlds_page,
     "SAFETY.md": safety_page,
+    **example_pages(),
 }
 """What is written, by its place in the repository."""
 

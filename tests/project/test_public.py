@@ -49,7 +49,8 @@ def test_numerics_do_without_drake() -> None:
 
 
 def test_each_public_name_is_on_the_page_of_the_public_interface() -> None:
-    page = (SOURCE.parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
+    pages = sorted((SOURCE.parents[1] / "docs" / "api").glob("*.md"))
+    page = "\n".join(page.read_text(encoding="utf-8") for page in pages)
     assert sorted(re.findall(r"^\.\. auto\w+:: drake_starnav\.(\w+)$", page, re.MULTILINE)) == sorted(
         drake_starnav.__all__
     )

@@ -73,6 +73,8 @@ def test_commands_name_real_scripts_targets_and_options(page: Path) -> None:
         rest = [word for word in rest if word]
         if program == "make":
             assert f"\n{target}:" in makefile
+        elif command == "pip install .":
+            assert "[project]\n" in project
         elif program == "pip":
             (extra,) = re.findall(r"\[(\w+)\]", rest[0])
             assert f"\n{extra} = [" in project

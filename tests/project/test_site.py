@@ -14,8 +14,8 @@ from drake_starnav.visualization.browser import browser_missing, find_chromium
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 pytestmark = pytest.mark.skipif(
-    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_parser", "furo")),
-    reason="building the site takes sphinx, myst-parser and furo: install the extra docs",
+    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "furo")),
+    reason="building the site takes sphinx, myst-nb and furo: install the extra docs",
 )
 
 LOADING = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
@@ -44,19 +44,29 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The site, freshly built; any warning fails, such as a link to a page or heading that does not exist."""
+    """The site, freshly built; any warning fails, such as a link to a page or heading that does not exist.
+
+    The notebooks are not run for it, as `test_notebooks.py` does.
+    """
     folder = tmp_path_factory.mktemp("site")
+    options = ("-W", "--keep-going", "-q", "-D", "nb_execution_mode=off")
     done = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(DOCS), str(folder)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [sys.executable, "-m", "sphinx", *options, str(DOCS), str(folder)], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     return folder
 
 
 def test_every_page_is_in_the_menu(site: Path) -> None:
     menu = set(Page(site / "index.html").leads)
-    assert {f"{page.stem}.html" for page in DOCS.glob("*.md")} - {"index.html"} <= menu
+    pages = [page.relative_to(DOCS).with_suffix(".html").as_posix() for page in DOCS.rglob("*.md")]
+    assert set(pages) - {"index.html"} <= menu
+
+
+def test_types_of_ours_and_of_drake_are_links(site: Path) -> None:
+    leads = Page(site / "api" / "navigation.html").leads
+    assert "scenario.html#drake_starnav.Scenario" in leads
+    assert any(lead.startswith("https://drake.mit.edu/pydrake/pydrake.systems.framework.html#") for lead in leads)
 
 
 def test_pages_load_only_local_files_that_exist(site: Path) -> None:
@@ -71,13 +81,14 @@ def test_pages_load_only_local_files_that_exist(site: Path) -> None:
 
 
 def test_links_between_pages_have_their_anchors(site: Path) -> None:
-    pages = {path.name: Page(path) for path in site.glob("*.html")}
-    for name, page in pages.items():
+    pages = {path.resolve(): Page(path) for path in site.rglob("*.html")}
+    for path, page in pages.items():
         for target in page.leads:
             file, _, anchor = target.partition("#")
-            if "//" not in target and (file or name).endswith(".html"):
-                assert (file or name) in pages, f"{name}: {target}"
-                assert not anchor or anchor in pages[file or name].anchors, f"{name}: {target}"
+            led = (path.parent / file).resolve() if file else path
+            if "//" not in target and led.suffix == ".html":
+                assert led in pages, f"{path.name}: {target}"
+                assert not anchor or anchor in pages[led].anchors, f"{path.name}: {target}"
 
 
 @pytest.mark.skipif(browser_missing() is not None, reason=str(browser_missing()))
@@ -89,7 +100,7 @@ def test_a_browser_shows_every_picture_and_requests_only_the_site(site: Path) ->
         browser = driver.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1100, "height": 800})
         page.on("request", lambda request: asked.append(request.url))
-        for name in ("index", "architecture", "method", "ports", "parameters"):
+        for name in ("index", "architecture", "method", "ports", "parameters", "coming_from", "examples/index"):
             page.goto((site / f"{name}.html").as_uri())
             broken = page.evaluate("[...document.images].filter(i => !i.naturalWidth).map(i => i.src)")
             assert broken == [], "pictures are missing"

@@ -122,7 +122,7 @@ def test_a_robot_nearer_to_walls_than_the_margin_sees_along_them():
     scan = cast(World("lane", (0, 0, 0), (2, 0), bounds=(-2.0, -half, 3.0, half)))
     assert eroded(scan, MARGIN).max() < 0.05
     found = profile(scan)
-    assert ahead(found.values) > 2.0 and found.margin < MARGIN
+    assert ahead(found.values) > 1.0 and found.margin < MARGIN
 
 
 def test_a_robot_enclosed_on_all_sides_gets_the_space_there_is():

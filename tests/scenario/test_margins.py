@@ -49,7 +49,7 @@ def test_margins_follow_from_what_is_declared_narrower_as_well_as_wider() -> Non
 def test_where_there_is_room_the_comfort_is_kept_too() -> None:
     planner, controller = with_margins(declaring("planner.comfort=0.3"))
     assert planner.margin == pytest.approx(controller.safety_margin + 0.3)
-    assert planner.least_margin == controller.safety_margin
+    assert planner.least_margin < controller.safety_margin
 
 
 @pytest.mark.parametrize(

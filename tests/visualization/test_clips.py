@@ -44,8 +44,9 @@ def test_times_reach_from_start_to_end() -> None:
 
 
 def test_a_gif_shows_every_picture_and_repeats(tmp_path) -> None:
-    write_gif(tmp_path / "x.gif", pictures(), RATE)
+    write_gif(tmp_path / "x.gif", pictures(), RATE, "a caption")
     with Image.open(tmp_path / "x.gif") as clip:
+        assert clip.info["comment"] == b"a caption"
         assert clip.info["loop"] == 0
         frames = [(frame.info["duration"], middle(frame)) for frame in ImageSequence.Iterator(clip)]
     assert [duration for duration, _ in frames] == [100.0] * 5 + [1000.0 * FINAL_PAUSE]

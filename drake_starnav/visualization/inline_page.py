@@ -1,0 +1,35 @@
+"""A recording or a report inside a notebook."""
+
+import html
+import os
+from pathlib import Path
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.utils.files import reason_of
+
+
+class InlinePage:
+    """What shows a page of one HTML file, such as a recording, as the output of a notebook's cell.
+
+    The page becomes part of the notebook, which needs neither the file nor a network to show it.
+    """
+
+    def __init__(self, path: str | os.PathLike, *, height: int = 480) -> None:
+        """
+        Args:
+            path: of the HTML file.
+            height: pixels.
+
+        Raises:
+            StarnavError: the file cannot be read.
+        """
+        try:
+            self._page = Path(path).read_text(encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise StarnavError(f"cannot read {path}: {reason_of(error)}; allowed: an HTML file") from None
+        self._height = height
+
+    def _repr_html_(self) -> str:
+        """Called by the notebook."""
+        page = html.escape(self._page)
+        return f'<iframe srcdoc="{page}" style="width: 100%; height: {self._height}px; border: 0"></iframe>'

@@ -1,0 +1,62 @@
+"""The notebooks of the docs run as they stand, are short, and use only what is public."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import drake_starnav
+
+ROOT = Path(__file__).resolve().parents[2]
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.md"))
+MOST_LINES = 25
+"""Of code, without imports and blank lines."""
+HANG = 300.0
+"""A notebook takes seconds; on a machine that has compiled nothing yet, some more. Beyond this it hangs, s."""
+
+
+def cells(notebook: Path) -> list[str]:
+    return re.findall(r"```\{code-cell\} python\n(.*?)```", notebook.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def test_there_are_notebooks() -> None:
+    assert [path.stem[:2] for path in NOTEBOOKS] == ["01", "02", "03", "04"]
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_and_its_last_lines_are_shown(notebook: Path, tmp_path: Path) -> None:
+    code = "\n".join(cells(notebook))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=HANG,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+    assert not re.search("collision|timeout", done.stdout)
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_short_and_imports_only_what_is_public(notebook: Path) -> None:
+    tree = ast.parse("\n".join(cells(notebook)))
+    imports = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
+    for node in imports:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("drake_starnav"):
+            assert node.module == "drake_starnav"
+            assert {alias.name for alias in node.names} <= set(drake_starnav.__all__)
+    lines = [line for cell in cells(notebook) for line in cell.splitlines()]
+    code = [line for line in lines if line.strip() and not re.match("(from|import) ", line)]
+    assert len(code) <= MOST_LINES, len(code)
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_opens_in_jupyter(notebook: Path) -> None:
+    jupytext = pytest.importorskip("jupytext")
+    opened = jupytext.read(notebook)
+    code = [cell.source.strip() for cell in opened.cells if cell.cell_type == "code"]
+    assert code == [cell.strip() for cell in cells(notebook)]
+    assert opened.metadata["kernelspec"]["name"] == "python3"
