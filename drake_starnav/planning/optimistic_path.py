@@ -39,9 +39,17 @@ def is_obstructed(path: np.ndarray, points: np.ndarray, robot_radius: float) -> 
 @njit(cache=True)
 def _is_near(path, points, distance):
     """Whether any point is nearer than `distance` to every second point of a path with shorter steps than that."""
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
+    for j in range(len(points)):
+        x, y = points[j]
+        low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
     for i in range(0, len(path), 2):
+        x, y = path[i]
+        if x < low_x - distance or x > high_x + distance or y < low_y - distance or y > high_y + distance:
+            continue  # most of a long path is out of the scan's reach
         for j in range(len(points)):
-            dx, dy = points[j, 0] - path[i, 0], points[j, 1] - path[i, 1]
+            dx, dy = points[j, 0] - x, points[j, 1] - y
             if dx * dx + dy * dy < distance * distance:
                 return True
     return False
