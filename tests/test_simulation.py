@@ -318,8 +318,8 @@ def test_a_trial_in_a_benchmarks_world_is_scored() -> None:
 
 def test_a_shipped_world_is_crossed_at_speed() -> None:
     trial = run_trial(load_scenario("barn", overrides=["world.id=10"]), seed=0)
-    assert (trial.outcome, trial.score) == ("reached", 0.5)
-    assert trial.min_clearance_m > 0.0
+    assert trial.outcome == "reached" and trial.score > 0.4  # the tightest of the shipped worlds
+    assert trial.min_clearance_m > 0.007
     assert trial.mean_speed_mps > 0.8
 
 
