@@ -11,7 +11,7 @@ from drake_starnav.station.robot_model import drive_geometry, wheel_rates
 SPAN = 2.0
 """Motion is compared with its command over two spans of this length, one after the other, s."""
 SHARE = 0.3
-"""A robot that drives or turns by less of what it was told, in both of them, does not follow its commands."""
+"""A robot that neither drives nor turns by this much of what it was told, in both, does not follow its commands."""
 LEAST = np.array((0.005, 0.01))
 """Slower commands are not judged, m/s and rad/s."""
 
@@ -42,8 +42,9 @@ def check_drive(
     states, commands = states[-2 * count :], commands[-2 * count :]
     twists = planar_states(states, plant.num_positions(model))[:, 3:]
     told, done = (each.reshape(2, count, 2).mean(axis=1) for each in (commands, twists))
-    behind = (np.abs(told) > LEAST) & (done * np.sign(told) < SHARE * (1.0 - slip) * np.abs(told))
-    if not behind.all(axis=0).any():
+    judged = np.abs(told) > LEAST
+    follows = judged & (done * np.sign(told) >= SHARE * (1.0 - slip) * np.abs(told))
+    if follows.any() or not judged.any(axis=1).all():
         return
     drive = drive_geometry(plant, station.scene_graph, model)
     asked = np.abs(commands @ np.array(((1.0, 1.0), (-0.5 * drive["track"], 0.5 * drive["track"])))).mean()
