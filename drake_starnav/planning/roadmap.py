@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterable
+from dataclasses import field
 
 import numpy as np
 from numba import njit
@@ -37,6 +38,7 @@ class StarRoadmap:
     """The robot's map, extended scan by scan. Immutable: every change is a new snapshot that shares unchanged parts.
 
     Attributes:
+        hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         regions: one per node, oldest first.
         stack: the same regions as arrays.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
@@ -51,21 +53,20 @@ class StarRoadmap:
         inspection_points: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
         stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
             are obstacles for the cost-to-go.
-        hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         coverage: of the edge frontiers of all nodes.
     """
 
-    regions: tuple[StarRegion, ...]
-    stack: RegionStack
-    scans: tuple[tuple[LaserScan, np.ndarray], ...]
-    edges: np.ndarray
-    lengths: np.ndarray
-    frontiers: Frontiers
-    blacklisted_targets: np.ndarray
-    blacklisted_probes: np.ndarray
-    inspection_points: np.ndarray
-    stall_points: np.ndarray
     hits: DistanceGrid
+    regions: tuple[StarRegion, ...] = ()
+    stack: RegionStack = field(default_factory=lambda: RegionStack.of(()))
+    scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
+    edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    frontiers: Frontiers = field(default_factory=Frontiers.none)
+    blacklisted_targets: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    blacklisted_probes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     coverage: EdgeCoverage = EdgeCoverage()
 
     def __len__(self) -> int:
@@ -74,19 +75,7 @@ class StarRoadmap:
     @staticmethod
     def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
         """A roadmap before the first scan."""
-        return StarRoadmap(
-            regions=(),
-            stack=RegionStack.of(()),
-            scans=(),
-            edges=np.zeros((0, 2), np.int64),
-            lengths=np.zeros(0),
-            frontiers=Frontiers.none(),
-            blacklisted_targets=np.zeros((0, 3)),
-            blacklisted_probes=np.zeros((0, 2)),
-            inspection_points=np.zeros((0, 2)),
-            stall_points=np.zeros((0, 2)),
-            hits=DistanceGrid.empty(parameters.grid_resolution, robot_radius),
-        )
+        return StarRoadmap(DistanceGrid.empty(parameters.grid_resolution, robot_radius))
 
 
 def extended(
@@ -168,15 +157,12 @@ def with_nodes(
 
 def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
     """The roadmap without nodes and frontiers; it keeps its hits, and its retired, inspected and blocked places."""
-    return dataclasses.replace(
-        roadmap,
-        regions=(),
-        stack=RegionStack.of(()),
-        scans=(),
-        edges=np.zeros((0, 2), np.int64),
-        lengths=np.zeros(0),
-        frontiers=Frontiers.none(),
-        coverage=EdgeCoverage(),
+    return StarRoadmap(
+        roadmap.hits,
+        blacklisted_targets=roadmap.blacklisted_targets,
+        blacklisted_probes=roadmap.blacklisted_probes,
+        inspection_points=roadmap.inspection_points,
+        stall_points=roadmap.stall_points,
     )
 
 
@@ -219,7 +205,7 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
 
 def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans without retired, closed, inspected or blocked places."""
-    empty = dataclasses.replace(StarRoadmap.empty(parameters, robot_radius), hits=roadmap.hits)
+    empty = StarRoadmap(roadmap.hits)
     nodes = ((scan_region(scan, pose, robot_radius, parameters), scan, pose) for scan, pose in roadmap.scans)
     return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
 
