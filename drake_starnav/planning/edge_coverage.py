@@ -1,6 +1,5 @@
 """Which regions cover the edge frontiers of which nodes: a revision looks only at those whose region has changed."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.regions.star_region import RegionStack, covers
+from drake_starnav.planning.region_index import IndexedRegions, is_near, newest_near, touches
 
 UNCOVERED, UNKNOWN = -1, -2
 
@@ -36,18 +35,18 @@ class EdgeCoverage(NamedTuple):
         return Frontiers(self.open_rows[:, :2].copy(), self.open_rows[:, 2:].copy(), owner)
 
 
-def with_newest(before: EdgeCoverage, rows: np.ndarray, stack: RegionStack, slack: float) -> EdgeCoverage:
+def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions, slack: float) -> EdgeCoverage:
     """The coverage after a node was added.
 
     Args:
         before: of the older nodes.
         rows: of the new node.
-        stack: all regions, with the new one.
+        regions: all, with the new one.
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
-    newest = len(stack) - 1
-    now_covered = _covering(before.open_rows, *stack.arrays, np.full(len(before.open), -1), newest, slack) >= 0
-    by = _covering(rows, *stack.arrays, np.full(len(rows), newest), 0, slack)
+    newest = len(regions.reach) - 1
+    now_covered = _covering(before.open_rows, regions, -1, newest, slack) >= 0
+    by = _covering(rows, regions, newest, 0, slack)
     covered_by = np.concatenate((before.covered_by, by))
     covered_by[before.open[now_covered]] = newest
     still = ~now_covered
@@ -64,7 +63,7 @@ def revised(
     kept: np.ndarray,
     changed: np.ndarray,
     fresh: Sequence[np.ndarray],
-    stack: RegionStack,
+    regions: IndexedRegions,
     slack: float,
 ) -> EdgeCoverage:
     """The coverage after regions were changed or dropped.
@@ -74,7 +73,7 @@ def revised(
         kept: shape (n,), indices of the nodes that remain.
         changed: shape (n,), whether the region of such a node has changed.
         fresh: rows of the changed nodes.
-        stack: regions of the nodes that remain.
+        regions: of the nodes that remain.
         slack: as in `with_newest`.
     """
     counts = np.array([len(rows) for rows in before.rows])
@@ -96,46 +95,30 @@ def revised(
     for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
         owner = node[begin]
         places[begin:end] = rows[owner][pending[begin:end] - first[owner]]
-    _recover(covered_by, pending, places, node, *stack.arrays, np.flatnonzero(changed), slack)
+    _recover(covered_by, pending, places, node, regions, np.flatnonzero(changed), slack)
     still = covered_by[pending] < 0
     return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
 
 
 @njit(cache=True)
-def _covers_nearly(center, bearing_0, values, reach, x, y, slack):
-    dx, dy = x - center[0], y - center[1]
-    distance = math.sqrt(dx * dx + dy * dy)
-    if distance > reach + slack:
-        return False
-    nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-    return covers(center, bearing_0, values, center[0] + dx * nearer, center[1] + dy * nearer)
-
-
-@njit(cache=True)
-def _covering(rows, center, bearing_0, values, reach, skip, first, slack):
-    """Index of the newest region from `first` on that covers each probe, apart from that in `skip`; or UNCOVERED."""
+def _covering(rows, regions, skip, first, slack):
+    """Index of the newest region from `first` on that covers each probe, apart from `skip`; or UNCOVERED."""
     out = np.full(len(rows), UNCOVERED, np.int32)
     for i in range(len(rows)):
-        for k in range(len(reach) - 1, first - 1, -1):
-            if k != skip[i] and _covers_nearly(
-                center[k], bearing_0[k], values[k], reach[k], rows[i, 2], rows[i, 3], slack
-            ):
-                out[i] = k
-                break
+        out[i] = newest_near(regions, rows[i, 2], rows[i, 3], slack, skip, first)
     return out
 
 
 @njit(cache=True)
-def _recover(covered_by, pending, rows, node, center, bearing_0, values, reach, changed, slack):
+def _recover(covered_by, pending, rows, node, regions, changed, slack):
     """Fill in what is UNKNOWN; what was UNCOVERED is compared with the changed regions alone."""
     for i in range(len(pending)):
-        unknown = covered_by[pending[i]] == UNKNOWN
-        count = len(reach) if unknown else len(changed)
-        covered_by[pending[i]] = UNCOVERED
-        for j in range(count - 1, -1, -1):
-            k = j if unknown else changed[j]
-            if k != node[i] and _covers_nearly(
-                center[k], bearing_0[k], values[k], reach[k], rows[i, 2], rows[i, 3], slack
-            ):
+        x, y = rows[i, 2], rows[i, 3]
+        if covered_by[pending[i]] == UNKNOWN:
+            covered_by[pending[i]] = newest_near(regions, x, y, slack, node[i], 0)
+            continue
+        for j in range(len(changed) - 1, -1, -1):
+            k = changed[j]
+            if k != node[i] and touches(regions, k, x, y) and is_near(regions, k, x, y, slack):
                 covered_by[pending[i]] = k
                 break

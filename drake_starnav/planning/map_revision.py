@@ -30,7 +30,7 @@ from drake_starnav.planning.roadmap import (
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits
 from drake_starnav.regions.erosion import eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside
+from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside, rough_bearing
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -157,7 +157,7 @@ def _may_disagree(points, gap, center_x, center_y, bearing_0, free, radius, slac
         if d < 2.0 * size:
             return True
         width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
-        middle = int(math.floor((_rough_bearing(dy, dx) - bearing_0) / step + 0.5))
+        middle = int(math.floor((rough_bearing(dy, dx) - bearing_0) / step + 0.5))
         for k in range(middle - width, middle + width + 1):
             if free[k % samples] - slack > d - size:
                 break
@@ -170,24 +170,6 @@ def _may_disagree(points, gap, center_x, center_y, bearing_0, free, radius, slac
             if free[(middle + k) % samples] - slack > entry - 1e-9:
                 return True
     return False
-
-
-@njit(cache=True)
-def _rough_bearing(y, x):
-    """`atan2` up to 2e-5 rad, several times faster."""
-    a, b = abs(x), abs(y)
-    if a + b == 0.0:
-        return 0.0
-    z = min(a, b) / max(a, b)
-    s = z * z
-    angle = z * (
-        0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212))))
-    )
-    if b > a:
-        angle = 0.5 * math.pi - angle
-    if x < 0.0:
-        angle = math.pi - angle
-    return -angle if y < 0.0 else angle
 
 
 def with_stall_point(
@@ -249,11 +231,13 @@ def _remade(
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     edges, lengths = _revised_edges(roadmap, kept, changed, stack)
     fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
-    coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
+    index = roadmap.index.revised(kept, changed, stack)
+    coverage = revised(roadmap.coverage, kept, changed, fresh, index.of(stack), COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
         regions=tuple(regions),
         stack=stack,
+        index=index,
         scans=scans,
         edges=edges,
         lengths=lengths,

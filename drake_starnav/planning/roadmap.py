@@ -13,8 +13,9 @@ from drake_starnav.planning.cost_field import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, newest_cover
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
+from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, least_outside, scan_region
 from drake_starnav.utils.snapshot import snapshot
 
 DRIVEN_EDGE_PENALTY = 0.2
@@ -41,6 +42,7 @@ class StarRoadmap:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         regions: one per node, oldest first.
         stack: the same regions as arrays.
+        index: where they may cover.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
@@ -59,6 +61,7 @@ class StarRoadmap:
     hits: DistanceGrid
     regions: tuple[StarRegion, ...] = ()
     stack: RegionStack = field(default_factory=lambda: RegionStack.of(()))
+    index: RegionIndex = field(default_factory=RegionIndex.empty)
     scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -71,6 +74,11 @@ class StarRoadmap:
 
     def __len__(self) -> int:
         return len(self.regions)
+
+    @property
+    def union(self) -> IndexedRegions:
+        """The regions with their index, for queries of their union."""
+        return self.index.of(self.stack)
 
     @staticmethod
     def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
@@ -103,7 +111,7 @@ def extended(
         hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
     rows, old = edge_rows(region, hits, robot_radius), roadmap.frontiers
-    coverage = with_newest(roadmap.coverage, rows, grown.stack, COVER_SLACK)
+    coverage = with_newest(roadmap.coverage, rows, grown.union, COVER_SLACK)
     newest = (array[-1:] for array in grown.stack.arrays)
     new = coverage.frontiers
     frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(
@@ -134,6 +142,7 @@ def with_node(
         roadmap,
         regions=(*roadmap.regions, region),
         stack=stack,
+        index=roadmap.index.appended(stack),
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
         edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), index))))),
         lengths=np.concatenate((roadmap.lengths, lengths)),
@@ -210,9 +219,9 @@ def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: f
     return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
 
 
-def uncovered_share(region: StarRegion, others: RegionStack) -> float:
+def uncovered_share(region: StarRegion, others: IndexedRegions) -> float:
     """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
-    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, *others.arrays))
+    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, others))
 
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
@@ -227,7 +236,7 @@ def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -
 
 
 @njit(cache=True)
-def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, values, reach):
+def _uncovered_share(own_center, own_bearing_0, own_values, others):
     samples = len(own_values)
     area = new = 0.0
     for i in range(0, samples, AREA_BEARINGS):
@@ -240,7 +249,7 @@ def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, v
             piece = distance * phi / count
             area += piece
             x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
-            if first_cover(center, bearing_0, values, reach, x, y) < 0:
+            if newest_cover(others, x, y) < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0
 

@@ -1,0 +1,311 @@
+"""Which regions may cover a place: a coarse grid over W, so that queries of the union look at a few regions only.
+
+The index only rules regions out. What it leaves is tested exactly, so that the answers are those of a loop over all.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.regions.star_region import RegionStack, covers_offset
+
+CELL = 0.4
+"""Size of a cell, m."""
+SLACK = 0.07
+"""Regions are marked this far beyond their boundaries, m: queries may allow them less than this."""
+PATCH = 0.2
+"""Regions are marked patch by patch, of this length and about this width, m."""
+SPARE_CELLS = 8
+"""A grid that grows gets so many cells more than it needs on the sides that grow."""
+WORD = 64
+"""Regions in a word of the grid."""
+FULL = np.uint64(2**64 - 1)
+
+
+class IndexedRegions(NamedTuple):
+    """Regions and where they may cover, for compiled loops.
+
+    Attributes:
+        center, bearing_0, values, reach: as `RegionStack.arrays`.
+        marks: shape (nx, ny, w), uint64: bit k % 64 of word k // 64 is set in each cell that region k touches.
+        corner: of the first cell, shape (2,), W, m.
+        cell: size of a cell, m.
+    """
+
+    center: np.ndarray
+    bearing_0: np.ndarray
+    values: np.ndarray
+    reach: np.ndarray
+    marks: np.ndarray
+    corner: np.ndarray
+    cell: float
+
+    @staticmethod
+    def alone(stack: RegionStack) -> "IndexedRegions":
+        """Without a grid, where an index does not pay: each region may cover any place."""
+        marks = np.full((1, 1, len(stack) // WORD + 1), FULL)
+        return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf)
+
+
+class _Storage:
+    """Marks that indices share which extend one another; the first to use a bit owns it."""
+
+    def __init__(self, used: int) -> None:
+        self.used = used
+
+
+@dataclass(frozen=True)
+class RegionIndex:
+    """The marks of the regions of a stack. Immutable; extension shares memory.
+
+    Attributes:
+        marks: as in `IndexedRegions`; bits from `count` on are of no meaning.
+        first: cell of the grid over W that comes first, shape (2,).
+        count: number of regions.
+    """
+
+    marks: np.ndarray
+    first: np.ndarray
+    count: int
+    storage: _Storage
+
+    @staticmethod
+    def empty() -> "RegionIndex":
+        """Of no regions."""
+        return RegionIndex(np.zeros((0, 0, 1), np.uint64), np.zeros(2, np.int64), 0, _Storage(0))
+
+    def of(self, stack: RegionStack) -> IndexedRegions:
+        """The regions of the stack whose marks these are."""
+        return IndexedRegions(*stack.arrays, self.marks, CELL * self.first, CELL)
+
+    def appended(self, stack: RegionStack) -> "RegionIndex":
+        """These marks and those of the last region of a stack."""
+        low, high = _box(stack, np.array([self.count]))
+        grown = self
+        if self.storage.used != self.count or not self._holds(low, high, self.count + 1):
+            grown = self._copied(low, high, 2 * (self.count + 1))
+        grown.storage.used = self.count + 1
+        _mark(grown.marks, grown.first, self.count, *(array[self.count] for array in stack.arrays[:3]))
+        return RegionIndex(grown.marks, grown.first, self.count + 1, grown.storage)
+
+    def revised(self, kept: np.ndarray, changed: np.ndarray, stack: RegionStack) -> "RegionIndex":
+        """The marks after regions were changed or dropped.
+
+        Args:
+            kept: shape (n,), indices of the regions that remain.
+            changed: shape (n,), whether such a region has changed.
+            stack: the regions that remain.
+        """
+        news = np.flatnonzero(changed)
+        low, high = _box(stack, news)
+        out = self._copied(low, high, len(stack))
+        number = np.full(self.count, -1)
+        number[kept[~changed]] = np.flatnonzero(~changed)
+        _renumber(out.marks, number)
+        for k in news.tolist():
+            _mark(out.marks, out.first, k, *(array[k] for array in stack.arrays[:3]))
+        return RegionIndex(out.marks, out.first, len(stack), _Storage(len(stack)))
+
+    def _holds(self, low: np.ndarray, high: np.ndarray, count: int) -> bool:
+        """Whether the grid has the cells from `low` to `high` and bits for so many regions."""
+        shape = self.marks.shape
+        inside = (low >= self.first).all() and (high <= self.first + shape[:2]).all()
+        return bool(inside) and count <= WORD * shape[2]
+
+    def _copied(self, low: np.ndarray, high: np.ndarray, count: int) -> "RegionIndex":
+        """A copy whose grid has the cells from `low` to `high` too and bits for at least `count` regions."""
+        first, last = self.first, self.first + self.marks.shape[:2]
+        if not self.marks.size:
+            first, last = low, low
+        new_first = np.where(low < first, low - SPARE_CELLS, first)
+        new_last = np.where(high > last, high + SPARE_CELLS, last)
+        words = max(self.marks.shape[2], -(-count // WORD))
+        marks = np.zeros((*(new_last - new_first), words), np.uint64)
+        i, j = first - new_first
+        nx, ny, before = self.marks.shape
+        marks[i : i + nx, j : j + ny, :before] = self.marks
+        _forget(marks, self.count)
+        return RegionIndex(marks, new_first, self.count, _Storage(self.count))
+
+
+def _box(stack: RegionStack, members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first cell and the one beyond the last that regions of a stack may touch."""
+    if not len(members):
+        nothing = np.zeros(2, np.int64)
+        return nothing, nothing
+    low, high = _outline_box(*stack.arrays[:3], members)
+    return np.floor(low / CELL).astype(np.int64), np.floor(high / CELL).astype(np.int64) + 1
+
+
+@njit(cache=True)
+def touches(regions, k, x, y):
+    """Whether region k may cover (x, y)."""
+    i, j = _cell(regions, x, y)
+    return i >= 0 and (regions.marks[i, j, k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0
+
+
+@njit(cache=True)
+def newest_cover(regions, x, y):
+    """Index of the newest region that contains (x, y), or -1; as `first_cover`."""
+    return newest_near(regions, x, y, 0.0, -1, 0)
+
+
+@njit(cache=True)
+def newest_near(regions, x, y, slack, other, oldest):
+    """As `newest_cover`, but up to `slack` (< SLACK) beyond its boundary; not `other`, nor one before `oldest`."""
+    center, bearing_0, values, reach, marks, _, _ = regions
+    i, j = _cell(regions, x, y)
+    newest = len(reach) - 1
+    if i < 0 or newest < 0:
+        return -1
+    for w in range(newest // WORD, oldest // WORD - 1, -1):
+        word = marks[i, j, w]
+        if w == newest // WORD:
+            word &= FULL >> np.uint64(WORD - 1 - newest % WORD)
+        while word != 0:
+            bit = _top_bit(word)
+            word ^= np.uint64(1) << np.uint64(bit)
+            k = w * WORD + bit
+            if k < oldest:
+                return -1
+            if k != other and _is_near(center, bearing_0, values, reach, k, x, y, slack):
+                return k
+    return -1
+
+
+@njit(cache=True)
+def is_near(regions, k, x, y, slack):
+    """Whether (x, y) is in region k or up to `slack` beyond its boundary, along the ray from its centre."""
+    return _is_near(regions.center, regions.bearing_0, regions.values, regions.reach, k, x, y, slack)
+
+
+@njit(cache=True, inline="always")
+def _is_near(center, bearing_0, values, reach, k, x, y, slack):
+    dx, dy = x - center[k, 0], y - center[k, 1]
+    farthest = reach[k] + slack
+    squared = dx * dx + dy * dy
+    if squared > farthest * farthest:
+        return False
+    if slack > 0.0:
+        distance = math.sqrt(squared)
+        nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+        dx, dy = (center[k, 0] + dx * nearer) - center[k, 0], (center[k, 1] + dy * nearer) - center[k, 1]
+    return covers_offset(bearing_0, values, k, dx, dy)
+
+
+@njit(cache=True)
+def _cell(regions, x, y):
+    """The cell of the grid that holds (x, y); (-1, -1) outside."""
+    i, j = math.floor((x - regions.corner[0]) / regions.cell), math.floor((y - regions.corner[1]) / regions.cell)
+    if i < 0 or j < 0 or i >= regions.marks.shape[0] or j >= regions.marks.shape[1]:
+        return -1, -1
+    return i, j
+
+
+@njit(cache=True)
+def _top_bit(word):
+    """Index of the highest bit that is set."""
+    bit = 0
+    for shift in (32, 16, 8, 4, 2, 1):
+        if word >> np.uint64(shift):
+            word >>= np.uint64(shift)
+            bit += shift
+    return bit
+
+
+@njit(cache=True)
+def _outline_box(center, bearing_0, values, members):
+    """Corners of a box that holds all patches of some regions."""
+    samples = values.shape[1]
+    step = 2.0 * math.pi / samples
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for k in members:
+        farthest = 0.0
+        for i in range(samples):
+            x = center[k, 0] + values[k, i] * math.cos(bearing_0[k] + i * step)
+            y = center[k, 1] + values[k, i] * math.sin(bearing_0[k] + i * step)
+            low[0], low[1] = min(low[0], x), min(low[1], y)
+            high[0], high[1] = max(high[0], x), max(high[1], y)
+            farthest = max(farthest, values[k, i])
+    border = 3.0 * PATCH + SLACK + 2.0 * step * farthest
+    return low - border, high + border
+
+
+@njit(cache=True)
+def _mark(marks, first, k, center, bearing_0, values):
+    """Set the bit of region k in each cell that it touches.
+
+    It is covered patch by patch: in rings whose radius doubles, by so many samples at once that they are about as wide
+    as PATCH.
+    """
+    samples = len(values)
+    step = 2.0 * math.pi / samples
+    _mark_box(marks, first, k, center[0], center[1], PATCH + SLACK)
+    low = PATCH
+    farthest = values.max()
+    while low < farthest:
+        high = 2.0 * low
+        together = max(int(PATCH / (high * step)), 1)
+        half = 0.5 * math.hypot(PATCH, together * step * high) + SLACK
+        for begin in range(0, samples, together):
+            most = 0.0
+            for i in range(begin, min(begin + together, samples)):
+                most = max(most, min(values[i], values[i + 1 if i + 1 < samples else 0]))
+            if most <= low:
+                continue
+            bearing = bearing_0 + step * (begin + 0.5 * together)
+            ux, uy = math.cos(bearing), math.sin(bearing)
+            r = low
+            while r < min(most, high):
+                middle = r + 0.5 * PATCH
+                _mark_box(marks, first, k, center[0] + middle * ux, center[1] + middle * uy, half)
+                r += PATCH
+        low = high
+
+
+@njit(cache=True)
+def _mark_box(marks, first, k, x, y, half):
+    word, bit = k // WORD, np.uint64(1) << np.uint64(k % WORD)
+    for i in range(math.floor((x - half) / CELL) - first[0], math.floor((x + half) / CELL) - first[0] + 1):
+        for j in range(math.floor((y - half) / CELL) - first[1], math.floor((y + half) / CELL) - first[1] + 1):
+            marks[i, j, word] |= bit
+
+
+@njit(cache=True)
+def _forget(marks, count):
+    """Clear the bits from `count` on."""
+    nx, ny, words = marks.shape
+    for w in range(count // WORD, words):
+        mask = np.uint64(0) if w > count // WORD else (np.uint64(1) << np.uint64(count % WORD)) - np.uint64(1)
+        for i in range(nx):
+            for j in range(ny):
+                marks[i, j, w] &= mask
+
+
+@njit(cache=True)
+def _renumber(marks, number):
+    """Move the bit of each region to its new number; clear it where that is -1."""
+    nx, ny, words = marks.shape
+    same = np.zeros(words, np.uint64)
+    moved = np.empty(len(number), np.int64)
+    n = 0
+    for k in range(len(number)):
+        if number[k] == k:
+            same[k // WORD] |= np.uint64(1) << np.uint64(k % WORD)
+        elif number[k] >= 0:
+            moved[n] = k
+            n += 1
+    row = np.empty(words, np.uint64)
+    for i in range(nx):
+        for j in range(ny):
+            for w in range(words):
+                row[w] = marks[i, j, w]
+                marks[i, j, w] &= same[w]
+            for m in range(n):
+                k = moved[m]
+                if row[k // WORD] >> np.uint64(k % WORD) & np.uint64(1):
+                    new = number[k]
+                    marks[i, j, new // WORD] |= np.uint64(1) << np.uint64(new % WORD)
