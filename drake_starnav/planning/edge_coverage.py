@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.region_index import IndexedRegions, is_near, newest_near, touches
+from drake_starnav.planning.region_index import IndexedRegions, newest_near, selection
 
 UNCOVERED, UNKNOWN = -1, -2
 
@@ -45,8 +45,9 @@ def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions,
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
     newest = len(regions.reach) - 1
-    now_covered = _covering(before.open_rows, regions, -1, newest, slack) >= 0
-    by = _covering(rows, regions, newest, 0, slack)
+    alone = selection(np.arange(newest + 1) == newest)
+    now_covered = _covering(before.open_rows, regions, -1, alone, slack) >= 0
+    by = _covering(rows, regions, newest, regions.every, slack)
     covered_by = np.concatenate((before.covered_by, by))
     covered_by[before.open[now_covered]] = newest
     still = ~now_covered
@@ -95,17 +96,17 @@ def revised(
     for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
         owner = node[begin]
         places[begin:end] = rows[owner][pending[begin:end] - first[owner]]
-    _recover(covered_by, pending, places, node, regions, np.flatnonzero(changed), slack)
+    _recover(covered_by, pending, places, node, regions, selection(changed), slack)
     still = covered_by[pending] < 0
     return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
 
 
 @njit(cache=True)
-def _covering(rows, regions, skip, first, slack):
-    """Index of the newest region from `first` on that covers each probe, apart from `skip`; or UNCOVERED."""
+def _covering(rows, regions, skip, among, slack):
+    """Index of the newest region of a selection that covers each probe, apart from `skip`; or UNCOVERED."""
     out = np.full(len(rows), UNCOVERED, np.int32)
     for i in range(len(rows)):
-        out[i] = newest_near(regions, rows[i, 2], rows[i, 3], slack, skip, first)
+        out[i] = newest_near(regions, rows[i, 2], rows[i, 3], slack, skip, among)
     return out
 
 
@@ -113,12 +114,5 @@ def _covering(rows, regions, skip, first, slack):
 def _recover(covered_by, pending, rows, node, regions, changed, slack):
     """Fill in what is UNKNOWN; what was UNCOVERED is compared with the changed regions alone."""
     for i in range(len(pending)):
-        x, y = rows[i, 2], rows[i, 3]
-        if covered_by[pending[i]] == UNKNOWN:
-            covered_by[pending[i]] = newest_near(regions, x, y, slack, node[i], 0)
-            continue
-        for j in range(len(changed) - 1, -1, -1):
-            k = changed[j]
-            if k != node[i] and touches(regions, k, x, y) and is_near(regions, k, x, y, slack):
-                covered_by[pending[i]] = k
-                break
+        among = regions.every if covered_by[pending[i]] == UNKNOWN else changed
+        covered_by[pending[i]] = newest_near(regions, rows[i, 2], rows[i, 3], slack, node[i], among)

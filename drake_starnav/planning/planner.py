@@ -200,7 +200,7 @@ def _sees_probe_or_left(x, y, driven, probe, region, regions):
     center, bearing_0, values = region
     if driven > PROBE_SEEN_AFTER and len(probe) > 0 and covers(center, bearing_0, values, probe[0, 0], probe[0, 1]):
         return True
-    return driven > OUTSIDE_TOLERANCE and newest_near(regions, x, y, OUTSIDE_TOLERANCE, -1, 0) < 0
+    return driven > OUTSIDE_TOLERANCE and newest_near(regions, x, y, OUTSIDE_TOLERANCE, -1, regions.every) < 0
 
 
 def _unless_obstructed(state: PlannerState, now: PlannerInput) -> PlannerState:

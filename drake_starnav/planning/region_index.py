@@ -33,6 +33,7 @@ class IndexedRegions(NamedTuple):
         marks: shape (nx, ny, w), uint64: bit k % 64 of word k // 64 is set in each cell that region k touches.
         corner: of the first cell, shape (2,), W, m.
         cell: size of a cell, m.
+        every: shape (w,), uint64: the bits of all regions.
     """
 
     center: np.ndarray
@@ -42,12 +43,21 @@ class IndexedRegions(NamedTuple):
     marks: np.ndarray
     corner: np.ndarray
     cell: float
+    every: np.ndarray
 
     @staticmethod
     def alone(stack: RegionStack) -> "IndexedRegions":
         """Without a grid, where an index does not pay: each region may cover any place."""
         marks = np.full((1, 1, len(stack) // WORD + 1), FULL)
-        return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf)
+        return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf, selection(np.ones(len(stack), bool)))
+
+
+def selection(members: np.ndarray) -> np.ndarray:
+    """The bits of the regions that a mask of shape (n,) selects, as in a cell of the grid, shape (w,)."""
+    out = np.zeros(len(members) // WORD + 1, np.uint64)
+    packed = np.packbits(members, bitorder="little")
+    out.view(np.uint8)[: len(packed)] = packed
+    return out
 
 
 class _Storage:
@@ -79,7 +89,8 @@ class RegionIndex:
 
     def of(self, stack: RegionStack) -> IndexedRegions:
         """The regions of the stack whose marks these are."""
-        return IndexedRegions(*stack.arrays, self.marks, CELL * self.first, CELL)
+        every = selection(np.ones(len(stack), bool))
+        return IndexedRegions(*stack.arrays, self.marks, CELL * self.first, CELL, every)
 
     def appended(self, stack: RegionStack) -> "RegionIndex":
         """These marks and those of the last region of a stack."""
@@ -113,7 +124,7 @@ class RegionIndex:
         """Whether the grid has the cells from `low` to `high` and bits for so many regions."""
         shape = self.marks.shape
         inside = (low >= self.first).all() and (high <= self.first + shape[:2]).all()
-        return bool(inside) and count <= WORD * shape[2]
+        return bool(inside) and count < WORD * shape[2]
 
     def _copied(self, low: np.ndarray, high: np.ndarray, count: int) -> "RegionIndex":
         """A copy whose grid has the cells from `low` to `high` too and bits for at least `count` regions."""
@@ -122,7 +133,7 @@ class RegionIndex:
             first, last = low, low
         new_first = np.where(low < first, low - SPARE_CELLS, first)
         new_last = np.where(high > last, high + SPARE_CELLS, last)
-        words = max(self.marks.shape[2], -(-count // WORD))
+        words = max(self.marks.shape[2], count // WORD + 1)
         marks = np.zeros((*(new_last - new_first), words), np.uint64)
         i, j = first - new_first
         nx, ny, before = self.marks.shape
@@ -141,68 +152,41 @@ def _box(stack: RegionStack, members: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 @njit(cache=True)
-def touches(regions, k, x, y):
-    """Whether region k may cover (x, y)."""
-    i, j = _cell(regions, x, y)
-    return i >= 0 and (regions.marks[i, j, k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0
-
-
-@njit(cache=True)
 def newest_cover(regions, x, y):
     """Index of the newest region that contains (x, y), or -1; as `first_cover`."""
-    return newest_near(regions, x, y, 0.0, -1, 0)
+    return newest_near(regions, x, y, 0.0, -1, regions.every)
 
 
 @njit(cache=True)
-def newest_near(regions, x, y, slack, other, oldest):
-    """As `newest_cover`, but up to `slack` (< SLACK) beyond its boundary; not `other`, nor one before `oldest`."""
-    center, bearing_0, values, reach, marks, _, _ = regions
-    i, j = _cell(regions, x, y)
-    newest = len(reach) - 1
-    if i < 0 or newest < 0:
+def newest_near(regions, x, y, slack, other, among):
+    """As `newest_cover`, but up to `slack` (< SLACK) beyond its boundary, not `other`, and of a `selection`."""
+    u = regions
+    return _newest(u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner, u.cell, x, y, slack, other, among)
+
+
+@njit(cache=True)
+def _newest(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, other, among):
+    """The loop of `newest_near`; to read arrays from a tuple in a loop would cost more than the rest."""
+    i, j = math.floor((x - corner[0]) / cell), math.floor((y - corner[1]) / cell)
+    if i < 0 or j < 0 or i >= marks.shape[0] or j >= marks.shape[1]:
         return -1
-    for w in range(newest // WORD, oldest // WORD - 1, -1):
-        word = marks[i, j, w]
-        if w == newest // WORD:
-            word &= FULL >> np.uint64(WORD - 1 - newest % WORD)
+    for w in range(len(among) - 1, -1, -1):
+        word = marks[i, j, w] & among[w]
         while word != 0:
             bit = _top_bit(word)
             word ^= np.uint64(1) << np.uint64(bit)
             k = w * WORD + bit
-            if k < oldest:
-                return -1
-            if k != other and _is_near(center, bearing_0, values, reach, k, x, y, slack):
+            dx, dy = x - center[k, 0], y - center[k, 1]
+            squared = dx * dx + dy * dy
+            if k == other or squared > (reach[k] + slack) ** 2:
+                continue
+            if slack > 0.0:
+                distance = math.sqrt(squared)
+                nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+                dx, dy = center[k, 0] + dx * nearer - center[k, 0], center[k, 1] + dy * nearer - center[k, 1]
+            if covers_offset(bearing_0, values, k, dx, dy):
                 return k
     return -1
-
-
-@njit(cache=True)
-def is_near(regions, k, x, y, slack):
-    """Whether (x, y) is in region k or up to `slack` beyond its boundary, along the ray from its centre."""
-    return _is_near(regions.center, regions.bearing_0, regions.values, regions.reach, k, x, y, slack)
-
-
-@njit(cache=True, inline="always")
-def _is_near(center, bearing_0, values, reach, k, x, y, slack):
-    dx, dy = x - center[k, 0], y - center[k, 1]
-    farthest = reach[k] + slack
-    squared = dx * dx + dy * dy
-    if squared > farthest * farthest:
-        return False
-    if slack > 0.0:
-        distance = math.sqrt(squared)
-        nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-        dx, dy = (center[k, 0] + dx * nearer) - center[k, 0], (center[k, 1] + dy * nearer) - center[k, 1]
-    return covers_offset(bearing_0, values, k, dx, dy)
-
-
-@njit(cache=True)
-def _cell(regions, x, y):
-    """The cell of the grid that holds (x, y); (-1, -1) outside."""
-    i, j = math.floor((x - regions.corner[0]) / regions.cell), math.floor((y - regions.corner[1]) / regions.cell)
-    if i < 0 or j < 0 or i >= regions.marks.shape[0] or j >= regions.marks.shape[1]:
-        return -1, -1
-    return i, j
 
 
 @njit(cache=True)

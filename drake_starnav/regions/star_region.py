@@ -233,7 +233,7 @@ def covers(center, bearing_0, values, x, y):
     return squared <= phi * phi
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def covers_offset(bearing_0, values, k, dx, dy):
     """As `covers`, for region k of a stack and an offset from its centre; no views of arrays, which cost more."""
     squared = dx * dx + dy * dy
