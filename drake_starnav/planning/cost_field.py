@@ -84,14 +84,19 @@ class DistanceGrid:
         if not len(cells):
             return out
         owner = cells // TILE
-        inside = cells - owner * TILE
-        order = np.lexsort(owner.T)
-        changes = np.flatnonzero(np.any(np.diff(owner[order], axis=0), axis=1)) + 1
-        for members in np.split(order, changes):  # the points of one tile at a time
-            i, j = owner[members[0]]
-            tile = self.tiles.get((int(i), int(j)))
+        place = (cells - owner * TILE) @ (TILE, 1)
+        first = owner.min(axis=0)
+        width = int(owner[:, 1].max() - first[1]) + 1
+        key = (owner - first) @ (width, 1)
+        order = np.argsort(key, kind="stable")
+        key, place, found = key[order], place[order], np.full(len(cells), self.cap)
+        bounds = [0, *(np.flatnonzero(np.diff(key)) + 1).tolist(), len(key)]
+        for begin, end in zip(bounds[:-1], bounds[1:], strict=True):  # the points of one tile at a time
+            i, j = divmod(int(key[begin]), width)
+            tile = self.tiles.get((i + int(first[0]), j + int(first[1])))
             if tile is not None:
-                out[members] = tile[inside[members, 0], inside[members, 1]]
+                found[begin:end] = tile.ravel()[place[begin:end]]
+        out[order] = found
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.region_index import IndexedRegions, newest_near, selection
+from drake_starnav.planning.region_index import IndexedRegions, newest_near_all, selection
 
 UNCOVERED, UNKNOWN = -1, -2
 
@@ -46,8 +45,9 @@ def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions,
     """
     newest = len(regions.reach) - 1
     alone = selection(np.arange(newest + 1) == newest)
-    now_covered = _covering(before.open_rows, regions, -1, alone, slack) >= 0
-    by = _covering(rows, regions, newest, regions.every, slack)
+    none = np.full(len(before.open), -1)
+    now_covered = newest_near_all(regions, before.open_rows[:, 2:], slack, none, alone) >= 0
+    by = newest_near_all(regions, rows[:, 2:], slack, np.full(len(rows), newest), regions.every)
     covered_by = np.concatenate((before.covered_by, by))
     covered_by[before.open[now_covered]] = newest
     still = ~now_covered
@@ -91,28 +91,10 @@ def revised(
     pending = np.flatnonzero(covered_by < 0)
     first = np.concatenate(([0], np.cumsum([len(each) for each in rows])))
     node = np.searchsorted(first[1:], pending, side="right")
-    places = np.empty((len(pending), 4))
-    bounds = np.append(np.flatnonzero(np.diff(node, prepend=-1)), len(pending))
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
-        owner = node[begin]
-        places[begin:end] = rows[owner][pending[begin:end] - first[owner]]
-    _recover(covered_by, pending, places, node, regions, selection(changed), slack)
+    places = np.concatenate(rows)[pending] if rows else np.zeros((0, 4))
+    unknown = covered_by[pending] == UNKNOWN  # what was uncovered is compared with the changed regions alone
+    for members, among in ((unknown, regions.every), (~unknown, selection(changed))):
+        points, own = places[members, 2:], node[members]
+        covered_by[pending[members]] = newest_near_all(regions, points, slack, own, among)
     still = covered_by[pending] < 0
     return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
-
-
-@njit(cache=True)
-def _covering(rows, regions, skip, among, slack):
-    """Index of the newest region of a selection that covers each probe, apart from `skip`; or UNCOVERED."""
-    out = np.full(len(rows), UNCOVERED, np.int32)
-    for i in range(len(rows)):
-        out[i] = newest_near(regions, rows[i, 2], rows[i, 3], slack, skip, among)
-    return out
-
-
-@njit(cache=True)
-def _recover(covered_by, pending, rows, node, regions, changed, slack):
-    """Fill in what is UNKNOWN; what was UNCOVERED is compared with the changed regions alone."""
-    for i in range(len(pending)):
-        among = regions.every if covered_by[pending[i]] == UNKNOWN else changed
-        covered_by[pending[i]] = newest_near(regions, rows[i, 2], rows[i, 3], slack, node[i], among)

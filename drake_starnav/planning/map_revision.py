@@ -16,6 +16,7 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.edge_coverage import revised
 from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.region_index import WORD, top_bit
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
     DRIVEN_EDGE_PENALTY,
@@ -108,26 +109,33 @@ def reconcile(
         robot_radius: m.
     """
     new_hits = lasting_hits(scan, pose)
-    far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
-    nodes, forgets = list[StarRegion | None](), parameters.drop_seen_through
-    for region, (old, old_pose), out_of_reach in zip(roadmap.regions, roadmap.scans, far.tolist(), strict=True):
-        if out_of_reach:
-            nodes.append(region)
-        elif forgets and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
-            nodes.append(None)
-        else:
-            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin))
+    if not len(roadmap):
+        return roadmap
+    nodes = list[StarRegion | None](roadmap.regions)
+    for k in _contested(roadmap, *new_hits, robot_radius).tolist():
+        region = roadmap.regions[k]
+        nodes[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
+    if parameters.drop_seen_through:
+        near = np.hypot(*(roadmap.stack.center - pose[:2]).T) <= roadmap.stack.reach + scan.range_max
+        for k in np.flatnonzero(near).tolist():
+            if seen_through(*roadmap.scans[k], scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
+                nodes[k] = None
     if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
     return _remade(roadmap, nodes, parameters, robot_radius)
 
 
+def _contested(roadmap: StarRoadmap, points: np.ndarray, gaps: np.ndarray, robot_radius: float) -> np.ndarray:
+    """Indices of the regions that hits may contradict, shape (k,): all others agree with them."""
+    undershoot = np.array([region.undershoot for region in roadmap.regions])
+    margin = np.array([region.margin for region in roadmap.regions])
+    radius = np.maximum(robot_radius + margin - CONTRADICTION, 0.0)
+    return _contested_regions(roadmap.union, undershoot, radius, points, float(gaps.max(initial=0.0)), CONTRADICTION)
+
+
 def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
     """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
     smaller = max(radius - CONTRADICTION, 0.0)
-    frame = (*region.center, region.bearing_0)
-    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, CONTRADICTION):
-        return region
     # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
     if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
         return region
@@ -136,40 +144,77 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
 
 
 @njit(cache=True)
-def _may_disagree(points, gap, center_x, center_y, bearing_0, free, radius, slack):
-    """Whether some hit could cut a free range back by more than `slack`: no for most regions, at little cost.
+def _contested_regions(regions, undershoot, radius, points, gap, slack):
+    """Regions whose free range some hit could cut back by more than `slack`: few, at little cost.
 
-    Arguments as for `cut_back`; `gap` is the greatest of all hits, and each hit is taken to lie as far off its bearing
-    as it can.
+    Args:
+        regions: `IndexedRegions`.
+        undershoot: of each region, as `StarRegion.undershoot`, shape (n,), m.
+        radius: of the disc about each hit, for each region, shape (n,), m.
+        points, gap: hits, shape (k, 2), W, and the greatest of their half gaps, m. Each hit is taken to lie as far off
+            its bearing as it can.
+        slack: m.
     """
-    samples = len(free)
+    center, bearing_0, values, marks, corner = (
+        regions.center,
+        regions.bearing_0,
+        regions.values,
+        regions.marks,
+        regions.corner,
+    )
+    count, samples = values.shape
     step = 2.0 * math.pi / samples
-    farthest = free.max()
+    farthest = regions.reach + undershoot
+    # a region that a hit cuts has a place as far from the hit as the disc's radius
+    around = math.hypot(radius.max() + 0.5 * step * (farthest.max() + 1.0), gap) + undershoot.max()
+    out = np.zeros(count, np.bool_)
+    near = np.empty(len(regions.every), np.uint64)
     for i in range(len(points)):
-        dx, dy = points[i, 0] - center_x, points[i, 1] - center_y
-        d = math.sqrt(dx * dx + dy * dy)
-        if d > farthest + radius + 0.1 + 1e-9:
-            continue
-        squared = (radius + 0.5 * step * d) ** 2 + gap * gap + 1e-9
-        size = math.sqrt(squared)
-        if d - size >= farthest - slack:
-            continue
-        if d < 2.0 * size:
-            return True
-        width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
-        middle = int(math.floor((rough_bearing(dy, dx) - bearing_0) / step + 0.5))
-        for k in range(middle - width, middle + width + 1):
-            if free[k % samples] - slack > d - size:
-                break
-        else:
-            continue
-        middle = int(math.floor((math.atan2(dy, dx) - bearing_0) / step + 0.5))
-        for k in range(-width, width + 1):
-            sine = d * math.sin(k * step)
-            entry = d * math.cos(k * step) - math.sqrt(max(squared - sine * sine, 0.0))
-            if free[(middle + k) % samples] - slack > entry - 1e-9:
-                return True
-    return False
+        x, y = points[i, 0], points[i, 1]
+        near[:] = 0
+        for a in range(
+            max(math.floor((x - around - corner[0]) / regions.cell), 0),
+            min(math.floor((x + around - corner[0]) / regions.cell) + 1, marks.shape[0]),
+        ):
+            for b in range(
+                max(math.floor((y - around - corner[1]) / regions.cell), 0),
+                min(math.floor((y + around - corner[1]) / regions.cell) + 1, marks.shape[1]),
+            ):
+                for w in range(len(near)):
+                    near[w] |= marks[a, b, w]
+        for w in range(len(near)):
+            word = near[w] & regions.every[w]
+            while word != 0:
+                bit = top_bit(word)
+                word ^= np.uint64(1) << np.uint64(bit)
+                k = w * WORD + bit
+                if out[k]:
+                    continue
+                dx, dy = x - center[k, 0], y - center[k, 1]
+                d = math.sqrt(dx * dx + dy * dy)
+                squared = (radius[k] + 0.5 * step * d) ** 2 + gap * gap + 1e-9
+                size = math.sqrt(squared)
+                beyond = undershoot[k] - slack + 1e-9
+                if d - size >= farthest[k] - slack:
+                    continue
+                if d < 2.0 * size:
+                    out[k] = True
+                    continue
+                width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
+                middle = int(math.floor((rough_bearing(dy, dx) - bearing_0[k]) / step + 0.5))
+                for m in range(middle - width, middle + width + 1):
+                    if values[k, m % samples] + beyond > d - size:
+                        break
+                else:
+                    continue
+                middle = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
+                for m in range(-width, width + 1):
+                    sine = d * math.sin(m * step)
+                    entry = d * math.cos(m * step) - math.sqrt(max(squared - sine * sine, 0.0))
+                    if values[k, (middle + m) % samples] + beyond > entry - 1e-9:
+                        out[k] = True
+                        break
+    return np.flatnonzero(out)
 
 
 def with_stall_point(

@@ -165,6 +165,18 @@ def newest_near(regions, x, y, slack, other, among):
 
 
 @njit(cache=True)
+def newest_near_all(regions, points, slack, others, among):
+    """`newest_near` of each of many points (n, 2), but for one region each, others (n,); int32, shape (n,)."""
+    u = regions
+    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
+    out = np.empty(len(points), np.int32)
+    for i in range(len(points)):
+        x, y, other = points[i, 0], points[i, 1], others[i]
+        out[i] = _newest(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, other, among)
+    return out
+
+
+@njit(cache=True)
 def _newest(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, other, among):
     """The loop of `newest_near`; to read arrays from a tuple in a loop would cost more than the rest."""
     i, j = math.floor((x - corner[0]) / cell), math.floor((y - corner[1]) / cell)
@@ -173,7 +185,7 @@ def _newest(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, 
     for w in range(len(among) - 1, -1, -1):
         word = marks[i, j, w] & among[w]
         while word != 0:
-            bit = _top_bit(word)
+            bit = top_bit(word)
             word ^= np.uint64(1) << np.uint64(bit)
             k = w * WORD + bit
             dx, dy = x - center[k, 0], y - center[k, 1]
@@ -190,7 +202,7 @@ def _newest(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, 
 
 
 @njit(cache=True)
-def _top_bit(word):
+def top_bit(word):
     """Index of the highest bit that is set."""
     bit = 0
     for shift in (32, 16, 8, 4, 2, 1):
@@ -236,8 +248,8 @@ def _mark(marks, first, k, center, bearing_0, values):
         half = 0.5 * math.hypot(PATCH, together * step * high) + SLACK
         for begin in range(0, samples, together):
             most = 0.0
-            for i in range(begin, min(begin + together, samples)):
-                most = max(most, min(values[i], values[i + 1 if i + 1 < samples else 0]))
+            for i in range(begin, min(begin + together, samples) + 1):
+                most = max(most, values[i if i < samples else 0])
             if most <= low:
                 continue
             bearing = bearing_0 + step * (begin + 0.5 * together)

@@ -55,6 +55,11 @@ class StarRegion:
         """Largest distance from the centre to the boundary, m."""
         return float(self.boundary.values.max())
 
+    @cached_property
+    def undershoot(self) -> float:
+        """Largest distance by which the boundary falls short of the free range, m."""
+        return float(max((self.free_range - self.boundary.values).max(), 0.0))
+
     def phi(self, theta: np.ndarray | float) -> np.ndarray:
         """Boundary distance Phi at bearings theta in W, m; shape of `theta`."""
         return self._evaluate(theta)[0]
