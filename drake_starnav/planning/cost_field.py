@@ -378,7 +378,7 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
     entries = np.empty((FIRST_ENTRIES, 3), np.int32)  # cell, cost less UNREACHED, next entry
-    steps = np.array([ny, -ny, 1, -1, ny + 1, ny - 1, -ny + 1, -ny - 1])
+    rows, columns = np.array([1, -1, 0, 0, 1, 1, -1, -1]), np.array([0, 0, 1, -1, 1, -1, 1, -1])
     lengths = np.array([10, 10, 10, 10, 14, 14, 14, 14])
     start = gi * ny + gj
     costs[start] = -UNREACHED
@@ -399,7 +399,9 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
         cost_to_go = reached + UNREACHED
         if cost_to_come[c] < 0:
             best = min(best, cost_to_go + cost_to_come[c] + UNREACHED)
-        f = cost_to_go + _heuristic(c // ny, c % ny, si, sj)
+        i = np.int64(c) // ny
+        j = c - i * ny
+        f = cost_to_go + _heuristic(i, j, si, sj)
         if f > best + margin:
             return f
         if used + 8 > len(entries):
@@ -407,13 +409,13 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
             larger[:used] = entries[:used]
             entries = larger
         for k in range(8):
-            n = c + steps[k]
+            n = c + rows[k] * ny + columns[k]
             if w[n] == 0:
                 continue
             candidate = reached + w[n] * lengths[k]
             if candidate < costs[n]:
                 costs[n] = candidate
-                b = (candidate + UNREACHED + _heuristic(n // ny, n % ny, si, sj)) & (buckets - 1)
+                b = (candidate + UNREACHED + _heuristic(i + rows[k], j + columns[k], si, sj)) & (buckets - 1)
                 entries[used, 0], entries[used, 1], entries[used, 2] = n, candidate, head[b]
                 head[b] = used
                 used += 1

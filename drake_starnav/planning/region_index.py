@@ -158,6 +158,16 @@ def newest_cover(regions, x, y):
 
 
 @njit(cache=True)
+def some_cover(regions, first, x, y):
+    """A region that contains (x, y), first of all `first` if it is one (-1: none); or -1."""
+    if first >= 0:
+        dx, dy = x - regions.center[first, 0], y - regions.center[first, 1]
+        if covers_offset(regions.bearing_0, regions.values, first, dx, dy):
+            return first
+    return newest_cover(regions, x, y)
+
+
+@njit(cache=True)
 def newest_near(regions, x, y, slack, other, among):
     """As `newest_cover`, but up to `slack` (< SLACK) beyond its boundary, not `other`, and of a `selection`."""
     u = regions

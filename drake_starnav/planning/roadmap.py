@@ -13,9 +13,9 @@ from drake_starnav.planning.cost_field import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, newest_cover
+from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, some_cover
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, least_outside, scan_region
+from drake_starnav.regions.star_region import RegionStack, StarRegion, covers_offset, least_outside, scan_region
 from drake_starnav.utils.snapshot import snapshot
 
 DRIVEN_EDGE_PENALTY = 0.2
@@ -239,6 +239,7 @@ def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -
 def _uncovered_share(own_center, own_bearing_0, own_values, others):
     samples = len(own_values)
     area = new = 0.0
+    last = -1
     for i in range(0, samples, AREA_BEARINGS):
         bearing = own_bearing_0 + 2.0 * math.pi / samples * (i + 0.5)
         ux, uy = math.cos(bearing), math.sin(bearing)
@@ -249,7 +250,8 @@ def _uncovered_share(own_center, own_bearing_0, own_values, others):
             piece = distance * phi / count
             area += piece
             x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
-            if newest_cover(others, x, y) < 0:
+            last = some_cover(others, last, x, y)
+            if last < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0
 
@@ -260,9 +262,7 @@ def overlap(center, bearing_0, values, reach, i, j):
     dx, dy = center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]
     if dx * dx + dy * dy > max(reach[i], reach[j]) ** 2:
         return False
-    return covers(center[i], bearing_0[i], values[i], center[j, 0], center[j, 1]) or covers(
-        center[j], bearing_0[j], values[j], center[i, 0], center[i, 1]
-    )
+    return covers_offset(bearing_0, values, i, -dx, -dy) or covers_offset(bearing_0, values, j, dx, dy)
 
 
 @njit(cache=True)

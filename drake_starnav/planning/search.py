@@ -15,8 +15,8 @@ from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_p
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.region_index import newest_cover
-from drake_starnav.planning.string_pulling import in_sight, string_pulled
-from drake_starnav.regions.star_region import StarRegion, covers, least_outside
+from drake_starnav.planning.string_pulling import blocked_at, in_sight, string_pulled
+from drake_starnav.regions.star_region import StarRegion, covers, covers_offset, least_outside
 
 HYSTERESIS = 0.5
 """Bonus of the current target, against oscillation between targets, m."""
@@ -38,6 +38,8 @@ MOST_BLACKLISTED = 4
 """Largest number of places closed in one search."""
 BLACKLIST_SLACK = 0.02
 """Around a target tried in vain, openings wider than the margin by this much stay open, m."""
+SIGHT_BEARINGS = 360
+"""Lines of sight are tested first where another one near the same of so many bearings was blocked."""
 
 
 NOWHERE_TO_GO = np.zeros((0, 2))
@@ -229,14 +231,26 @@ def cheapest_frontier(
     frontiers = roadmap.frontiers
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     bound = np.minimum(graph, straight) + ahead
-    best, best_cost, direct, regions = -1, np.inf, False, roadmap.union
-    for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
-        if bound[i] >= best_cost:
+    order = np.argsort(bound, kind="stable")
+    return _cheapest_in_line(roadmap.union, *position, frontiers.stand, straight, graph, ahead, order)
+
+
+@njit(cache=True)
+def _cheapest_in_line(regions, x, y, stand, straight, graph, ahead, order):
+    """The loop of `cheapest_frontier`; the line of sight is only tested where it could still win."""
+    best, best_cost, direct = -1, np.inf, False
+    blocked = np.zeros(SIGHT_BEARINGS)  # how far away the last line near each bearing left the regions
+    for i in order:
+        if min(graph[i], straight[i]) + ahead[i] >= best_cost:
             break
-        seen = in_sight(regions, *position, *frontiers.stand[i])
-        cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
+        bearing = int((math.atan2(stand[i, 1] - y, stand[i, 0] - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS)
+        bearing %= SIGHT_BEARINGS
+        at = blocked_at(regions, x, y, stand[i, 0], stand[i, 1], blocked[bearing])
+        if at >= 0.0:
+            blocked[bearing] = at
+        cost = (graph[i] if at >= 0.0 else min(straight[i], graph[i])) + ahead[i]
         if cost < best_cost:
-            best, best_cost, direct = int(i), float(cost), bool(seen)
+            best, best_cost, direct = i, cost, at < 0.0
     return best, best_cost, direct
 
 
@@ -403,7 +417,7 @@ def _containing(center, bearing_0, values, reach, x, y):
     for k in range(len(reach)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         if dx * dx + dy * dy <= reach[k] * reach[k]:
-            out[k] = covers(center[k], bearing_0[k], values[k], x, y)
+            out[k] = covers_offset(bearing_0, values, k, dx, dy)
     return out
 
 

@@ -6,11 +6,14 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.planning.region_index import IndexedRegions, newest_cover
-from drake_starnav.regions.star_region import LINE_STEP, covers_offset
+from drake_starnav.planning.region_index import IndexedRegions, some_cover
+from drake_starnav.regions.star_region import LINE_STEP
 
 FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
 """Spacing of the points that the path may skip to, in the first and in the second pass, m."""
+
+GAP_SAMPLES = 10
+"""Length of a gap between regions that is looked at, in samples."""
 
 
 def string_pulled(path: np.ndarray, position: np.ndarray, regions: IndexedRegions) -> np.ndarray:
@@ -49,7 +52,7 @@ def _last_in_sight(points, first, x, y, regions):
     """Index of the last of points[first:] in line of sight from (x, y), or -1."""
     blocked = 0.0  # how far from (x, y) the last line left the regions: the next one probably does, too
     for j in range(len(points) - 1, first - 1, -1):
-        blocked = _blocked_at(regions, x, y, points[j, 0], points[j, 1], blocked)
+        blocked = blocked_at(regions, x, y, points[j, 0], points[j, 1], blocked)
         if blocked < 0.0:
             return j
     return -1
@@ -58,12 +61,12 @@ def _last_in_sight(points, first, x, y, regions):
 @njit(cache=True)
 def in_sight(regions, x0, y0, x1, y1):
     """Whether the straight segment stays inside the union of the regions, as `segment_covered` with LINE_STEP."""
-    return _blocked_at(regions, x0, y0, x1, y1, 0.0) < 0.0
+    return blocked_at(regions, x0, y0, x1, y1, 0.0) < 0.0
 
 
 @njit(cache=True)
-def _blocked_at(regions, x0, y0, x1, y1, guess):
-    """Where the segment leaves the union of the regions, from its start, m; -1 if `segment_covered`.
+def blocked_at(regions, x0, y0, x1, y1, guess):
+    """A place outside the union of the regions on the segment, from its start, m; -1 if `segment_covered`.
 
     The samples are those of `segment_covered`, first the one at `guess`. Many at once are found in one region, if the
     least of its values between the bearings of the first and the last is no less than the distances of both.
@@ -72,15 +75,15 @@ def _blocked_at(regions, x0, y0, x1, y1, guess):
     count = int(length / LINE_STEP) + 1
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
-        if _cover_of(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) < 0:
+        if some_cover(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) < 0:
             return max(length * i / count, 1e-9)
     last, i, step = -1, 0, 1
     while i <= count:
         x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         before = last
-        last = _cover_of(regions, last, x, y)
+        last = some_cover(regions, last, x, y)
         if last < 0:
-            return max(length * i / count, 1e-9)
+            return max(length * _within_gap(regions, x0, y0, x1, y1, i, count) / count, 1e-9)
         if last != before:
             step = 16
         i += 1
@@ -104,13 +107,15 @@ def _blocked_at(regions, x0, y0, x1, y1, guess):
 
 
 @njit(cache=True)
-def _cover_of(regions, first, x, y):
-    """A region that contains (x, y), first of all `first` if it is one; or -1."""
-    if first >= 0:
-        dx, dy = x - regions.center[first, 0], y - regions.center[first, 1]
-        if covers_offset(regions.bearing_0, regions.values, first, dx, dy):
-            return first
-    return newest_cover(regions, x, y)
+def _within_gap(regions, x0, y0, x1, y1, first, count):
+    """The middle one of some samples of a segment from `first` on that are not covered: most neighbours of the segment
+    are not covered there either."""
+    i = first + 1
+    while i <= min(count, first + GAP_SAMPLES):
+        if some_cover(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) >= 0:
+            break
+        i += 1
+    return (first + i - 1) // 2
 
 
 @njit(cache=True)

@@ -1,7 +1,7 @@
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.string_pulling import _blocked_at, last_in_sight, string_pulled
+from drake_starnav.planning.string_pulling import blocked_at, last_in_sight, string_pulled
 from drake_starnav.regions.star_region import LINE_STEP, segment_covered
 from tests.helpers.scans import RADIUS, distance, free_point, length, seeds, wandered
 
@@ -55,5 +55,5 @@ def test_a_line_is_blocked_where_the_regions_do_not_cover_it(seed):
     for _ in range(40):
         start = roadmap.stack.center[rng.integers(len(roadmap))] + rng.uniform(-1.0, 1.0, 2) * rng.integers(0, 2)
         end, guess = start + rng.uniform(-4.0, 4.0, 2), rng.uniform(-1.0, 4.0)
-        blocked = _blocked_at(roadmap.union, *start, *end, guess)
+        blocked = blocked_at(roadmap.union, *start, *end, guess)
         assert (blocked < 0.0) == segment_covered(*arrays, *start, *end, LINE_STEP)
