@@ -95,12 +95,13 @@ class RegionIndex:
     def appended(self, stack: RegionStack) -> "RegionIndex":
         """These marks and those of the last region of a stack."""
         low, high = _box(stack, np.array([self.count]))
-        grown = self
-        if self.storage.used != self.count or not self._holds(low, high, self.count + 1):
-            grown = self._copied(low, high, 2 * (self.count + 1))
-        grown.storage.used = self.count + 1
-        _mark(grown.marks, grown.first, self.count, *(array[self.count] for array in stack.arrays[:3]))
-        return RegionIndex(grown.marks, grown.first, self.count + 1, grown.storage)
+        marks, first, storage = self.marks, self.first, self.storage
+        if storage.used != self.count or not self._holds(low, high, self.count + 1):
+            marks, first = self._widened(low, high, 2 * (self.count + 1), selection(np.ones(self.count, bool)))
+            storage = _Storage(self.count)
+        storage.used = self.count + 1
+        _mark(marks, first, self.count, *(array[self.count] for array in stack.arrays[:3]))
+        return RegionIndex(marks, first, self.count + 1, storage)
 
     def revised(self, kept: np.ndarray, changed: np.ndarray, stack: RegionStack) -> "RegionIndex":
         """The marks after regions were changed or dropped.
@@ -112,13 +113,18 @@ class RegionIndex:
         """
         news = np.flatnonzero(changed)
         low, high = _box(stack, news)
-        out = self._copied(low, high, len(stack))
         number = np.full(self.count, -1)
         number[kept[~changed]] = np.flatnonzero(~changed)
-        _renumber(out.marks, number)
+        staying = number == np.arange(self.count)
+        moving = np.flatnonzero(~staying & (number >= 0))
+        marks, first = self._widened(low, high, self.count, selection(staying))
+        if len(moving):
+            i, j = self.first - first
+            nx, ny, _ = self.marks.shape
+            _move(self.marks, marks[i : i + nx, j : j + ny], moving, number)
         for k in news.tolist():
-            _mark(out.marks, out.first, k, *(array[k] for array in stack.arrays[:3]))
-        return RegionIndex(out.marks, out.first, len(stack), _Storage(len(stack)))
+            _mark(marks, first, k, *(array[k] for array in stack.arrays[:3]))
+        return RegionIndex(marks, first, len(stack), _Storage(len(stack)))
 
     def _holds(self, low: np.ndarray, high: np.ndarray, count: int) -> bool:
         """Whether the grid has the cells from `low` to `high` and bits for so many regions."""
@@ -126,20 +132,24 @@ class RegionIndex:
         inside = (low >= self.first).all() and (high <= self.first + shape[:2]).all()
         return bool(inside) and count < WORD * shape[2]
 
-    def _copied(self, low: np.ndarray, high: np.ndarray, count: int) -> "RegionIndex":
-        """A copy whose grid has the cells from `low` to `high` too and bits for at least `count` regions."""
+    def _widened(
+        self, low: np.ndarray, high: np.ndarray, count: int, staying: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A copy of the marks of a selection, and its first cell.
+
+        It has the cells from `low` to `high` too, and bits for `count` regions.
+        """
         first, last = self.first, self.first + self.marks.shape[:2]
         if not self.marks.size:
             first, last = low, low
         new_first = np.where(low < first, low - SPARE_CELLS, first)
         new_last = np.where(high > last, high + SPARE_CELLS, last)
-        words = max(self.marks.shape[2], count // WORD + 1)
-        marks = np.zeros((*(new_last - new_first), words), np.uint64)
+        marks = np.zeros((*(new_last - new_first), max(self.marks.shape[2], count // WORD + 1)), np.uint64)
         i, j = first - new_first
-        nx, ny, before = self.marks.shape
-        marks[i : i + nx, j : j + ny, :before] = self.marks
-        _forget(marks, self.count)
-        return RegionIndex(marks, new_first, self.count, _Storage(self.count))
+        nx, ny, _ = self.marks.shape
+        words = len(staying)
+        np.bitwise_and(self.marks[:, :, :words], staying, out=marks[i : i + nx, j : j + ny, :words])
+        return marks, new_first
 
 
 def _box(stack: RegionStack, members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -281,37 +291,11 @@ def _mark_box(marks, first, k, x, y, half):
 
 
 @njit(cache=True)
-def _forget(marks, count):
-    """Clear the bits from `count` on."""
-    nx, ny, words = marks.shape
-    for w in range(count // WORD, words):
-        mask = np.uint64(0) if w > count // WORD else (np.uint64(1) << np.uint64(count % WORD)) - np.uint64(1)
-        for i in range(nx):
-            for j in range(ny):
-                marks[i, j, w] &= mask
-
-
-@njit(cache=True)
-def _renumber(marks, number):
-    """Move the bit of each region to its new number; clear it where that is -1."""
-    nx, ny, words = marks.shape
-    same = np.zeros(words, np.uint64)
-    moved = np.empty(len(number), np.int64)
-    n = 0
-    for k in range(len(number)):
-        if number[k] == k:
-            same[k // WORD] |= np.uint64(1) << np.uint64(k % WORD)
-        elif number[k] >= 0:
-            moved[n] = k
-            n += 1
-    row = np.empty(words, np.uint64)
+def _move(before, marks, moving, number):
+    """Set the bits of the regions in `moving` at their new numbers in cells in which the old ones were set."""
+    nx, ny, _ = before.shape
     for i in range(nx):
         for j in range(ny):
-            for w in range(words):
-                row[w] = marks[i, j, w]
-                marks[i, j, w] &= same[w]
-            for m in range(n):
-                k = moved[m]
-                if row[k // WORD] >> np.uint64(k % WORD) & np.uint64(1):
-                    new = number[k]
-                    marks[i, j, new // WORD] |= np.uint64(1) << np.uint64(new % WORD)
+            for k in moving:
+                if (before[i, j, k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0:
+                    marks[i, j, number[k] // WORD] |= np.uint64(1) << np.uint64(number[k] % WORD)

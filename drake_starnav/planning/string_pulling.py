@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.planning.region_index import IndexedRegions, some_cover
+from drake_starnav.planning.region_index import IndexedRegions, newest_cover, some_cover
 from drake_starnav.regions.star_region import LINE_STEP
 
 FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
@@ -50,6 +50,8 @@ def last_in_sight(points: np.ndarray, position: np.ndarray, regions: IndexedRegi
 @njit(cache=True)
 def _last_in_sight(points, first, x, y, regions):
     """Index of the last of points[first:] in line of sight from (x, y), or -1."""
+    if newest_cover(regions, x, y) < 0:
+        return -1
     blocked = 0.0  # how far from (x, y) the last line left the regions: the next one probably does, too
     for j in range(len(points) - 1, first - 1, -1):
         blocked = blocked_at(regions, x, y, points[j, 0], points[j, 1], blocked)
