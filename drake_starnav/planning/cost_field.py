@@ -84,16 +84,18 @@ class DistanceGrid:
         if not len(cells):
             return out
         owner = cells // TILE
-        place = (cells - owner * TILE) @ (TILE, 1)
-        first = owner.min(axis=0)
-        width = int(owner[:, 1].max() - first[1]) + 1
-        key = (owner - first) @ (width, 1)
+        inside = cells - owner * TILE
+        place = inside[:, 0] * TILE + inside[:, 1]
+        rows, columns = owner.T
+        first = int(rows.min()), int(columns.min())
+        width = int(columns.max()) - first[1] + 1
+        key = (rows - first[0]) * width + columns - first[1]
         order = np.argsort(key, kind="stable")
         key, place, found = key[order], place[order], np.full(len(cells), self.cap)
         bounds = [0, *(np.flatnonzero(np.diff(key)) + 1).tolist(), len(key)]
         for begin, end in zip(bounds[:-1], bounds[1:], strict=True):  # the points of one tile at a time
             i, j = divmod(int(key[begin]), width)
-            tile = self.tiles.get((i + int(first[0]), j + int(first[1])))
+            tile = self.tiles.get((i + first[0], j + first[1]))
             if tile is not None:
                 found[begin:end] = tile.ravel()[place[begin:end]]
         out[order] = found
@@ -269,7 +271,7 @@ def cost_to_go(
         around = (corner - first) // STRIDE
         _apply_blacklist(weight, distance, *around, *((place - origin) / cell + 1.0), clearance, radius / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3)
-    grid = _cost_to_come_grid(weight.shape, origin, cell, origins)
+    grid = _cost_to_come_grid(weight, origin, cell, origins)
     source, margin = (-1, -1), NEIGHBOURHOOD
     if origins is not None:
         margin += round(100.0 * origins.margin / cell)
@@ -349,16 +351,30 @@ def _apply_blacklist(weight, distance, p, q, x, y, clearance, radius):
                 weight[i, j] = 0
 
 
-def _cost_to_come_grid(shape: tuple[int, int], origin: np.ndarray, cell: float, origins: Origins | None) -> np.ndarray:
-    """The least cost-to-come of the points in each cell, in hundredths of a cell less UNREACHED; 0 without points."""
-    out = np.zeros(shape, np.int32)
+def _cost_to_come_grid(weight: np.ndarray, origin: np.ndarray, cell: float, origins: Origins | None) -> np.ndarray:
+    """The least cost-to-come of the points in each cell, in hundredths of a cell less UNREACHED; 0 without points.
+
+    A point in a blocked cell counts in the cells around it, as it does for `CostField.at`.
+    """
+    out = np.zeros(weight.shape, np.int32)
     if origins is not None:
-        points, cost_to_come = origins.points, origins.cost_to_come
-        index = np.rint((points - origin) / cell).astype(np.int64) + 1
-        good = np.isfinite(cost_to_come) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
-        i, j = index[good].T
-        np.minimum.at(out, (i, j), np.rint(100.0 * cost_to_come[good] / cell).astype(np.int32) - UNREACHED)
+        index = (origins.points - origin) / cell + 1.0
+        _fill_cost_to_come(out, weight, index, 100.0 * origins.cost_to_come / cell)
     return out
+
+
+@njit(cache=True)
+def _fill_cost_to_come(out, weight, index, cost):
+    nx, ny = out.shape
+    for n in range(len(index)):
+        i, j = int(round(index[n, 0])), int(round(index[n, 1]))
+        if not np.isfinite(cost[n]) or i < 0 or j < 0 or i >= nx or j >= ny:
+            continue
+        around = 1 if weight[i, j] == 0 else 0
+        for a in range(max(i - around, 0), min(i + around + 1, nx)):
+            for b in range(max(j - around, 0), min(j + around + 1, ny)):
+                there = int(round(cost[n] + 100.0 * math.hypot(a - i, b - j)))
+                out[a, b] = min(out[a, b], there - UNREACHED)
 
 
 @njit(cache=True)

@@ -33,6 +33,13 @@ class EdgeCoverage(NamedTuple):
         owner = np.searchsorted(starts, self.open, side="right")
         return Frontiers(self.open_rows[:, :2].copy(), self.open_rows[:, 2:].copy(), owner)
 
+    @property
+    def newest_frontiers(self) -> Frontiers:
+        """Those of the newest node that no region covers."""
+        newest = len(self.rows) - 1
+        rows = self.open_rows[np.searchsorted(self.open, len(self.covered_by) - len(self.rows[newest])) :]
+        return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), newest))
+
 
 def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions, slack: float) -> EdgeCoverage:
     """The coverage after a node was added.

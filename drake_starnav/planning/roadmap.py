@@ -113,10 +113,8 @@ def extended(
     rows, old = edge_rows(region, hits, robot_radius), roadmap.frontiers
     coverage = with_newest(roadmap.coverage, rows, grown.union, COVER_SLACK)
     newest = (array[-1:] for array in grown.stack.arrays)
-    new = coverage.frontiers
-    frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(
-        new.where(new.owner == len(roadmap))
-    )
+    still = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK))
+    frontiers = still.joined(coverage.newest_frontiers)
     frontiers = frontiers.where(enterable(frontiers, grown, robot_radius))
     return dataclasses.replace(grown, frontiers=frontiers, coverage=coverage)
 
