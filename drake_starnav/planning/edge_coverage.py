@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.region_index import IndexedRegions, newest_near_all, selection
+from drake_starnav.planning.region_index import IndexedRegions, some_near, selection
 
 UNCOVERED, UNKNOWN = -1, -2
 
@@ -53,8 +53,8 @@ def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions,
     newest = len(regions.reach) - 1
     alone = selection(np.arange(newest + 1) == newest)
     none = np.full(len(before.open), -1)
-    now_covered = newest_near_all(regions, before.open_rows[:, 2:], slack, none, alone) >= 0
-    by = newest_near_all(regions, rows[:, 2:], slack, np.full(len(rows), newest), regions.every)
+    now_covered = some_near(regions, before.open_rows[:, 2:], slack, none, alone) >= 0
+    by = some_near(regions, rows[:, 2:], slack, np.full(len(rows), newest), regions.every)
     covered_by = np.concatenate((before.covered_by, by))
     covered_by[before.open[now_covered]] = newest
     still = ~now_covered
@@ -102,6 +102,6 @@ def revised(
     unknown = covered_by[pending] == UNKNOWN  # what was uncovered is compared with the changed regions alone
     for members, among in ((unknown, regions.every), (~unknown, selection(changed))):
         points, own = places[members, 2:], node[members]
-        covered_by[pending[members]] = newest_near_all(regions, points, slack, own, among)
+        covered_by[pending[members]] = some_near(regions, points, slack, own, among)
     still = covered_by[pending] < 0
     return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])

@@ -16,7 +16,7 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.edge_coverage import revised
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import WORD, top_bit
+from drake_starnav.planning.region_index import WORD, IndexedRegions, marks_at, top_bit
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
     DRIVEN_EDGE_PENALTY,
@@ -274,9 +274,9 @@ def _remade(
     if not regions:
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
-    edges, lengths = _revised_edges(roadmap, kept, changed, stack)
-    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
     index = roadmap.index.revised(kept, changed, stack)
+    edges, lengths = _revised_edges(roadmap, kept, changed, index.of(stack))
+    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
     coverage = revised(roadmap.coverage, kept, changed, fresh, index.of(stack), COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
@@ -309,7 +309,7 @@ def _revised_stack(
 
 
 def _revised_edges(
-    roadmap: StarRoadmap, kept: np.ndarray, changed: np.ndarray, stack: RegionStack
+    roadmap: StarRoadmap, kept: np.ndarray, changed: np.ndarray, regions: IndexedRegions
 ) -> tuple[np.ndarray, np.ndarray]:
     """Edges and lengths as `with_node` finds them, anew only at changed regions."""
     number = np.full(len(roadmap), -1)
@@ -318,15 +318,19 @@ def _revised_edges(
     certified = roadmap.lengths < np.hypot(*(center[:, 0] - center[:, 1]).T) + 0.5 * DRIVEN_EDGE_PENALTY
     known = number[roadmap.edges[certified]]
     known = known[(known >= 0).all(axis=1)]
-    edges, driven = _edges_where_changed(*stack.arrays, known[~changed[known].any(axis=1)], changed)
-    between = stack.center[edges[:, 0]] - stack.center[edges[:, 1]]
+    edges, driven = _edges_where_changed(regions, known[~changed[known].any(axis=1)], changed)
+    between = regions.center[edges[:, 0]] - regions.center[edges[:, 1]]
     return edges, np.hypot(*between.T) + np.where(driven, DRIVEN_EDGE_PENALTY, 0.0)
 
 
 @njit(cache=True)
-def _edges_where_changed(center, bearing_0, values, reach, known, changed):
+def _edges_where_changed(regions, known, changed):
     """The known edges, sorted by their newer node, with those of changed nodes; and which of them were only driven."""
+    center, bearing_0, values, reach = regions.center, regions.bearing_0, regions.values, regions.reach
     count = len(reach)
+    may_cover = np.empty((count, len(regions.every)), np.uint64)  # the centre of each
+    for k in range(count):
+        may_cover[k] = marks_at(regions, center[k, 0], center[k, 1])
     news = np.flatnonzero(changed)
     out = np.empty((len(known) + count * (len(news) + 1), 2), np.int64)
     driven = np.zeros(len(out), np.bool_)
@@ -339,7 +343,7 @@ def _edges_where_changed(center, bearing_0, values, reach, known, changed):
             e += 1
         for k in range(j if changed[j] else len(news)):
             i = k if changed[j] else news[k]
-            if i < j and not marked[i]:
+            if i < j and not marked[i] and (_has(may_cover[i], j) or _has(may_cover[j], i)):
                 marked[i] = overlap(center, bearing_0, values, reach, i, j)
         for i in range(j):
             if marked[i]:
@@ -350,6 +354,11 @@ def _edges_where_changed(center, bearing_0, values, reach, known, changed):
             driven[n] = True
             n += 1
     return out[:n].copy(), driven[:n].copy()
+
+
+@njit(cache=True)
+def _has(words, k):
+    return (words[k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0
 
 
 @njit(cache=True)

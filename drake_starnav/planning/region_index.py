@@ -162,6 +162,15 @@ def _box(stack: RegionStack, members: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 @njit(cache=True)
+def marks_at(regions, x, y):
+    """Words with the bits of the regions that may cover (x, y)."""
+    i, j = math.floor((x - regions.corner[0]) / regions.cell), math.floor((y - regions.corner[1]) / regions.cell)
+    if i < 0 or j < 0 or i >= regions.marks.shape[0] or j >= regions.marks.shape[1]:
+        return np.zeros(len(regions.every), np.uint64)
+    return regions.marks[i, j, : len(regions.every)]
+
+
+@njit(cache=True)
 def newest_cover(regions, x, y):
     """Index of the newest region that contains (x, y), or -1; as `first_cover`."""
     return newest_near(regions, x, y, 0.0, -1, regions.every)
@@ -185,14 +194,28 @@ def newest_near(regions, x, y, slack, other, among):
 
 
 @njit(cache=True)
-def newest_near_all(regions, points, slack, others, among):
-    """`newest_near` of each of many points (n, 2), but for one region each, others (n,); int32, shape (n,)."""
+def some_near(regions, points, slack, others, among):
+    """Some region as `newest_near` of each of many points (n, 2), but for one each, others (n,); int32, shape (n,).
+
+    The one that was found last is asked first.
+    """
     u = regions
     center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
     out = np.empty(len(points), np.int32)
+    last = -1
     for i in range(len(points)):
         x, y, other = points[i, 0], points[i, 1], others[i]
+        if last >= 0 and last != other:
+            distance = math.hypot(x - center[last, 0], y - center[last, 1])
+            nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+            dx, dy = (x - center[last, 0]) * nearer, (y - center[last, 1]) * nearer
+            dx, dy = center[last, 0] + dx - center[last, 0], center[last, 1] + dy - center[last, 1]
+            if covers_offset(bearing_0, values, last, dx, dy):
+                out[i] = last
+                continue
         out[i] = _newest(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, other, among)
+        if out[i] >= 0:
+            last = out[i]
     return out
 
 
