@@ -314,11 +314,12 @@ def _revised_edges(
     """Edges and lengths as `with_node` finds them, anew only at changed regions."""
     number = np.full(len(roadmap), -1)
     number[kept] = np.arange(len(kept))
-    center = roadmap.stack.center[roadmap.edges]
-    certified = roadmap.lengths < np.hypot(*(center[:, 0] - center[:, 1]).T) + 0.5 * DRIVEN_EDGE_PENALTY
-    known = number[roadmap.edges[certified]]
-    known = known[(known >= 0).all(axis=1)]
-    edges, driven = _edges_where_changed(regions, known[~changed[known].any(axis=1)], changed)
+    ends = roadmap.edges.T
+    between = roadmap.stack.center[ends[0]] - roadmap.stack.center[ends[1]]
+    certified = roadmap.lengths < np.hypot(*between.T) + 0.5 * DRIVEN_EDGE_PENALTY
+    unchanged = np.append(~changed, False)[number]  # of a dropped node the number is -1
+    known = number[roadmap.edges[certified & unchanged[ends[0]] & unchanged[ends[1]]]]
+    edges, driven = _edges_where_changed(regions, known, changed)
     between = regions.center[edges[:, 0]] - regions.center[edges[:, 1]]
     return edges, np.hypot(*between.T) + np.where(driven, DRIVEN_EDGE_PENALTY, 0.0)
 
