@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.frontiers import Frontiers, uncovered
 from drake_starnav.planning.region_index import IndexedRegions, some_near, selection
 
 UNCOVERED, UNKNOWN = -1, -2
@@ -51,13 +51,11 @@ def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions,
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
     newest = len(regions.reach) - 1
-    alone = selection(np.arange(newest + 1) == newest)
-    none = np.full(len(before.open), -1)
-    now_covered = some_near(regions, before.open_rows[:, 2:], slack, none, alone) >= 0
+    alone = tuple(array[newest:] for array in regions[:4])
+    still = uncovered(before.open_rows[:, 2:], alone, slack=slack)
     by = some_near(regions, rows[:, 2:], slack, np.full(len(rows), newest), regions.every)
     covered_by = np.concatenate((before.covered_by, by))
-    covered_by[before.open[now_covered]] = newest
-    still = ~now_covered
+    covered_by[before.open[~still]] = newest
     return EdgeCoverage(
         (*before.rows, rows),
         covered_by,

@@ -116,12 +116,12 @@ class RegionIndex:
         number = np.full(self.count, -1)
         number[kept[~changed]] = np.flatnonzero(~changed)
         staying = number == np.arange(self.count)
-        moving = np.flatnonzero(~staying & (number >= 0))
+        moving = ~staying & (number >= 0)
         marks, first = self._widened(low, high, self.count, selection(staying))
-        if len(moving):
+        if moving.any():
             i, j = self.first - first
             nx, ny, _ = self.marks.shape
-            _move(self.marks, marks[i : i + nx, j : j + ny], moving, number)
+            _move(self.marks, marks[i : i + nx, j : j + ny], selection(moving), number)
         for k in news.tolist():
             _mark(marks, first, k, *(array[k] for array in stack.arrays[:3]))
         return RegionIndex(marks, first, len(stack), _Storage(len(stack)))
@@ -206,10 +206,10 @@ def some_near(regions, points, slack, others, among):
     for i in range(len(points)):
         x, y, other = points[i, 0], points[i, 1], others[i]
         if last >= 0 and last != other:
-            distance = math.hypot(x - center[last, 0], y - center[last, 1])
+            dx, dy = x - center[last, 0], y - center[last, 1]
+            distance = math.sqrt(dx * dx + dy * dy)
             nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-            dx, dy = (x - center[last, 0]) * nearer, (y - center[last, 1]) * nearer
-            dx, dy = center[last, 0] + dx - center[last, 0], center[last, 1] + dy - center[last, 1]
+            dx, dy = center[last, 0] + dx * nearer - center[last, 0], center[last, 1] + dy * nearer - center[last, 1]
             if covers_offset(bearing_0, values, last, dx, dy):
                 out[i] = last
                 continue
@@ -315,10 +315,14 @@ def _mark_box(marks, first, k, x, y, half):
 
 @njit(cache=True)
 def _move(before, marks, moving, number):
-    """Set the bits of the regions in `moving` at their new numbers in cells in which the old ones were set."""
+    """Set the bits of a selection of regions at their new numbers in cells in which the old ones were set."""
     nx, ny, _ = before.shape
     for i in range(nx):
         for j in range(ny):
-            for k in moving:
-                if (before[i, j, k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0:
-                    marks[i, j, number[k] // WORD] |= np.uint64(1) << np.uint64(number[k] % WORD)
+            for w in range(len(moving)):
+                word = before[i, j, w] & moving[w]
+                while word != 0:
+                    bit = top_bit(word)
+                    word ^= np.uint64(1) << np.uint64(bit)
+                    new = number[w * WORD + bit]
+                    marks[i, j, new // WORD] |= np.uint64(1) << np.uint64(new % WORD)
