@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.planning.frontiers import Frontiers, uncovered
-from drake_starnav.planning.region_index import IndexedRegions, some_near, selection
+from drake_starnav.planning.region_index import IndexedRegions, selection, some_near
 
 UNCOVERED, UNKNOWN = -1, -2
 

@@ -140,7 +140,10 @@ def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: 
     smaller = max(radius - CONTRADICTION, 0.0)
     # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
     tables = bearing_tables(len(region.free_range))
-    if not _deepest_cut(points, gaps, region.center, region.bearing_0, region.free_range, smaller, tables) > CONTRADICTION:
+    if (
+        not _deepest_cut(points, gaps, region.center, region.bearing_0, region.free_range, smaller, tables)
+        > CONTRADICTION
+    ):
         return region
     values = cut_back(region, points, gaps, radius)
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)

@@ -13,10 +13,10 @@ from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_
 from drake_starnav.planning.optimistic_path import is_obstructed
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.recovery import after_trying, has_arrived, stall_point_ahead
+from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_near
 from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
 from drake_starnav.planning.search import Route, find_route, free_of_blacklist, only_blacklist_obstructs
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
-from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_near
 from drake_starnav.planning.string_pulling import in_sight, last_in_sight
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import RegionStack, StarRegion, covers

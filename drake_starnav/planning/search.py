@@ -12,9 +12,9 @@ from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import STRIDE, CostField, Origins, Terrain, cost_to_go
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
+from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
-from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.string_pulling import blocked_at, in_sight, string_pulled
 from drake_starnav.regions.star_region import StarRegion, covers, covers_offset, least_outside
 

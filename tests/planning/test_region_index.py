@@ -38,7 +38,9 @@ def test_an_index_answers_as_a_loop_over_all_regions(seed: int) -> None:
         stack = stack.appended(region) if len(stack) else RegionStack.of((region,))
         index = index.appended(stack)
     assert_answers_of_a_loop_over_all(index, stack, rng)
-    older = RegionStack(*(array[:60] for array in (stack.center, stack.bearing_0, stack.values, stack.slopes, stack.reach)))
+    older = RegionStack(
+        *(array[:60] for array in (stack.center, stack.bearing_0, stack.values, stack.slopes, stack.reach))
+    )
     assert index.of(older).reach.shape == (60,)
     assert_answers_of_a_loop_over_all(index, older, rng)
 
