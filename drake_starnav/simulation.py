@@ -71,7 +71,7 @@ class Trial:
         nodes: in the roadmap at the end; 0 without one.
         wall_s: wall-clock time of the simulation.
         state_hash: SHA-256 of the logged plant state.
-        command, scan, fit, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
+        command, scan, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
         path: corners (x, y) of the path that the robot's centre drove, simplified by up to `PATH_TOLERANCE`, m, W.
     """
 
@@ -98,7 +98,6 @@ class Trial:
     state_hash: str
     command: dict[str, float]
     scan: dict[str, float]
-    fit: dict[str, float]
     plan: dict[str, float]
     path: list[list[float]]
 
@@ -239,8 +238,11 @@ class _Run:
 
 def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
     """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
-    add_collision_monitor(builder, navigation)
-    _add_arrival_monitor(builder, navigation, scenario)
+    # both look when the controller does: this causes no steps either, and its state is calculated once
+    period, offset = 1.0 / scenario.controller.rate, command_offset(scenario)
+    add_collision_monitor(builder, navigation, period=period, offset=offset)
+    tolerance = scenario.simulation.goal_tolerance
+    _add_arrival_monitor(builder, navigation, ArrivalMonitor(tolerance=tolerance, period=period, offset=offset))
     state = navigation.station.GetOutputPort("cheat.robot_state")
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
@@ -354,8 +356,10 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
-def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
-    """End the simulation at the robot's first contact with anything but the ground."""
+def add_collision_monitor(
+    builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02, offset: float = 0.0
+) -> None:
+    """End the simulation at the robot's first contact with anything but the ground; arguments as of the monitor."""
     station = navigation.station
     collision = builder.AddNamedSystem(
         "collision_monitor",
@@ -363,16 +367,15 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
             robot=station.robot_geometries,
             ground=station.floor,
             moving_obstacles=station.moving_obstacle_geometries,
+            period=period,
+            offset=offset,
         ),
     )
     builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
 
 
-def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
-    """End the simulation at the goal; it looks when the controller does, so that the state is calculated once."""
-    period, offset = 1.0 / scenario.controller.rate, command_offset(scenario)
-    monitor = ArrivalMonitor(tolerance=scenario.simulation.goal_tolerance, period=period, offset=offset)
+def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:
     arrival = builder.AddNamedSystem("arrival_monitor", monitor)
     builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
