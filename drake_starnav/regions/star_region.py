@@ -192,6 +192,10 @@ class RegionStack:
             return RegionStack(
                 np.zeros((0, 2)), np.zeros(0), np.zeros((0, samples)), np.zeros((0, samples)), np.zeros(0)
             )
+        if len(regions) == 1:  # without copies
+            fit = regions[0].boundary
+            bearing_0, reach = np.array((regions[0].bearing_0,)), np.array((regions[0].reach,))
+            return RegionStack(regions[0].center[None], bearing_0, fit.values[None], fit.slopes[None], reach)
         return RegionStack(
             center=np.array([r.center for r in regions]),
             bearing_0=np.array([r.bearing_0 for r in regions]),
