@@ -79,26 +79,12 @@ class DistanceGrid:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
-        cells = np.rint(np.asarray(points) / self.resolution).astype(np.int64)
-        out = np.full(len(cells), self.cap)
-        if not len(cells):
-            return out
-        owner = cells // TILE
-        inside = cells - owner * TILE
-        place = inside[:, 0] * TILE + inside[:, 1]
-        rows, columns = owner.T
-        first = int(rows.min()), int(columns.min())
-        width = int(columns.max()) - first[1] + 1
-        key = (rows - first[0]) * width + columns - first[1]
-        order = np.argsort(key, kind="stable")
-        key, place, found = key[order], place[order], np.full(len(cells), self.cap)
-        bounds = [0, *(np.flatnonzero(np.diff(key)) + 1).tolist(), len(key)]
-        for begin, end in zip(bounds[:-1], bounds[1:], strict=True):  # the points of one tile at a time
-            i, j = divmod(int(key[begin]), width)
-            tile = self.tiles.get((i + first[0], j + first[1]))
+        out = np.full(len(points), self.cap)
+        owners, starts, members, inside = _by_owner(np.asarray(points, float), self.resolution)
+        for k, (i, j) in enumerate(owners.tolist()):
+            tile = self.tiles.get((i, j))
             if tile is not None:
-                found[begin:end] = tile.ravel()[place[begin:end]]
-        out[order] = found
+                _read(tile, members[starts[k] : starts[k + 1]], inside, out)
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -281,6 +267,42 @@ def cost_to_go(
     cost = np.zeros(weight.shape, np.int32)
     f_limit = bucket_dijkstra(weight, cost, i + 1, j + 1, grid, margin, *source)
     return CostField(cost, weight, origin, cell, source, f_limit, memory)
+
+
+@njit(cache=True)
+def _by_owner(points, resolution):
+    """The tiles that points lie in, shape (k, 2); where each one's points begin, shape (k + 1,), among the points'
+    indices, tile by tile; and each point's cell inside its tile."""
+    owners, count = np.empty((len(points), 2), np.int64), 0
+    which, inside = np.empty(len(points), np.int64), np.empty((len(points), 2), np.int64)
+    k = 0
+    for p in range(len(points)):
+        i, j = int(np.rint(points[p, 0] / resolution)), int(np.rint(points[p, 1] / resolution))
+        tile_i, tile_j = i // TILE, j // TILE
+        if count == 0 or owners[k, 0] != tile_i or owners[k, 1] != tile_j:  # rarely: neighbours share a tile
+            k = 0
+            while k < count and (owners[k, 0] != tile_i or owners[k, 1] != tile_j):
+                k += 1
+            if k == count:
+                owners[k, 0], owners[k, 1] = tile_i, tile_j
+                count += 1
+        which[p], inside[p, 0], inside[p, 1] = k, i - tile_i * TILE, j - tile_j * TILE
+    starts, members = np.zeros(count + 1, np.int64), np.empty(len(points), np.int64)
+    for k in which:
+        starts[k + 1] += 1
+    starts = np.cumsum(starts)
+    fill = starts[:-1].copy()
+    for p in range(len(points)):
+        members[fill[which[p]]] = p
+        fill[which[p]] += 1
+    return owners[:count], starts, members, inside
+
+
+@njit(cache=True)
+def _read(tile, members, inside, out):
+    """Fill in the distances of the points in a tile."""
+    for p in members:
+        out[p] = tile[inside[p, 0], inside[p, 1]]
 
 
 @njit(cache=True)
