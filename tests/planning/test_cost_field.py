@@ -222,7 +222,7 @@ def test_a_search_towards_the_robot_has_the_same_winners(seed, margin):
 
 def test_a_search_ends_at_a_robot_in_a_blocked_cell():
     grid = memory(line((-2.0, -1.0), (-2.0, 1.0)))
-    robot, goal = np.array((-2.0 + RADIUS - 0.02, 0.0)), np.zeros(2)
+    robot, goal = np.array((-2.0 + RADIUS - 0.1, 0.0)), np.zeros(2)
     origins = Origins(robot[None], np.zeros(1), robot)
     early, full = (cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS), end) for end in (origins, None))
     place = tuple(np.rint((robot - full.origin) / full.cell).astype(int) + 1)
