@@ -80,11 +80,11 @@ class DistanceGrid:
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
         out = np.full(len(points), self.cap)
-        owners, which, inside = _owners(np.asarray(points, float), self.resolution)
+        owners, starts, members, inside = _by_owner(np.asarray(points, float), self.resolution)
         for k, (i, j) in enumerate(owners.tolist()):
             tile = self.tiles.get((i, j))
             if tile is not None:
-                _read(tile, which, k, inside, out)
+                _read(tile, members[starts[k] : starts[k + 1]], inside, out)
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -257,7 +257,7 @@ def cost_to_go(
         around = (corner - first) // STRIDE
         _apply_blacklist(weight, distance, *around, *((place - origin) / cell + 1.0), clearance, radius / cell)
     i, j = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3)
-    grid = _cost_to_come_grid(weight.shape, origin, cell, origins)
+    grid = _cost_to_come_grid(weight, origin, cell, origins)
     source, margin = (-1, -1), NEIGHBOURHOOD
     if origins is not None:
         margin += round(100.0 * origins.margin / cell)
@@ -270,8 +270,9 @@ def cost_to_go(
 
 
 @njit(cache=True)
-def _owners(points, resolution):
-    """The tiles that points lie in, shape (k, 2), and for each point which of them, and its cell inside."""
+def _by_owner(points, resolution):
+    """The tiles that points lie in, shape (k, 2); where each one's points begin, shape (k + 1,), among the points'
+    indices, tile by tile; and each point's cell inside its tile."""
     owners, count = np.empty((len(points), 2), np.int64), 0
     which, inside = np.empty(len(points), np.int64), np.empty((len(points), 2), np.int64)
     k = 0
@@ -286,15 +287,22 @@ def _owners(points, resolution):
                 owners[k, 0], owners[k, 1] = tile_i, tile_j
                 count += 1
         which[p], inside[p, 0], inside[p, 1] = k, i - tile_i * TILE, j - tile_j * TILE
-    return owners[:count], which, inside
+    starts, members = np.zeros(count + 1, np.int64), np.empty(len(points), np.int64)
+    for k in which:
+        starts[k + 1] += 1
+    starts = np.cumsum(starts)
+    fill = starts[:-1].copy()
+    for p in range(len(points)):
+        members[fill[which[p]]] = p
+        fill[which[p]] += 1
+    return owners[:count], starts, members, inside
 
 
 @njit(cache=True)
-def _read(tile, which, k, inside, out):
-    """Fill in the distances of the points in tile k."""
-    for p in range(len(which)):
-        if which[p] == k:
-            out[p] = tile[inside[p, 0], inside[p, 1]]
+def _read(tile, members, inside, out):
+    """Fill in the distances of the points in a tile."""
+    for p in members:
+        out[p] = tile[inside[p, 0], inside[p, 1]]
 
 
 @njit(cache=True)
@@ -365,16 +373,30 @@ def _apply_blacklist(weight, distance, p, q, x, y, clearance, radius):
                 weight[i, j] = 0
 
 
-def _cost_to_come_grid(shape: tuple[int, int], origin: np.ndarray, cell: float, origins: Origins | None) -> np.ndarray:
-    """The least cost-to-come of the points in each cell, in hundredths of a cell less UNREACHED; 0 without points."""
-    out = np.zeros(shape, np.int32)
+def _cost_to_come_grid(weight: np.ndarray, origin: np.ndarray, cell: float, origins: Origins | None) -> np.ndarray:
+    """The least cost-to-come of the points in each cell, in hundredths of a cell less UNREACHED; 0 without points.
+
+    A point in a blocked cell counts in the cells around it, as it does for `CostField.at`.
+    """
+    out = np.zeros(weight.shape, np.int32)
     if origins is not None:
-        points, cost_to_come = origins.points, origins.cost_to_come
-        index = np.rint((points - origin) / cell).astype(np.int64) + 1
-        good = np.isfinite(cost_to_come) & (index >= 0).all(axis=1) & (index < shape).all(axis=1)
-        i, j = index[good].T
-        np.minimum.at(out, (i, j), np.rint(100.0 * cost_to_come[good] / cell).astype(np.int32) - UNREACHED)
+        index = (origins.points - origin) / cell + 1.0
+        _fill_cost_to_come(out, weight, index, 100.0 * origins.cost_to_come / cell)
     return out
+
+
+@njit(cache=True)
+def _fill_cost_to_come(out, weight, index, cost):
+    nx, ny = out.shape
+    for n in range(len(index)):
+        i, j = int(round(index[n, 0])), int(round(index[n, 1]))
+        if not np.isfinite(cost[n]) or i < 0 or j < 0 or i >= nx or j >= ny:
+            continue
+        around = 1 if weight[i, j] == 0 else 0
+        for a in range(max(i - around, 0), min(i + around + 1, nx)):
+            for b in range(max(j - around, 0), min(j + around + 1, ny)):
+                there = int(round(cost[n] + 100.0 * math.hypot(a - i, b - j)))
+                out[a, b] = min(out[a, b], there - UNREACHED)
 
 
 @njit(cache=True)
@@ -394,7 +416,7 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
         buckets *= 2
     head = np.full(buckets, -1, np.int32)
     entries = np.empty((FIRST_ENTRIES, 3), np.int32)  # cell, cost less UNREACHED, next entry
-    steps = np.array([ny, -ny, 1, -1, ny + 1, ny - 1, -ny + 1, -ny - 1])
+    rows, columns = np.array([1, -1, 0, 0, 1, 1, -1, -1]), np.array([0, 0, 1, -1, 1, -1, 1, -1])
     lengths = np.array([10, 10, 10, 10, 14, 14, 14, 14])
     start = gi * ny + gj
     costs[start] = -UNREACHED
@@ -415,7 +437,9 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
         cost_to_go = reached + UNREACHED
         if cost_to_come[c] < 0:
             best = min(best, cost_to_go + cost_to_come[c] + UNREACHED)
-        f = cost_to_go + _heuristic(c // ny, c % ny, si, sj)
+        i = np.int64(c) // ny
+        j = c - i * ny
+        f = cost_to_go + _heuristic(i, j, si, sj)
         if f > best + margin:
             return f
         if used + 8 > len(entries):
@@ -423,13 +447,13 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
             larger[:used] = entries[:used]
             entries = larger
         for k in range(8):
-            n = c + steps[k]
+            n = c + rows[k] * ny + columns[k]
             if w[n] == 0:
                 continue
             candidate = reached + w[n] * lengths[k]
             if candidate < costs[n]:
                 costs[n] = candidate
-                b = (candidate + UNREACHED + _heuristic(n // ny, n % ny, si, sj)) & (buckets - 1)
+                b = (candidate + UNREACHED + _heuristic(i + rows[k], j + columns[k], si, sj)) & (buckets - 1)
                 entries[used, 0], entries[used, 1], entries[used, 2] = n, candidate, head[b]
                 head[b] = used
                 used += 1

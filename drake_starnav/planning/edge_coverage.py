@@ -1,14 +1,12 @@
 """Which regions cover the edge frontiers of which nodes: a revision looks only at those whose region has changed."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.regions.star_region import RegionStack, covers
+from drake_starnav.planning.frontiers import Frontiers, uncovered
+from drake_starnav.planning.region_index import IndexedRegions, selection, some_near
 
 UNCOVERED, UNKNOWN = -1, -2
 
@@ -35,22 +33,29 @@ class EdgeCoverage(NamedTuple):
         owner = np.searchsorted(starts, self.open, side="right")
         return Frontiers(self.open_rows[:, :2].copy(), self.open_rows[:, 2:].copy(), owner)
 
+    @property
+    def newest_frontiers(self) -> Frontiers:
+        """Those of the newest node that no region covers."""
+        newest = len(self.rows) - 1
+        rows = self.open_rows[np.searchsorted(self.open, len(self.covered_by) - len(self.rows[newest])) :]
+        return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), newest))
 
-def with_newest(before: EdgeCoverage, rows: np.ndarray, stack: RegionStack, slack: float) -> EdgeCoverage:
+
+def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions, slack: float) -> EdgeCoverage:
     """The coverage after a node was added.
 
     Args:
         before: of the older nodes.
         rows: of the new node.
-        stack: all regions, with the new one.
+        regions: all, with the new one.
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
-    newest = len(stack) - 1
-    now_covered = _covering(before.open_rows, *stack.arrays, np.full(len(before.open), -1), newest, slack) >= 0
-    by = _covering(rows, *stack.arrays, np.full(len(rows), newest), 0, slack)
+    newest = len(regions.reach) - 1
+    alone = tuple(array[newest:] for array in regions[:4])
+    still = uncovered(before.open_rows[:, 2:], alone, slack=slack)
+    by = some_near(regions, rows[:, 2:], slack, np.full(len(rows), newest), regions.every)
     covered_by = np.concatenate((before.covered_by, by))
-    covered_by[before.open[now_covered]] = newest
-    still = ~now_covered
+    covered_by[before.open[~still]] = newest
     return EdgeCoverage(
         (*before.rows, rows),
         covered_by,
@@ -64,7 +69,7 @@ def revised(
     kept: np.ndarray,
     changed: np.ndarray,
     fresh: Sequence[np.ndarray],
-    stack: RegionStack,
+    regions: IndexedRegions,
     slack: float,
 ) -> EdgeCoverage:
     """The coverage after regions were changed or dropped.
@@ -74,7 +79,7 @@ def revised(
         kept: shape (n,), indices of the nodes that remain.
         changed: shape (n,), whether the region of such a node has changed.
         fresh: rows of the changed nodes.
-        stack: regions of the nodes that remain.
+        regions: of the nodes that remain.
         slack: as in `with_newest`.
     """
     counts = np.array([len(rows) for rows in before.rows])
@@ -91,51 +96,10 @@ def revised(
     pending = np.flatnonzero(covered_by < 0)
     first = np.concatenate(([0], np.cumsum([len(each) for each in rows])))
     node = np.searchsorted(first[1:], pending, side="right")
-    places = np.empty((len(pending), 4))
-    bounds = np.append(np.flatnonzero(np.diff(node, prepend=-1)), len(pending))
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
-        owner = node[begin]
-        places[begin:end] = rows[owner][pending[begin:end] - first[owner]]
-    _recover(covered_by, pending, places, node, *stack.arrays, np.flatnonzero(changed), slack)
+    places = np.concatenate(rows)[pending] if rows else np.zeros((0, 4))
+    unknown = covered_by[pending] == UNKNOWN  # what was uncovered is compared with the changed regions alone
+    for members, among in ((unknown, regions.every), (~unknown, selection(changed))):
+        points, own = places[members, 2:], node[members]
+        covered_by[pending[members]] = some_near(regions, points, slack, own, among)
     still = covered_by[pending] < 0
     return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
-
-
-@njit(cache=True)
-def _covers_nearly(center, bearing_0, values, reach, x, y, slack):
-    dx, dy = x - center[0], y - center[1]
-    distance = math.sqrt(dx * dx + dy * dy)
-    if distance > reach + slack:
-        return False
-    nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-    return covers(center, bearing_0, values, center[0] + dx * nearer, center[1] + dy * nearer)
-
-
-@njit(cache=True)
-def _covering(rows, center, bearing_0, values, reach, skip, first, slack):
-    """Index of the newest region from `first` on that covers each probe, apart from that in `skip`; or UNCOVERED."""
-    out = np.full(len(rows), UNCOVERED, np.int32)
-    for i in range(len(rows)):
-        for k in range(len(reach) - 1, first - 1, -1):
-            if k != skip[i] and _covers_nearly(
-                center[k], bearing_0[k], values[k], reach[k], rows[i, 2], rows[i, 3], slack
-            ):
-                out[i] = k
-                break
-    return out
-
-
-@njit(cache=True)
-def _recover(covered_by, pending, rows, node, center, bearing_0, values, reach, changed, slack):
-    """Fill in what is UNKNOWN; what was UNCOVERED is compared with the changed regions alone."""
-    for i in range(len(pending)):
-        unknown = covered_by[pending[i]] == UNKNOWN
-        count = len(reach) if unknown else len(changed)
-        covered_by[pending[i]] = UNCOVERED
-        for j in range(count - 1, -1, -1):
-            k = j if unknown else changed[j]
-            if k != node[i] and _covers_nearly(
-                center[k], bearing_0[k], values[k], reach[k], rows[i, 2], rows[i, 3], slack
-            ):
-                covered_by[pending[i]] = k
-                break

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.star_region import StarRegion, covers
+from drake_starnav.regions.star_region import StarRegion, covers_offset
 
 JUMP = 0.2
 """A step of the free range that makes an edge frontier, m: the clearances of both its ends fit in."""
@@ -101,7 +101,8 @@ def _uncovered(points, center, bearing_0, values, reach, skip, slack):
             if k == skip or distance > reach[k] + slack:
                 continue
             nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-            if covers(center[k], bearing_0[k], values[k], center[k, 0] + dx * nearer, center[k, 1] + dy * nearer):
+            dx, dy = center[k, 0] + dx * nearer - center[k, 0], center[k, 1] + dy * nearer - center[k, 1]
+            if covers_offset(bearing_0, values, k, dx, dy):
                 out[i] = False
                 break
     return out

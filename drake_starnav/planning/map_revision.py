@@ -16,6 +16,7 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.edge_coverage import revised
 from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.region_index import WORD, IndexedRegions, marks_at, top_bit
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
     DRIVEN_EDGE_PENALTY,
@@ -27,10 +28,10 @@ from drake_starnav.planning.roadmap import (
     overlap,
     without_nodes,
 )
-from drake_starnav.regions.bearing_hits import half_gaps, point_hits
-from drake_starnav.regions.erosion import eroded_range
+from drake_starnav.regions.bearing_hits import half_gaps, point_hits, points_to_bearings
+from drake_starnav.regions.erosion import bearing_tables, erode, eroded_range
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside
+from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside, rough_bearing
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -39,6 +40,8 @@ KEPT_SHARE = 0.7
 """A region is discarded if less than this share of its free range remains, summed over all bearings."""
 SEEN_THROUGH_SHARE = 0.1
 """A node is discarded if the new scan observed free space at more than this share of its hits."""
+CUT_BORDER = 0.1
+"""Hits farther beyond a region than this and the robot's radius do not cut it back, m."""
 FEWEST_HITS = 5
 """A new scan must observe free space at this many of a node's hits to contradict them."""
 
@@ -57,7 +60,7 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
         points, gaps: hits of the new scan, as from `lasting_hits`.
         radius: of the robot with the region's margin, m.
     """
-    within = float(region.free_range.max()) + radius + 0.1
+    within = float(region.free_range.max()) + radius + CUT_BORDER
     hits = point_hits(points, gaps, region.center, region.bearing_0, within, len(region.free_range))
     return eroded_range(hits, radius, region.free_range)
 
@@ -108,86 +111,124 @@ def reconcile(
         robot_radius: m.
     """
     new_hits = lasting_hits(scan, pose)
-    far = np.hypot(*(roadmap.stack.center - pose[:2]).T) > roadmap.stack.reach + scan.range_max
-    nodes, forgets = list[StarRegion | None](), parameters.drop_seen_through
-    for region, (old, old_pose), out_of_reach in zip(roadmap.regions, roadmap.scans, far.tolist(), strict=True):
-        if out_of_reach:
-            nodes.append(region)
-        elif forgets and seen_through(old, old_pose, scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
-            nodes.append(None)
-        else:
-            nodes.append(_agreeing(region, *new_hits, robot_radius + region.margin))
+    if not len(roadmap):
+        return roadmap
+    nodes = list[StarRegion | None](roadmap.regions)
+    for k in _contested(roadmap, *new_hits, robot_radius).tolist():
+        region = roadmap.regions[k]
+        nodes[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
+    if parameters.drop_seen_through:
+        near = np.hypot(*(roadmap.stack.center - pose[:2]).T) <= roadmap.stack.reach + scan.range_max
+        for k in np.flatnonzero(near).tolist():
+            if seen_through(*roadmap.scans[k], scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
+                nodes[k] = None
     if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
     return _remade(roadmap, nodes, parameters, robot_radius)
 
 
+def _contested(roadmap: StarRoadmap, points: np.ndarray, gaps: np.ndarray, robot_radius: float) -> np.ndarray:
+    """Indices of the regions that hits may contradict, shape (k,): all others agree with them."""
+    undershoot = np.array([region.undershoot for region in roadmap.regions])
+    margin = np.array([region.margin for region in roadmap.regions])
+    radius = np.maximum(robot_radius + margin - CONTRADICTION, 0.0)
+    return _contested_regions(roadmap.union, undershoot, radius, points, float(gaps.max(initial=0.0)), CONTRADICTION)
+
+
 def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
     """The region cut back where it disagrees with hits by more than CONTRADICTION; None if too little of it remains."""
     smaller = max(radius - CONTRADICTION, 0.0)
-    frame = (*region.center, region.bearing_0)
-    if not _may_disagree(points, float(gaps.max(initial=0.0)), *frame, region.free_range, smaller, CONTRADICTION):
-        return region
     # the disc is smaller, as a bearing that grazes a hit would lose much of its range at once
-    if not (region.free_range - cut_back(region, points, gaps, smaller)).max() > CONTRADICTION:
+    tables = bearing_tables(len(region.free_range))
+    if (
+        not _deepest_cut(points, gaps, region.center, region.bearing_0, region.free_range, smaller, tables)
+        > CONTRADICTION
+    ):
         return region
     values = cut_back(region, points, gaps, radius)
     return None if values.sum() < KEPT_SHARE * region.free_range.sum() else _with_free_range(region, values)
 
 
 @njit(cache=True)
-def _may_disagree(points, gap, center_x, center_y, bearing_0, free, radius, slack):
-    """Whether some hit could cut a free range back by more than `slack`: no for most regions, at little cost.
-
-    Arguments as for `cut_back`; `gap` is the greatest of all hits, and each hit is taken to lie as far off its bearing
-    as it can.
-    """
-    samples = len(free)
-    step = 2.0 * math.pi / samples
-    farthest = free.max()
-    for i in range(len(points)):
-        dx, dy = points[i, 0] - center_x, points[i, 1] - center_y
-        d = math.sqrt(dx * dx + dy * dy)
-        if d > farthest + radius + 0.1 + 1e-9:
-            continue
-        squared = (radius + 0.5 * step * d) ** 2 + gap * gap + 1e-9
-        size = math.sqrt(squared)
-        if d - size >= farthest - slack:
-            continue
-        if d < 2.0 * size:
-            return True
-        width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
-        middle = int(math.floor((_rough_bearing(dy, dx) - bearing_0) / step + 0.5))
-        for k in range(middle - width, middle + width + 1):
-            if free[k % samples] - slack > d - size:
-                break
-        else:
-            continue
-        middle = int(math.floor((math.atan2(dy, dx) - bearing_0) / step + 0.5))
-        for k in range(-width, width + 1):
-            sine = d * math.sin(k * step)
-            entry = d * math.cos(k * step) - math.sqrt(max(squared - sine * sine, 0.0))
-            if free[(middle + k) % samples] - slack > entry - 1e-9:
-                return True
-    return False
+def _deepest_cut(points, gaps, center, bearing_0, free, radius, tables):
+    """By how much `cut_back` shortens a free range at most, m; a fraction of the time that its arrays take."""
+    within = free.max() + radius + CUT_BORDER
+    hits = points_to_bearings(points, gaps, center[0], center[1], bearing_0, within, len(free))
+    return (free - erode(hits[0], hits[1], hits[2], radius, free, tables[0], tables[1])).max()
 
 
 @njit(cache=True)
-def _rough_bearing(y, x):
-    """`atan2` up to 2e-5 rad, several times faster."""
-    a, b = abs(x), abs(y)
-    if a + b == 0.0:
-        return 0.0
-    z = min(a, b) / max(a, b)
-    s = z * z
-    angle = z * (
-        0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212))))
+def _contested_regions(regions, undershoot, radius, points, gap, slack):
+    """Regions whose free range some hit could cut back by more than `slack`: few, at little cost.
+
+    Args:
+        regions: `IndexedRegions`.
+        undershoot: of each region, as `StarRegion.undershoot`, shape (n,), m.
+        radius: of the disc about each hit, for each region, shape (n,), m.
+        points, gap: hits, shape (k, 2), W, and the greatest of their half gaps, m. Each hit is taken to lie as far off
+            its bearing as it can.
+        slack: m.
+    """
+    center, bearing_0, values, marks, corner = (
+        regions.center,
+        regions.bearing_0,
+        regions.values,
+        regions.marks,
+        regions.corner,
     )
-    if b > a:
-        angle = 0.5 * math.pi - angle
-    if x < 0.0:
-        angle = math.pi - angle
-    return -angle if y < 0.0 else angle
+    count, samples = values.shape
+    step = 2.0 * math.pi / samples
+    farthest = regions.reach + undershoot
+    # a region that a hit cuts has a place as far from the hit as the disc's radius
+    around = math.hypot(radius.max() + 0.5 * step * (farthest.max() + 1.0), gap) + undershoot.max()
+    out = np.zeros(count, np.bool_)
+    near = np.empty(len(regions.every), np.uint64)
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        near[:] = 0
+        for a in range(
+            max(math.floor((x - around - corner[0]) / regions.cell), 0),
+            min(math.floor((x + around - corner[0]) / regions.cell) + 1, marks.shape[0]),
+        ):
+            for b in range(
+                max(math.floor((y - around - corner[1]) / regions.cell), 0),
+                min(math.floor((y + around - corner[1]) / regions.cell) + 1, marks.shape[1]),
+            ):
+                for w in range(len(near)):
+                    near[w] |= marks[a, b, w]
+        for w in range(len(near)):
+            word = near[w] & regions.every[w]
+            while word != 0:
+                bit = top_bit(word)
+                word ^= np.uint64(1) << np.uint64(bit)
+                k = w * WORD + bit
+                if out[k]:
+                    continue
+                dx, dy = x - center[k, 0], y - center[k, 1]
+                d = math.sqrt(dx * dx + dy * dy)
+                squared = (radius[k] + 0.5 * step * d) ** 2 + gap * gap + 1e-9
+                size = math.sqrt(squared)
+                beyond = undershoot[k] - slack + 1e-9
+                if d - size >= farthest[k] - slack:
+                    continue
+                if d < 2.0 * size:
+                    out[k] = True
+                    continue
+                width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
+                middle = int(math.floor((rough_bearing(dy, dx) - bearing_0[k]) / step + 0.5))
+                for m in range(middle - width, middle + width + 1):
+                    if values[k, m % samples] + beyond > d - size:
+                        break
+                else:
+                    continue
+                middle = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
+                for m in range(-width, width + 1):
+                    sine = d * math.sin(m * step)
+                    entry = d * math.cos(m * step) - math.sqrt(max(squared - sine * sine, 0.0))
+                    if values[k, (middle + m) % samples] + beyond > entry - 1e-9:
+                        out[k] = True
+                        break
+    return np.flatnonzero(out)
 
 
 def with_stall_point(
@@ -247,13 +288,15 @@ def _remade(
     if not regions:
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
-    edges, lengths = _revised_edges(roadmap, kept, changed, stack)
+    index = roadmap.index.revised(kept, changed, stack)
+    edges, lengths = _revised_edges(roadmap, kept, changed, index.of(stack))
     fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
-    coverage = revised(roadmap.coverage, kept, changed, fresh, stack, COVER_SLACK)
+    coverage = revised(roadmap.coverage, kept, changed, fresh, index.of(stack), COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
         regions=tuple(regions),
         stack=stack,
+        index=index,
         scans=scans,
         edges=edges,
         lengths=lengths,
@@ -280,24 +323,29 @@ def _revised_stack(
 
 
 def _revised_edges(
-    roadmap: StarRoadmap, kept: np.ndarray, changed: np.ndarray, stack: RegionStack
+    roadmap: StarRoadmap, kept: np.ndarray, changed: np.ndarray, regions: IndexedRegions
 ) -> tuple[np.ndarray, np.ndarray]:
     """Edges and lengths as `with_node` finds them, anew only at changed regions."""
     number = np.full(len(roadmap), -1)
     number[kept] = np.arange(len(kept))
-    center = roadmap.stack.center[roadmap.edges]
-    certified = roadmap.lengths < np.hypot(*(center[:, 0] - center[:, 1]).T) + 0.5 * DRIVEN_EDGE_PENALTY
-    known = number[roadmap.edges[certified]]
-    known = known[(known >= 0).all(axis=1)]
-    edges, driven = _edges_where_changed(*stack.arrays, known[~changed[known].any(axis=1)], changed)
-    between = stack.center[edges[:, 0]] - stack.center[edges[:, 1]]
+    ends = roadmap.edges.T
+    between = roadmap.stack.center[ends[0]] - roadmap.stack.center[ends[1]]
+    certified = roadmap.lengths < np.hypot(*between.T) + 0.5 * DRIVEN_EDGE_PENALTY
+    unchanged = np.append(~changed, False)[number]  # of a dropped node the number is -1
+    known = number[roadmap.edges[certified & unchanged[ends[0]] & unchanged[ends[1]]]]
+    edges, driven = _edges_where_changed(regions, known, changed)
+    between = regions.center[edges[:, 0]] - regions.center[edges[:, 1]]
     return edges, np.hypot(*between.T) + np.where(driven, DRIVEN_EDGE_PENALTY, 0.0)
 
 
 @njit(cache=True)
-def _edges_where_changed(center, bearing_0, values, reach, known, changed):
+def _edges_where_changed(regions, known, changed):
     """The known edges, sorted by their newer node, with those of changed nodes; and which of them were only driven."""
+    center, bearing_0, values, reach = regions.center, regions.bearing_0, regions.values, regions.reach
     count = len(reach)
+    may_cover = np.empty((count, len(regions.every)), np.uint64)  # the centre of each
+    for k in range(count):
+        may_cover[k] = marks_at(regions, center[k, 0], center[k, 1])
     news = np.flatnonzero(changed)
     out = np.empty((len(known) + count * (len(news) + 1), 2), np.int64)
     driven = np.zeros(len(out), np.bool_)
@@ -310,7 +358,7 @@ def _edges_where_changed(center, bearing_0, values, reach, known, changed):
             e += 1
         for k in range(j if changed[j] else len(news)):
             i = k if changed[j] else news[k]
-            if i < j and not marked[i]:
+            if i < j and not marked[i] and (_has(may_cover[i], j) or _has(may_cover[j], i)):
                 marked[i] = overlap(center, bearing_0, values, reach, i, j)
         for i in range(j):
             if marked[i]:
@@ -321,6 +369,11 @@ def _edges_where_changed(center, bearing_0, values, reach, known, changed):
             driven[n] = True
             n += 1
     return out[:n].copy(), driven[:n].copy()
+
+
+@njit(cache=True)
+def _has(words, k):
+    return (words[k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0
 
 
 @njit(cache=True)

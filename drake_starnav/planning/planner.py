@@ -13,12 +13,13 @@ from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_
 from drake_starnav.planning.optimistic_path import is_obstructed
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.recovery import after_trying, has_arrived, stall_point_ahead
+from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_near
 from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
 from drake_starnav.planning.search import Route, find_route, free_of_blacklist, only_blacklist_obstructs
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
-from drake_starnav.planning.string_pulling import last_in_sight
+from drake_starnav.planning.string_pulling import in_sight, last_in_sight
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.star_region import LINE_STEP, RegionStack, StarRegion, covers, first_cover, segment_covered
+from drake_starnav.regions.star_region import RegionStack, StarRegion, covers
 
 OUTSIDE_TOLERANCE = 0.03
 """The robot counts as outside the regions only when it is this far out, m."""
@@ -176,13 +177,13 @@ def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, p
     if not len(state.roadmap):
         return True
     if node_spacing_driven(state, position, parameters) and not (
-        state.began_with_map and uncovered_share(region, state.roadmap.stack) <= NEW_SHARE
+        state.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE
     ):
         return True
     probe = NO_PATH if state.target is None else state.target[1:]
     shape = region.center, region.bearing_0, region.boundary.values
     driven = _distance(position, state.node_position)
-    return _sees_probe_or_left(*position, driven, probe, shape, state.roadmap.stack.arrays)
+    return _sees_probe_or_left(*position, driven, probe, shape, state.roadmap.union)
 
 
 def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
@@ -199,23 +200,7 @@ def _sees_probe_or_left(x, y, driven, probe, region, regions):
     center, bearing_0, values = region
     if driven > PROBE_SEEN_AFTER and len(probe) > 0 and covers(center, bearing_0, values, probe[0, 0], probe[0, 1]):
         return True
-    return driven > OUTSIDE_TOLERANCE and not _inside_some_region(x, y, regions)
-
-
-@njit(cache=True)
-def _inside_some_region(x, y, regions):
-    """Whether the robot, moved by the tolerance towards the region's centre, is in one of the regions."""
-    center, bearing_0, values, reach = regions
-    if first_cover(center, bearing_0, values, reach, x, y) >= 0:
-        return True
-    for k in range(len(reach) - 1, -1, -1):
-        dx, dy = center[k, 0] - x, center[k, 1] - y
-        away = math.hypot(dx, dy)
-        if away <= reach[k] + OUTSIDE_TOLERANCE:
-            share = min(OUTSIDE_TOLERANCE / max(away, 1e-9), 1.0)
-            if covers(center[k], bearing_0[k], values[k], x + dx * share, y + dy * share):
-                return True
-    return False
+    return driven > OUTSIDE_TOLERANCE and newest_near(regions, x, y, OUTSIDE_TOLERANCE, -1, regions.every) < 0
 
 
 def _unless_obstructed(state: PlannerState, now: PlannerInput) -> PlannerState:
@@ -241,18 +226,17 @@ def _along_path(state: PlannerState, position: np.ndarray) -> PlannerState:
 
 def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
     """The path without way points already passed, or that the robot can see past."""
-    return path[_passed(*position, path, roadmap.stack.arrays) :] if len(path) > 1 else path
+    return path[_passed(*position, path, roadmap.union) :] if len(path) > 1 else path
 
 
 @njit(cache=True)
 def _passed(x, y, path, regions):
     """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
-    center, bearing_0, values, reach = regions
     k = 0
     while k + 1 < len(path):
         near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
         ahead_x, ahead_y = path[k + 1]
-        if not near and not segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, LINE_STEP):
+        if not near and not in_sight(regions, x, y, ahead_x, ahead_y):
             break
         k += 1
     return k
@@ -260,16 +244,13 @@ def _passed(x, y, path, regions):
 
 def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bool:
     """Whether the robot, inside the union of regions, has lost the line of sight to the next way point."""
-    return _loses_sight(*position, *path[0], roadmap.stack.arrays)
+    return _loses_sight(*position, *path[0], roadmap.union)
 
 
 @njit(cache=True)
 def _loses_sight(x, y, aim_x, aim_y, regions):
     """Whether (x, y) lies in the union of regions, but not the whole line to the aim."""
-    center, bearing_0, values, reach = regions
-    return first_cover(center, bearing_0, values, reach, x, y) >= 0 and not segment_covered(
-        center, bearing_0, values, reach, x, y, aim_x, aim_y, LINE_STEP
-    )
+    return newest_cover(regions, x, y) >= 0 and not in_sight(regions, x, y, aim_x, aim_y)
 
 
 def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
@@ -355,7 +336,7 @@ def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> 
     if state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None
     regions = RegionStack.of([clear_of(region, state.roadmap.stall_points, now.robot_radius)])
-    last = last_in_sight(state.next_segment, now.position, regions)
+    last = last_in_sight(state.next_segment, now.position, IndexedRegions.alone(regions))
     return Guidance(state.next_segment[last : last + 1], False, regions) if last >= 0 else None
 
 

@@ -13,8 +13,9 @@ from drake_starnav.planning.cost_field import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, some_cover
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.star_region import RegionStack, StarRegion, covers, first_cover, least_outside, scan_region
+from drake_starnav.regions.star_region import RegionStack, StarRegion, covers_offset, least_outside, scan_region
 from drake_starnav.utils.snapshot import snapshot
 
 DRIVEN_EDGE_PENALTY = 0.2
@@ -41,6 +42,7 @@ class StarRoadmap:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         regions: one per node, oldest first.
         stack: the same regions as arrays.
+        index: where they may cover.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
@@ -59,6 +61,7 @@ class StarRoadmap:
     hits: DistanceGrid
     regions: tuple[StarRegion, ...] = ()
     stack: RegionStack = field(default_factory=lambda: RegionStack.of(()))
+    index: RegionIndex = field(default_factory=RegionIndex.empty)
     scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -71,6 +74,11 @@ class StarRoadmap:
 
     def __len__(self) -> int:
         return len(self.regions)
+
+    @property
+    def union(self) -> IndexedRegions:
+        """The regions with their index, for queries of their union."""
+        return self.index.of(self.stack)
 
     @staticmethod
     def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
@@ -103,12 +111,10 @@ def extended(
         hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
     rows, old = edge_rows(region, hits, robot_radius), roadmap.frontiers
-    coverage = with_newest(roadmap.coverage, rows, grown.stack, COVER_SLACK)
+    coverage = with_newest(roadmap.coverage, rows, grown.union, COVER_SLACK)
     newest = (array[-1:] for array in grown.stack.arrays)
-    new = coverage.frontiers
-    frontiers = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK)).joined(
-        new.where(new.owner == len(roadmap))
-    )
+    still = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK))
+    frontiers = still.joined(coverage.newest_frontiers)
     frontiers = frontiers.where(enterable(frontiers, grown, robot_radius))
     return dataclasses.replace(grown, frontiers=frontiers, coverage=coverage)
 
@@ -134,6 +140,7 @@ def with_node(
         roadmap,
         regions=(*roadmap.regions, region),
         stack=stack,
+        index=roadmap.index.appended(stack),
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
         edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), index))))),
         lengths=np.concatenate((roadmap.lengths, lengths)),
@@ -209,9 +216,9 @@ def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: f
     return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
 
 
-def uncovered_share(region: StarRegion, others: RegionStack) -> float:
+def uncovered_share(region: StarRegion, others: IndexedRegions) -> float:
     """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
-    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, *others.arrays))
+    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, others))
 
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
@@ -226,9 +233,10 @@ def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -
 
 
 @njit(cache=True)
-def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, values, reach):
+def _uncovered_share(own_center, own_bearing_0, own_values, others):
     samples = len(own_values)
     area = new = 0.0
+    last = -1
     for i in range(0, samples, AREA_BEARINGS):
         bearing = own_bearing_0 + 2.0 * math.pi / samples * (i + 0.5)
         ux, uy = math.cos(bearing), math.sin(bearing)
@@ -239,7 +247,8 @@ def _uncovered_share(own_center, own_bearing_0, own_values, center, bearing_0, v
             piece = distance * phi / count
             area += piece
             x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
-            if first_cover(center, bearing_0, values, reach, x, y) < 0:
+            last = some_cover(others, last, x, y)
+            if last < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0
 
@@ -250,9 +259,7 @@ def overlap(center, bearing_0, values, reach, i, j):
     dx, dy = center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]
     if dx * dx + dy * dy > max(reach[i], reach[j]) ** 2:
         return False
-    return covers(center[i], bearing_0[i], values[i], center[j, 0], center[j, 1]) or covers(
-        center[j], bearing_0[j], values[j], center[i, 0], center[i, 1]
-    )
+    return covers_offset(bearing_0, values, i, -dx, -dy) or covers_offset(bearing_0, values, j, dx, dy)
 
 
 @njit(cache=True)

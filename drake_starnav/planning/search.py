@@ -12,10 +12,11 @@ from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import STRIDE, CostField, Origins, Terrain, cost_to_go
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
+from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
-from drake_starnav.planning.string_pulling import string_pulled
-from drake_starnav.regions.star_region import LINE_STEP, StarRegion, covers, first_cover, least_outside, segment_covered
+from drake_starnav.planning.string_pulling import blocked_at, in_sight, string_pulled
+from drake_starnav.regions.star_region import StarRegion, covers, covers_offset, least_outside
 
 HYSTERESIS = 0.5
 """Bonus of the current target, against oscillation between targets, m."""
@@ -37,6 +38,8 @@ MOST_BLACKLISTED = 4
 """Largest number of places closed in one search."""
 BLACKLIST_SLACK = 0.02
 """Around a target tried in vain, openings wider than the margin by this much stay open, m."""
+SIGHT_BEARINGS = 360
+"""Lines of sight are tested first where another one near the same of so many bearings was blocked."""
 
 
 NOWHERE_TO_GO = np.zeros((0, 2))
@@ -92,7 +95,7 @@ def find_route(
         goal_node = entry_node(roadmap, distance, place)
         if goal_node >= 0:
             # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
-            direct = segment_covered(*roadmap.stack.arrays, *position, *place, LINE_STEP)
+            direct = in_sight(roadmap.union, *position, *place)
             path = place[None, :].copy() if direct else node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path), Frontiers.none())
     target, enabled, tries, inside = Frontiers.none(), True, 0, NOWHERE_TO_GO
@@ -228,14 +231,26 @@ def cheapest_frontier(
     frontiers = roadmap.frontiers
     straight = np.hypot(*(frontiers.stand - position).T) + np.hypot(*(frontiers.probe - frontiers.stand).T)
     bound = np.minimum(graph, straight) + ahead
+    order = np.argsort(bound, kind="stable")
+    return _cheapest_in_line(roadmap.union, *position, frontiers.stand, straight, graph, ahead, order)
+
+
+@njit(cache=True)
+def _cheapest_in_line(regions, x, y, stand, straight, graph, ahead, order):
+    """The loop of `cheapest_frontier`; the line of sight is only tested where it could still win."""
     best, best_cost, direct = -1, np.inf, False
-    for i in np.argsort(bound, kind="stable"):  # the line of sight is only tested where it could still win
-        if bound[i] >= best_cost:
+    blocked = np.zeros(SIGHT_BEARINGS)  # how far away the last line near each bearing left the regions
+    for i in order:
+        if min(graph[i], straight[i]) + ahead[i] >= best_cost:
             break
-        seen = segment_covered(*roadmap.stack.arrays, *position, *frontiers.stand[i], LINE_STEP)
-        cost = (min(straight[i], graph[i]) if seen else graph[i]) + ahead[i]
+        bearing = int((math.atan2(stand[i, 1] - y, stand[i, 0] - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS)
+        bearing %= SIGHT_BEARINGS
+        at = blocked_at(regions, x, y, stand[i, 0], stand[i, 1], blocked[bearing])
+        if at >= 0.0:
+            blocked[bearing] = at
+        cost = (graph[i] if at >= 0.0 else min(straight[i], graph[i])) + ahead[i]
         if cost < best_cost:
-            best, best_cost, direct = int(i), float(cost), bool(seen)
+            best, best_cost, direct = i, cost, at < 0.0
     return best, best_cost, direct
 
 
@@ -288,17 +303,17 @@ def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers,
         roadmap: its regions.
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
-    regions = roadmap.stack.arrays
-    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, *regions)
+    regions = roadmap.union
+    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, regions)
     last, outside = 0, 0.0  # the robot itself may stand a little outside
     for i in range(1, len(path)):
-        if first_cover(*regions, *path[i]) >= 0:
+        if newest_cover(regions, *path[i]) >= 0:
             last, outside = i, 0.0
         else:
             outside += float(np.hypot(*(path[i] - path[i - 1])))
             if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
-                owner = first_cover(*regions, *stand) if last else len(roadmap) - 1
+                owner = newest_cover(regions, *stand) if last else len(roadmap) - 1
                 frontier = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
                 return frontier, path[: last + 1]
     return Frontiers.none(), path[:0]
@@ -330,7 +345,7 @@ def virtual_frontier_in_sight(
     beyond = to_go.path(stand)
     along = np.cumsum(np.hypot(*np.diff(beyond, axis=0).T))
     probe = beyond[min(int(np.searchsorted(along, VIRTUAL_FRONTIER_LENGTH)) + 1, len(beyond) - 1)]
-    owner = max(first_cover(*roadmap.stack.arrays, *stand), 0)
+    owner = max(newest_cover(roadmap.union, *stand), 0)
     return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 
 
@@ -343,11 +358,11 @@ def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nda
 
 
 def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
-    return path if len(path) < 2 else string_pulled(path, position, roadmap.stack)
+    return path if len(path) < 2 else string_pulled(path, position, roadmap.union)
 
 
 @njit(cache=True)
-def _inside_where_possible(path, half_cell, center, bearing_0, values, reach):
+def _inside_where_possible(path, half_cell, regions):
     """The path with each point moved to a covered place in its cell, if there is one."""
     out = path.copy()
     for i in range(len(path)):
@@ -355,7 +370,7 @@ def _inside_where_possible(path, half_cell, center, bearing_0, values, reach):
             turn = 0.25 * math.pi * (k - 1)
             x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
             y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
-            if first_cover(center, bearing_0, values, reach, x, y) >= 0:
+            if newest_cover(regions, x, y) >= 0:
                 out[i, 0], out[i, 1] = x, y
                 break
     return out
@@ -402,7 +417,7 @@ def _containing(center, bearing_0, values, reach, x, y):
     for k in range(len(reach)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         if dx * dx + dy * dy <= reach[k] * reach[k]:
-            out[k] = covers(center[k], bearing_0[k], values[k], x, y)
+            out[k] = covers_offset(bearing_0, values, k, dx, dy)
     return out
 
 

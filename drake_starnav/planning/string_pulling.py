@@ -6,13 +6,17 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.regions.star_region import LINE_STEP, RegionStack, covers
+from drake_starnav.planning.region_index import IndexedRegions, newest_cover, some_cover
+from drake_starnav.regions.star_region import LINE_STEP
 
 FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
 """Spacing of the points that the path may skip to, in the first and in the second pass, m."""
 
+GAP_SAMPLES = 10
+"""Length of a gap between regions that is looked at, in samples."""
 
-def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionStack) -> np.ndarray:
+
+def string_pulled(path: np.ndarray, position: np.ndarray, regions: IndexedRegions) -> np.ndarray:
     """The path shortened inside the union of regions: from the robot forwards, then, finer, from its end backwards.
 
     Args:
@@ -23,17 +27,16 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: RegionStack) 
     Returns:
         Shape (m, 2), W, m; ends where the path ends.
     """
-    arrays = regions.arrays
     line = np.vstack((position, path))
-    forward = _pull(subdivided(line, FORWARD_STEP)[1:], *position, *arrays)
+    forward = _pull(subdivided(line, FORWARD_STEP)[1:], *position, regions)
     line = np.vstack((position, forward))
-    backward = _pull(subdivided(line, BACKWARD_STEP)[:-1][::-1].copy(), *line[-1], *arrays)
+    backward = _pull(subdivided(line, BACKWARD_STEP)[:-1][::-1].copy(), *line[-1], regions)
     if not len(backward) or np.hypot(*(backward[-1] - position)) > 1e-6:
         return forward
     return np.vstack((backward[:-1][::-1], line[-1:]))
 
 
-def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack) -> int:
+def last_in_sight(points: np.ndarray, position: np.ndarray, regions: IndexedRegions) -> int:
     """Index of the last point that is reached by a straight line inside the union of regions, or -1.
 
     Args:
@@ -41,66 +44,57 @@ def last_in_sight(points: np.ndarray, position: np.ndarray, regions: RegionStack
         position: start of the lines, shape (2,), W, m.
         regions: whose union bounds the lines.
     """
-    return int(_last_in_sight(points, 0, *position, *regions.arrays))
+    return int(_last_in_sight(points, 0, *position, regions))
 
 
 @njit(cache=True)
-def _last_in_sight(points, first, x, y, center, bearing_0, values, reach):
+def _last_in_sight(points, first, x, y, regions):
     """Index of the last of points[first:] in line of sight from (x, y), or -1."""
+    if newest_cover(regions, x, y) < 0:
+        return -1
     blocked = 0.0  # how far from (x, y) the last line left the regions: the next one probably does, too
     for j in range(len(points) - 1, first - 1, -1):
-        blocked = _blocked_at(center, bearing_0, values, reach, x, y, points[j, 0], points[j, 1], blocked)
+        blocked = blocked_at(regions, x, y, points[j, 0], points[j, 1], blocked)
         if blocked < 0.0:
             return j
     return -1
 
 
 @njit(cache=True)
-def _blocked_at(center, bearing_0, values, reach, x0, y0, x1, y1, guess):
-    """Where the segment leaves the union of the regions, from its start, m; -1 if `segment_covered`.
+def in_sight(regions, x0, y0, x1, y1):
+    """Whether the straight segment stays inside the union of the regions, as `segment_covered` with LINE_STEP."""
+    return blocked_at(regions, x0, y0, x1, y1, 0.0) < 0.0
+
+
+@njit(cache=True)
+def blocked_at(regions, x0, y0, x1, y1, guess):
+    """A place outside the union of the regions on the segment, from its start, m; -1 if `segment_covered`.
 
     The samples are those of `segment_covered`, first the one at `guess`. Many at once are found in one region, if the
     least of its values between the bearings of the first and the last is no less than the distances of both.
     """
     length = math.hypot(x1 - x0, y1 - y0)
     count = int(length / LINE_STEP) + 1
-    nearby = np.empty(len(reach), np.int64)
-    n = 0
-    for k in range(len(reach) - 1, -1, -1):
-        px, py = center[k, 0] - x0, center[k, 1] - y0
-        t = 0.0
-        if length > 1e-12:
-            t = min(max((px * (x1 - x0) + py * (y1 - y0)) / (length * length), 0.0), 1.0)
-        px -= t * (x1 - x0)
-        py -= t * (y1 - y0)
-        if px * px + py * py <= reach[k] * reach[k]:
-            nearby[n] = k
-            n += 1
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
-        if (
-            _cover_of(
-                center, bearing_0, values, reach, nearby[:n], -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
-            )
-            < 0
-        ):
+        if some_cover(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) < 0:
             return max(length * i / count, 1e-9)
     last, i, step = -1, 0, 1
     while i <= count:
         x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         before = last
-        last = _cover_of(center, bearing_0, values, reach, nearby[:n], last, x, y)
+        last = some_cover(regions, last, x, y)
         if last < 0:
-            return max(length * i / count, 1e-9)
+            return max(length * _within_gap(regions, x0, y0, x1, y1, i, count) / count, 1e-9)
         if last != before:
             step = 16
         i += 1
         while step > 1 and i <= count:
             ahead = min(i + step, count)
             if _covers_all(
-                center[last],
-                bearing_0[last],
-                values[last],
+                regions.center[last],
+                regions.bearing_0[last],
+                regions.values[last],
                 x,
                 y,
                 x0 + (x1 - x0) * ahead / count,
@@ -115,15 +109,15 @@ def _blocked_at(center, bearing_0, values, reach, x0, y0, x1, y1, guess):
 
 
 @njit(cache=True)
-def _cover_of(center, bearing_0, values, reach, nearby, first, x, y):
-    """A region that contains (x, y), first of all `first` if it is one, else one of `nearby`; or -1."""
-    if first >= 0 and covers(center[first], bearing_0[first], values[first], x, y):
-        return first
-    for k in nearby:
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        if dx * dx + dy * dy <= reach[k] * reach[k] and covers(center[k], bearing_0[k], values[k], x, y):
-            return k
-    return -1
+def _within_gap(regions, x0, y0, x1, y1, first, count):
+    """The middle one of some samples of a segment from `first` on that are not covered: most neighbours of the segment
+    are not covered there either."""
+    i = first + 1
+    while i <= min(count, first + GAP_SAMPLES):
+        if some_cover(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) >= 0:
+            break
+        i += 1
+    return (first + i - 1) // 2
 
 
 @njit(cache=True)
@@ -147,14 +141,14 @@ def _covers_all(center, bearing_0, values, x0, y0, x1, y1):
 
 
 @njit(cache=True)
-def _pull(points, x, y, center, bearing_0, values, reach):
+def _pull(points, x, y, regions):
     """From (x, y), go repeatedly to the last point in line of sight."""
     count = len(points)
     out = np.empty((count, 2))
     n = 0
     i = np.int64(0)  # a literal would compile `_last_in_sight` twice
     while i < count:
-        j = max(_last_in_sight(points, i, x, y, center, bearing_0, values, reach), i)
+        j = max(_last_in_sight(points, i, x, y, regions), i)
         x, y = points[j, 0], points[j, 1]
         out[n, 0], out[n, 1] = x, y
         n += 1

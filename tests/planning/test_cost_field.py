@@ -220,6 +220,17 @@ def test_a_search_towards_the_robot_has_the_same_winners(seed, margin):
         assert (early + cost_to_come)[~near].min(initial=np.inf) >= sums.min()
 
 
+def test_a_search_ends_at_a_robot_in_a_blocked_cell():
+    grid = memory(line((-2.0, -1.0), (-2.0, 1.0)))
+    robot, goal = np.array((-2.0 + RADIUS - 0.02, 0.0)), np.zeros(2)
+    origins = Origins(robot[None], np.zeros(1), robot)
+    early, full = (cost_to_go(grid, goal, LOW, HIGH, Terrain(RADIUS), end) for end in (origins, None))
+    place = tuple(np.rint((robot - full.origin) / full.cell).astype(int) + 1)
+    assert full.weight[place] == 0  # the robot touches the wall, but for the cells around it
+    assert early.at(robot[None])[0] == full.at(robot[None])[0] < np.inf
+    assert (early.cost < 0).sum() < 0.5 * (full.cost < 0).sum()
+
+
 @settings(max_examples=20)
 @given(seeds)
 def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(seed):
