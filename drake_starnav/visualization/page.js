@@ -93,13 +93,14 @@ const starnav = (function () {
     scale.style.width = meters * pixels + 'px';
     scale.firstChild.textContent = (meters < 1 ? Math.round(100 * meters) + ' cm' : meters + ' m');
   }
+  const playing = (so) => play.classList.toggle('playing', so);
   function update() {
     if (!turned && held !== stand()) look(view);  // the scene came later, or has another size
     if (!settings.live) {
       clock.textContent = 't = ' + animator.time.toFixed(1) + ' s';
       bar.max = animator.duration;
       bar.value = animator.time;
-      play.textContent = animator.playing ? '⏸' : '▶';
+      playing(animator.playing);
     }
     drawScale();
     if (at !== null) {
@@ -127,7 +128,7 @@ const starnav = (function () {
       const state = await (await fetch('state')).json();
       clock.textContent = 't = ' + state.time.toFixed(1) + ' s';
       element('said').textContent = state.said;
-      play.textContent = state.running ? '⏸' : '▶';
+      playing(state.running);
       play.title = state.running ? 'pause (space)' : 'start (s)';
       play.disabled = state.ended;
     } catch (error) {
@@ -153,7 +154,7 @@ const starnav = (function () {
   bar.oninput = () => { animator.pause(); animator.seek(bar.valueAsNumber); };
   play.onclick = () => {
     play.blur();  // or the space bar would press it again
-    if (settings.live) press(play.textContent === '▶' ? 'start' : 'pause');
+    if (settings.live) press(play.classList.contains('playing') ? 'pause' : 'start');
     else if (animator.playing) animator.pause();
     else animator.play();
   };

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Role
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Role
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
@@ -19,6 +19,7 @@ from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
+from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
@@ -113,11 +114,6 @@ class Recorder:
         if self.film is None:
             raise StarnavError("the recorder has no film; allowed: after finish(lines, motion)")
         write_png(Path(path), PlotCamera(self.film, width=width).picture(time))
-
-
-def quiet_meshcat() -> Meshcat:
-    """A Meshcat server for this machine alone, that shows no statistics."""
-    return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
 
 
 def add_visualizers(
