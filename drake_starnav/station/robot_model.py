@@ -169,7 +169,8 @@ def _wheel_joint_faults(
     if max(abs(left_x), abs(right_x), abs(left_y + right_y)) > TOLERANCE or left_y <= right_y:
         yield (
             f"joints {', '.join(wheel_joints)} lie at x {left_x:g}, {right_x:g}, y {left_y:g}, {right_y:g} m of "
-            "base_link; allowed: at x 0 and as far to the left (y > 0) as to the right, since the robot turns about its axis"
+            "base_link; allowed: at x 0 and as far to the left (y > 0) as to the right, since the robot turns "
+            "about its axis"
         )
     for name in WHEELS:
         joint = plant.GetJointByName(name, model)
