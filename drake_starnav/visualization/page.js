@@ -147,7 +147,10 @@ const starnav = (function () {
   }
   element('legend').open = window.innerWidth > 700;
   element('controls').append(viewer.gui.domElement);
-  if (settings.live) viewer.gui.open();
+  if (settings.live) {
+    viewer.gui.open();
+    Object.values(viewer.gui.__folders).forEach(folder => folder.close());  // or the goal's sliders were far below
+  }
   element('controls').open = settings.live;
   bar.hidden = settings.live;
   bar.onpointerdown = () => animator.pause();
