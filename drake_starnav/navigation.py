@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, ZeroOrderHold
+from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.baselines.sampling_mpc import predictive_step
@@ -53,7 +53,7 @@ METHODS = {
 """By `controller.kind`, of GUIDED."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
-    "known_obstacles", "command_hold",
+    "known_obstacles",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
@@ -201,13 +201,7 @@ def add_navigation(
     else:
         made = _add_baseline(builder, scenario, made, stopwatch)
     assert made.twist_command is not None
-    command = made.twist_command
-    if _equipment(station).continuous:  # a discrete plant takes a command up at its next step, and so it is certified
-        period, offset = 1.0 / scenario.controller.rate, _command_offset(scenario) + step
-        hold = builder.AddNamedSystem("command_hold", ZeroOrderHold(period, 2, offset))
-        connect(builder, command, hold.get_input_port(), "controller")
-        command = hold.get_output_port()
-    connect(builder, command, station.GetInputPort("drive.twist_command"), "controller")
+    connect(builder, made.twist_command, station.GetInputPort("drive.twist_command"), "controller")
     if made.matcher is not None and made.certifier is not None:
         builder.Connect(made.certifier.GetOutputPort("certificate"), made.matcher.GetInputPort("certificate"))
     return made
@@ -252,15 +246,11 @@ class _Schedule:
         )
 
 
-def _command_offset(scenario: Scenario) -> float:
+def command_offset(scenario: Scenario) -> float:
     """When the controller is first updated, s."""
     if scenario.controller.kind in GUIDED:
         return _Schedule.of(scenario).last
     return 2 * scenario.simulation.time_step
-
-
-def _equipment(station: NavigationStation | Station | RobotInterface) -> RobotInterface:
-    return station if isinstance(station, RobotInterface) else station.equipment
 
 
 def _add_planning(
@@ -429,7 +419,7 @@ def _add_baseline(
 ) -> Navigation:
     """Add a baseline; it reads the same scans at the same times as the star controller."""
     world, station, goal, planner = made.world, made.station, made.goal, made.planner
-    kind, offset = scenario.controller.kind, _command_offset(scenario)
+    kind, offset = scenario.controller.kind, command_offset(scenario)
     settings = getattr(scenario, kind)
     controller = builder.AddNamedSystem(
         "controller",

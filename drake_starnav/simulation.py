@@ -10,14 +10,14 @@ from typing import Any, Protocol, TypedDict, Unpack
 
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, System, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import simplified
-from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.geometry.trajectory import Motion, evenly_sampled
 from drake_starnav.geometry.trajectory_metrics import motion_metrics
-from drake_starnav.navigation import Navigation, add_navigation
+from drake_starnav.navigation import Navigation, add_navigation, command_offset
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
@@ -39,10 +39,8 @@ from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
-MONITOR_PERIOD = 0.02
-"""Arrival is checked this often, s; contact at every step, and the clearance afterwards, at all logged states."""
-LOG_PERIOD = 0.01
-"""The robot's state is logged this often, s: at the ends of steps that the plant takes anyway."""
+METRICS_PERIOD = 0.01
+"""Metrics of the motion are of states at equal steps of this length, s, interpolated between the logged ones."""
 PROGRESS_PERIOD = 0.5
 """Simulated time between two reports of progress, s."""
 SHORTEST_PATH_SLACK = 0.005
@@ -73,7 +71,7 @@ class Trial:
         nodes: in the roadmap at the end; 0 without one.
         wall_s: wall-clock time of the simulation.
         state_hash: SHA-256 of the logged plant state.
-        command, scan, fit, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
+        command, scan, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
         path: corners (x, y) of the path that the robot's centre drove, simplified by up to `PATH_TOLERANCE`, m, W.
     """
 
@@ -100,7 +98,6 @@ class Trial:
     state_hash: str
     command: dict[str, float]
     scan: dict[str, float]
-    fit: dict[str, float]
     plan: dict[str, float]
     path: list[list[float]]
 
@@ -223,7 +220,7 @@ class _Run:
     Attributes:
         message: why it ended.
         elapsed: when it ended, s.
-        times: of the states, shape (n,), s: multiples of `LOG_PERIOD`, and the end.
+        times: of the states, shape (n,), s: the ends of the simulator's steps.
         driven: shape (n, 5): x, y, yaw, v, omega at these times.
         state_hash: of the logged plant states.
         nodes: in the roadmap.
@@ -240,11 +237,14 @@ class _Run:
 
 
 def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
-    """Add what ends a trial, and the logs of the robot's states and of its commands."""
-    add_collision_monitor(builder, navigation)
-    _add_arrival_monitor(builder, navigation, scenario.simulation.goal_tolerance)
+    """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
+    # both look when the controller does: this causes no steps either, and its state is calculated once
+    period, offset = 1.0 / scenario.controller.rate, command_offset(scenario)
+    add_collision_monitor(builder, navigation, period=period, offset=offset)
+    tolerance = scenario.simulation.goal_tolerance
+    _add_arrival_monitor(builder, navigation, ArrivalMonitor(tolerance=tolerance, period=period, offset=offset))
     state = navigation.station.GetOutputPort("cheat.robot_state")
-    return [LogVectorOutput(port, builder, LOG_PERIOD) for port in (state, navigation.twist_command)]
+    return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
 
 def _watch(
@@ -259,8 +259,8 @@ def _watch(
     def watch(now: float, limit: float) -> None:
         if progress is not None:
             progress(now, limit)
-        states, commands = (log.FindLog(simulator.get_context()).data().T for log in logs)
-        check_drive(navigation.station, states, commands, log_period=LOG_PERIOD, slip=slip)
+        states, commands = (log.FindLog(simulator.get_context()) for log in logs)
+        check_drive(navigation.station, states.sample_times(), states.data().T, commands.data().T, slip=slip)
 
     return watch
 
@@ -312,9 +312,9 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     outcome = COLLISION if standing.min() < radius else run.message
     clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
-    even = np.abs(run.times - LOG_PERIOD * np.arange(len(run.times))) < 1e-6  # but for the end, perhaps
+    samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
     motion = motion_metrics(
-        path[even], run.driven[even, 3:], clearances[even], time_step=LOG_PERIOD, robot_radius=radius
+        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=radius
     )
     return {
         "outcome": outcome,
@@ -356,8 +356,10 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
-def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> None:
-    """End the simulation at the robot's first contact with anything but the ground."""
+def add_collision_monitor(
+    builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02, offset: float = 0.0
+) -> None:
+    """End the simulation at the robot's first contact with anything but the ground; arguments as of the monitor."""
     station = navigation.station
     collision = builder.AddNamedSystem(
         "collision_monitor",
@@ -365,14 +367,16 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation) -> No
             robot=station.robot_geometries,
             ground=station.floor,
             moving_obstacles=station.moving_obstacle_geometries,
+            period=period,
+            offset=offset,
         ),
     )
     builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
 
 
-def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, tolerance: float) -> None:
-    arrival = builder.AddNamedSystem("arrival_monitor", ArrivalMonitor(tolerance=tolerance, period=MONITOR_PERIOD))
+def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:
+    arrival = builder.AddNamedSystem("arrival_monitor", monitor)
     builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
     builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
     if navigation.planner is not None and "status" in outputs(navigation.planner):

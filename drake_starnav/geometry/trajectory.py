@@ -26,3 +26,19 @@ class Motion:
         """The pose at a time, shape (3,); constant before the first and after the last time."""
         turning = np.unwrap(self.poses[:, 2])
         return np.array([np.interp(time, self.times, track) for track in (*self.poses[:, :2].T, turning)])
+
+
+def evenly_sampled(times: np.ndarray, values: np.ndarray, period: float) -> np.ndarray:
+    """Values at equal steps of time, interpolated linearly.
+
+    Args:
+        times: of the values, shape (n,), increasing, s.
+        values: shape (n, m).
+        period: between two samples, s.
+
+    Returns:
+        Shape (k, m): at the first time and every `period` after it, up to the last time.
+    """
+    count = int((times[-1] - times[0]) / period + 1e-9) + 1
+    even = times[0] + period * np.arange(count)
+    return np.column_stack([np.interp(even, times, column) for column in values.T])

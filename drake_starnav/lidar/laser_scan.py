@@ -1,7 +1,8 @@
 """One planar laser scan, with the field names and conventions of ROS `sensor_msgs/LaserScan`."""
 
 import math
-from functools import cached_property, lru_cache
+from dataclasses import field
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -13,6 +14,8 @@ LARGEST_UNSEEN = 0.25
 """Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
 STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
 """What is known about the motion of the obstacle that a beam hit."""
+NOT_TRACKED = np.zeros(0, np.int8)
+CLASSIFIED = ("distances", "hits", "moving", "lost", "silent", "lasting", "complete")
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
 
@@ -35,8 +38,19 @@ class LaserScan:
         lost_beams: whether ranges may be NaN.
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
+        full_circle: whether the last beam's neighbour is the first one.
+        view: what compiled loops need to know of the beams: directions, range_max, angle_increment and full_circle.
+        distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. A lost beam is
+            bounded by its neighbours. It counts as free up to the shorter of the beams on both sides of the run of lost
+            beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
+        hits: beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN.
+        moving: beams on a moving obstacle, shape (n,), bool.
+        lost: beams without a measurement (NaN), shape (n,), bool.
+        silent: beams without information about static obstacles: lost, or on a moving obstacle; shape (n,), bool.
+        lasting: beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool.
+        complete: whether no beam is lost.
 
-    How the properties classify a beam, by where it ended:
+    How a beam is classified, by where it ended:
 
     ```
                                       hits  moving  lost  silent  lasting
@@ -58,6 +72,15 @@ class LaserScan:
     scan_time: float = 0.0
     lost_beams: bool = False
     motion: np.ndarray | None = None
+    full_circle: bool = field(init=False, repr=False)
+    view: tuple[np.ndarray, float, float, bool] = field(init=False, repr=False)
+    distances: np.ndarray = field(init=False, repr=False)
+    hits: np.ndarray = field(init=False, repr=False)
+    moving: np.ndarray = field(init=False, repr=False)
+    lost: np.ndarray = field(init=False, repr=False)
+    silent: np.ndarray = field(init=False, repr=False)
+    lasting: np.ndarray = field(init=False, repr=False)
+    complete: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -82,6 +105,11 @@ class LaserScan:
                 f"laser scan: angle_increment {self.angle_increment:g} over {len(ranges)} beams spans {span:g} rad; "
                 "allowed: more than 0, at most one turn"
             )
+        full_circle = abs(self.angle_increment * len(ranges) - 2.0 * math.pi) < 1e-6
+        motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
+        beams = _classified(ranges, motion, self.range_max, self.angle_increment, full_circle)
+        view = self.directions, self.range_max, self.angle_increment, full_circle
+        vars(self).update(zip(CLASSIFIED, beams, strict=True), full_circle=full_circle, view=view)
         if not self.lost_beams and not self.complete:
             bad = np.flatnonzero(self.lost)
             raise StarnavError(
@@ -100,11 +128,6 @@ class LaserScan:
         return self.angle_min + self.angle_increment * (len(self.ranges) - 1)
 
     @property
-    def full_circle(self) -> bool:
-        """Whether the last beam's neighbour is the first one."""
-        return abs(self.angle_increment * len(self.ranges) - 2.0 * math.pi) < 1e-6
-
-    @property
     def bearings(self) -> np.ndarray:
         """Bearing of every beam in S, shape (n,), rad."""
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
@@ -114,58 +137,10 @@ class LaserScan:
         """Unit vector along every beam in S, shape (n, 2)."""
         return _beams(self.angle_min, self.angle_increment, len(self.ranges))[1]
 
-    @cached_property
-    def view(self) -> tuple[np.ndarray, float, float, bool]:
-        """What compiled loops need to know of the beams: directions, range_max, angle_increment and full_circle."""
-        return self.directions, self.range_max, self.angle_increment, self.full_circle
-
-    @cached_property
-    def hits(self) -> np.ndarray:
-        """Beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN."""
-        hits = self.ranges < self.range_max
-        return hits if self.motion is None else hits & ~self.moving
-
-    @cached_property
-    def lost(self) -> np.ndarray:
-        """Beams without a measurement (NaN), shape (n,), bool."""
-        return np.isnan(self.ranges)
-
-    @cached_property
-    def silent(self) -> np.ndarray:
-        """Beams without information about static obstacles: lost, or on a moving obstacle; shape (n,), bool."""
-        return self.lost if self.motion is None else self.lost | self.moving
-
-    @cached_property
-    def moving(self) -> np.ndarray:
-        """Beams on a moving obstacle, shape (n,), bool."""
-        return np.zeros(len(self.ranges), bool) if self.motion is None else self.motion == DYNAMIC
-
-    @cached_property
-    def lasting(self) -> np.ndarray:
-        """Beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool."""
-        return ~self.lost if self.motion is None else ~self.lost & (self.motion == STATIC)
-
-    @cached_property
+    @property
     def lasting_hits(self) -> np.ndarray:
         """Beams that hit a static obstacle, shape (n,), bool."""
         return self.hits & self.lasting
-
-    @cached_property
-    def complete(self) -> bool:
-        """Whether no beam is lost."""
-        return not math.isnan(np.minimum.reduce(self.ranges))  # a NaN anywhere makes the minimum NaN
-
-    @cached_property
-    def distances(self) -> np.ndarray:
-        """Ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0.
-
-        A lost beam is bounded by its neighbours. It counts as free up to the shorter of the beams on both sides of
-        the run of lost beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
-        """
-        distance = np.minimum(np.maximum(self.ranges, 0.0), self.range_max)
-        if self.complete:
-            return distance
-        return _bounded(distance, *self.view[1:])
 
     def points(self, pose: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
         """The hits as points, shape (k, 2), m.
@@ -210,6 +185,30 @@ def chord(a, b, angle):
 def third_side(a, b, cosine):
     """The chord of two beams from the cosine of the angle between them, m."""
     return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+
+
+@njit(cache=True)
+def _classified(ranges, motion, range_max, increment, wrap):
+    """The attributes CLASSIFIED of a scan; without motion, everything is static."""
+    n = len(ranges)
+    distance = np.empty(n)
+    hits, moving, lost = np.empty(n, np.bool_), np.zeros(n, np.bool_), np.empty(n, np.bool_)
+    silent, lasting = np.empty(n, np.bool_), np.empty(n, np.bool_)
+    complete = True
+    for i in range(n):
+        if len(motion):
+            moving[i] = motion[i] == DYNAMIC
+        lost[i] = math.isnan(ranges[i])
+        hits[i] = ranges[i] < range_max and not moving[i]  # never if lost
+        silent[i] = lost[i] or moving[i]
+        lasting[i] = not lost[i] and (len(motion) == 0 or motion[i] == STATIC)
+        distance[i] = min(max(ranges[i], 0.0), range_max)
+        if lost[i]:
+            complete = False
+            distance[i] = math.nan
+    if not complete:
+        distance = _bounded(distance, range_max, increment, wrap)
+    return distance, hits, moving, lost, silent, lasting, complete
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ from dataclasses import field
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
 from drake_starnav.planning.cost_field import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
@@ -185,11 +185,10 @@ def impassable_points(
 
 def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
     """As `impassable_points`, of smoothed ranges, shape (n,), m."""
-    lasting = scan.lasting
-    if not lasting.any():
-        return np.zeros((0, 2))
-    points = scan.points_at(distance, lasting, pose)
-    return _impassable(points, distance[lasting] < scan.range_max, scan.full_circle, 2.0 * robot_radius)
+    directions, range_max, _, wrap = scan.view
+    x, y, yaw = pose
+    place = x, y, math.cos(yaw), math.sin(yaw)
+    return _bridged(directions, distance, scan.lasting, place, range_max, wrap, 2.0 * robot_radius)
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
@@ -267,6 +266,14 @@ def _neighbours(center, bearing_0, values, reach):
             out[n] = k
             n += 1
     return out[:n].copy()
+
+
+@njit(cache=True)
+def _bridged(directions, distance, lasting, place, range_max, wrap, diameter):
+    """The loop of `bridged_points`."""
+    x, y, cosine, sine = place
+    points = placed_ends(directions, distance, lasting, x, y, cosine, sine)
+    return _impassable(points, distance[lasting] < range_max, wrap, diameter) if len(points) else points
 
 
 @njit(cache=True)

@@ -48,7 +48,7 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         beams: half width of the moving average.
     """
     _, range_max, _, full_circle = scan.view
-    return _moving_average(scan.distances, range_max, beams, slack, full_circle)
+    return moving_average(scan.distances, range_max, beams, slack, full_circle)
 
 
 def bearing_count(scan: LaserScan) -> int:
@@ -119,7 +119,7 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
     margins = parameters.margin, parameters.least_margin
     beams = distance, scan.distances, scan.silent, scan.moving
     tables = bearing_tables(bearing_count(scan))
-    return FreeRange(*_free_range(beams, scan.view, field_of_view(scan), radius, margins, tables))
+    return FreeRange(*disc_range(beams, scan.view, field_of_view(scan), radius, margins, tables))
 
 
 @lru_cache(maxsize=16)
@@ -130,8 +130,8 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def _free_range(beams, view, field, radius, margins, tables):
-    """The free range, its limit, and the smallest margin kept."""
+def disc_range(beams, view, field, radius, margins, tables):
+    """The loop of `free_range`: the fields of a `FreeRange`."""
     distance, measured, silent, moving = beams
     _, range_max, increment, wrap = view
     margin, least = margins
@@ -168,7 +168,8 @@ def bearing_limit(samples, first, last, most):
 
 
 @njit(cache=True)
-def _moving_average(distance, range_max, half_width, slack, wrap):
+def moving_average(distance, range_max, half_width, slack, wrap):
+    """The loop of `smoothed_distances`."""
     n = len(distance)
     jump, limit = SMOOTHING_JUMP + slack, SMOOTHING_LIMIT + slack
     out = distance.copy()

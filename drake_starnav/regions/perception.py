@@ -11,12 +11,12 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
-from drake_starnav.regions.erosion import free_range, smoothed_distances
+from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.parameters import SafetyParameters, StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.scan_averaging import averaged
-from drake_starnav.regions.star_region import fit_region
+from drake_starnav.regions.star_region import smoothed_scan_region
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
 
@@ -125,17 +125,16 @@ def perceive(
         if noise is not None:
             history = history.remembered(scan.points(pose))
             near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
-        distance = smoothed_distances(scan, region_parameters.smoothing_slack)
+        distance, region = smoothed_scan_region(scan, pose, robot_radius, region_parameters)
+        measured = near.distances
         if controller.smoothed_beams > 0:
             smooth = smoothed_distances(near, region_parameters.smoothing_slack, controller.smoothed_beams)
-            near = dataclasses.replace(near, ranges=np.where(near.hits, smooth, near.ranges))
-        profile = free_range(scan, distance, robot_radius, region_parameters)
-        with stopwatch.measure("fit"):
-            region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
+            measured = np.where(near.hits, smooth, measured)
         safe_radius = robot_radius + controller.safety_margin
         kept = controller.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-        memory = known = before.memory.remembered(near, pose, *kept)
+        memory = known = before.memory.remembered(near, pose, *kept, measured)
         if controller.average_scans and near.motion is None:
+            near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             known = earlier.remembered(near, pose, *kept)
         reach, previous = controller.safety_range, before.safety.time

@@ -47,8 +47,7 @@ def fit_piecewise_cubic(samples: np.ndarray, tolerance: float = TOLERANCE, one_s
 
     Source: paper, section III-A, adaptive piecewise polynomial; one-sided fit: this project.
     """
-    breaks = _jump_breaks(samples, JUMP, max(len(samples) // LARGEST_SHARE, 1))
-    return fit_segments(samples, breaks, tolerance, one_sided)
+    return PiecewiseCubic(*adaptive_fit(samples, tolerance, one_sided))
 
 
 def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
@@ -59,6 +58,13 @@ def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_
         breaks: shape (k + 1,), increasing from 0 to M; the first sample of each segment, and M.
     """
     return PiecewiseCubic(*_fit(samples, breaks, tolerance, one_sided))
+
+
+@njit(cache=True)
+def adaptive_fit(samples, tolerance, one_sided):
+    """The loop of `fit_piecewise_cubic`."""
+    breaks = _jump_breaks(samples, JUMP, max(len(samples) // LARGEST_SHARE, 1))
+    return _fit(samples, breaks, tolerance, one_sided)
 
 
 @njit(cache=True)

@@ -86,7 +86,9 @@ class ScanMemory:
     counts: tuple[int, ...] = ()
     reach: float = math.inf
 
-    def remembered(self, scan: LaserScan, pose: np.ndarray, reach: float, count: int) -> "ScanMemory":
+    def remembered(
+        self, scan: LaserScan, pose: np.ndarray, reach: float, count: int, measured: np.ndarray | None = None
+    ) -> "ScanMemory":
         """The memory with one more scan and at most `count` scans.
 
         Args:
@@ -94,11 +96,12 @@ class ScanMemory:
             pose: (x, y, yaw) of S in W when it was taken.
             reach: farther hits are dropped, m.
             count: number of scans to keep.
+            measured: shape (n,), distances along its beams in place of the scan's, m.
         """
         reach = min(reach, scan.range_max)
         forgotten = max(len(self.counts) + 1 - max(count, 1), 0)
         first = sum(self.counts[:forgotten])
-        beams = scan.distances, scan.hits, scan.silent
+        beams = scan.distances if measured is None else measured, scan.hits, scan.silent
         points, gaps = _remembered(self.points, self.half_gaps, first, beams, scan.view, _place(pose), reach)
         counts = *self.counts[forgotten:], len(points) - len(self.points) + first
         return ScanMemory(points, gaps, counts, reach)

@@ -17,9 +17,17 @@ from numba import njit
 
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.regions.erosion import FreeRange, free_range, smoothed_distances
+from drake_starnav.regions.erosion import (
+    SMOOTHING_BEAMS,
+    FreeRange,
+    bearing_count,
+    bearing_tables,
+    disc_range,
+    field_of_view,
+    moving_average,
+)
 from drake_starnav.regions.parameters import StarParameters
-from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
+from drake_starnav.regions.piecewise_cubic import TOLERANCE, PiecewiseCubic, adaptive_fit, fit_piecewise_cubic
 from drake_starnav.utils.snapshot import snapshot
 
 Fit = Callable[[np.ndarray], PiecewiseCubic]
@@ -125,7 +133,7 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
 
 
 def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters) -> StarRegion:
-    """The star-shaped region of one scan: `smoothed_distances`, `free_range`, then `fit_region`.
+    """The star-shaped region of one scan.
 
     Args:
         scan: in the sensor frame S, at the robot's centre.
@@ -133,8 +141,30 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: St
         radius: of the robot, m.
         parameters: of the pipeline.
     """
-    profile = free_range(scan, smoothed_distances(scan, parameters.smoothing_slack), radius, parameters)
-    return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
+    return smoothed_scan_region(scan, pose, radius, parameters)[1]
+
+
+def smoothed_scan_region(
+    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters
+) -> tuple[np.ndarray, StarRegion]:
+    """The `smoothed_distances` of a scan, and its `scan_region`: their `free_range`, then `fit_region`, in one call."""
+    beams = scan.distances, scan.silent, scan.moving
+    margins, tables = (parameters.margin, parameters.least_margin), bearing_tables(bearing_count(scan))
+    distance, profile, boundary = _scan_region(
+        beams, scan.view, field_of_view(scan), radius, margins, parameters.smoothing_slack, tables
+    )
+    center, bearing_0 = np.array(pose[:2], dtype=float), float(pose[2]) + scan.angle_min
+    return distance, StarRegion(center, bearing_0, PiecewiseCubic(*boundary), *profile)
+
+
+@njit(cache=True)
+def _scan_region(beams, view, field, radius, margins, slack, tables):
+    """The smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`."""
+    measured, silent, moving = beams
+    _, range_max, _, wrap = view
+    distance = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, wrap)
+    profile = disc_range((distance, measured, silent, moving), view, field, radius, margins, tables)
+    return distance, profile, adaptive_fit(profile[0], TOLERANCE, True)
 
 
 @dataclass(frozen=True)
@@ -162,6 +192,10 @@ class RegionStack:
             return RegionStack(
                 np.zeros((0, 2)), np.zeros(0), np.zeros((0, samples)), np.zeros((0, samples)), np.zeros(0)
             )
+        if len(regions) == 1:  # without copies
+            fit = regions[0].boundary
+            bearing_0, reach = np.array((regions[0].bearing_0,)), np.array((regions[0].reach,))
+            return RegionStack(regions[0].center[None], bearing_0, fit.values[None], fit.slopes[None], reach)
         return RegionStack(
             center=np.array([r.center for r in regions]),
             bearing_0=np.array([r.bearing_0 for r in regions]),

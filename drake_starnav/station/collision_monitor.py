@@ -7,13 +7,14 @@ from pydrake.geometry import GeometryId, QueryObject
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.geometry.trajectory_metrics import STANDING
+from drake_starnav.utils.timing import checked_period
 
 COLLISION, STRUCK = "collision", "struck"
 """Names of a contact; `STRUCK` if a moving obstacle hits a robot that is standing."""
 
 
 class CollisionMonitor(LeafSystem):
-    """Looks for contacts after each step of the simulator, and terminates it at the first one but with the ground.
+    """Looks for contacts periodically, and terminates the simulation at the first one but with the ground.
 
     ```
                        ┌──────────────────┐
@@ -29,7 +30,8 @@ class CollisionMonitor(LeafSystem):
 
     The simulator stops with status "reached termination" and a message that begins with the name of the contact and
     gives the identifiers of both geometries. The contact is `STRUCK` if the robot stood and touches only moving
-    obstacles.
+    obstacles. A contact is missed only if it begins and ends within a period: in 0.02 s at 1 m/s, that of two discs
+    of 0.2 m that overlap by less than 0.2 mm.
     """
 
     def __init__(
@@ -38,12 +40,15 @@ class CollisionMonitor(LeafSystem):
         robot: Collection[GeometryId],
         ground: Collection[GeometryId],
         moving_obstacles: Collection[GeometryId] = (),
+        period: float = 0.02,
+        offset: float = 0.0,
     ) -> None:
         """
         Args:
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
+            period, offset: of the checks, s.
         """
         super().__init__()
         # their numbers: an identifier is hashed and compared by a call into Drake
@@ -52,7 +57,7 @@ class CollisionMonitor(LeafSystem):
         )
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self.DeclarePerStepPublishEvent(self._check)
+        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""

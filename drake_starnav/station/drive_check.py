@@ -18,10 +18,10 @@ LEAST = np.array((0.005, 0.01))
 
 def check_drive(
     station: NavigationStation | Station | RobotInterface,
+    times: np.ndarray,
     states: np.ndarray,
     commands: np.ndarray,
     *,
-    log_period: float,
     slip: float = 0.0,
 ) -> None:
     """Raise a `StarnavError` with the likely cause if the robot has not driven as it was told lately.
@@ -31,17 +31,19 @@ def check_drive(
 
     Args:
         station: with the robot.
-        states: of the robot's model, shape (n, m), in steps of `log_period`.
-        commands: (v, omega) at the same times, shape (n, 2), m/s and rad/s.
-        log_period: s.
+        times: of what follows, shape (n,), s.
+        states: of the robot's model, shape (n, m).
+        commands: (v, omega), shape (n, 2), m/s and rad/s.
         slip: share of the speed that the wheels are declared to lose.
     """
-    plant, model, count = station.plant, station.robot_model, round(SPAN / log_period)
-    if len(states) < 2 * count:
+    if times[-1] - times[0] < 2.0 * SPAN:
         return
-    states, commands = states[-2 * count :], commands[-2 * count :]
+    plant, model = station.plant, station.robot_model
+    lately = times > times[-1] - 2.0 * SPAN - 1e-9
+    times, states, commands = times[lately], states[lately], commands[lately]
     twists = planar_states(states, plant.num_positions(model))[:, 3:]
-    told, done = (each.reshape(2, count, 2).mean(axis=1) for each in (commands, twists))
+    later = times > times[-1] - SPAN - 1e-9
+    told, done = (np.array([each[span].mean(axis=0) for span in (~later, later)]) for each in (commands, twists))
     judged = np.abs(told) > LEAST
     follows = judged & (done * np.sign(told) >= SHARE * (1.0 - slip) * np.abs(told))
     if follows.any() or not judged.any(axis=1).all():

@@ -6,7 +6,7 @@ from types import TracebackType
 
 import numpy as np
 
-STEPS = ("command", "scan", "fit", "plan")
+STEPS = ("command", "scan", "plan")
 """The timed steps of every trial, in the order of its fields."""
 
 

@@ -17,7 +17,7 @@ from drake_starnav.evaluation import read_trials, trial_seed
 from drake_starnav.evaluation.batch import announcement
 from drake_starnav.evaluation.jobs import Case, Job
 
-TIMES = ("wall_s", "command", "scan", "fit", "plan")
+TIMES = ("wall_s", "command", "scan", "plan")
 BROKEN = "world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n"
 
 

@@ -18,7 +18,7 @@ from drake_starnav.evaluation import cluster, dask_pool, read_trials
 dask = pytest.importorskip("dask", reason="Dask is not installed")
 distributed = pytest.importorskip("distributed", reason="Dask is not installed")
 
-TIMES = ("wall_s", "command", "scan", "fit", "plan")
+TIMES = ("wall_s", "command", "scan", "plan")
 TRIALS = 12
 
 

@@ -12,7 +12,7 @@ def record(trial: int, outcome: str = "reached", **fields) -> dict:
     base = {
         "scenario": "forest", "method": "star", "trial": trial, "seed": trial, "outcome": outcome, "time_s": 10.0,
         "path_length_m": 6.0, "shortest_path_m": 5.0, "min_clearance_m": 0.02, "wall_s": 1.0, "command": step,
-        "scan": step, "fit": step, "plan": step,
+        "scan": step, "plan": step,
     }  # fmt: skip
     return {**base, **fields}
 

@@ -14,7 +14,7 @@ def record(scenario: str = "forest", method: str = "star", trial: int = 0, outco
         "trial": trial, "scenario": scenario, "method": method, "seed": trial_seed(5, trial), "outcome": outcome,
         "time_s": 20.0, "path_length_m": 14.0, "shortest_path_m": 13.0, "straight_line_m": 12.0,
         "tightest_gap_m": 0.9, "min_clearance_m": 0.02, "mean_speed_mps": 0.7, "nodes": 9, "wall_s": 1.0,
-        "score": None, "state_hash": "0", "command": STEP, "scan": STEP, "fit": STEP, "plan": STEP,
+        "score": None, "state_hash": "0", "command": STEP, "scan": STEP, "plan": STEP,
         "path": [[0.5, 0.0], [6.0, 0.3], [12.0, 0.0]], **fields,
     }  # fmt: skip
 

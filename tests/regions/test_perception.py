@@ -50,5 +50,5 @@ def test_times_are_noted_where_asked_for() -> None:
     (first,) = looks(POSES[0])
     stopwatch = Stopwatch()
     perceive(first, first.observation.scan, POSES[0], SETTINGS, stopwatch)
-    (scan,), (fit,) = stopwatch.seconds["scan"], stopwatch.seconds["fit"]
-    assert 0.0 < fit < scan
+    (scan,) = stopwatch.seconds["scan"]
+    assert scan > 0.0

@@ -160,7 +160,7 @@ def test_each_scan_is_processed_once() -> None:
         perceived.update()
         for _ in range(2):
             perceived.out("star"), perceived.out("safety_star")
-    assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3, "fit": 3}
+    assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3}
 
 
 def test_a_scan_that_was_seen_is_not_taken_for_a_new_one() -> None:

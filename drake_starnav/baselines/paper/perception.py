@@ -40,8 +40,7 @@ def perceive(
     with stopwatch.measure("scan"):
         distance = smoothed_distances(scan)
         profile = sight_range(scan, distance, RANGE)
-        with stopwatch.measure("fit"):
-            region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_slopes)
+        region = fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_slopes)
         near = (distance < min(NEAR_HIT_RANGE, scan.range_max)) & scan.hits
         safety = SafetyStar(
             center=np.array(pose[:2], dtype=float),
