@@ -9,8 +9,9 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Role
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.station.robot_interface import RobotInterface
@@ -26,7 +27,6 @@ from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisua
 from drake_starnav.visualization.timeline import Tee, Timeline
 
 if TYPE_CHECKING:
-    from drake_starnav.navigation import Navigation
     from drake_starnav.station.navigation_station import NavigationStation, Station
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
@@ -56,7 +56,7 @@ class Recorder:
         self._html, self._view, self._shown = html, view, shown
         self.film: Film | None = None
 
-    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: Scenario | None = None) -> None:
+    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario | None = None) -> None:
         """Start a Meshcat and add its visualizers.
 
         Args:
@@ -65,6 +65,7 @@ class Recorder:
                 there is to draw.
             scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
         """
+        check_kind(navigation, Navigation, "navigation", "as from add_navigation")
         scenario = scenario or Scenario(navigation.world.name, None)
         self._meshcat = quiet_meshcat()
         self._timeline = Timeline()
@@ -118,7 +119,7 @@ class Recorder:
 
 def add_visualizers(
     builder: DiagramBuilder,
-    navigation: "Navigation",
+    navigation: Navigation,
     scenario: Scenario,
     meshcat: Meshcat,
     timeline: Timeline | None = None,
