@@ -79,19 +79,12 @@ class DistanceGrid:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
-        cells = np.rint(np.asarray(points) / self.resolution).astype(np.int64)
-        out = np.full(len(cells), self.cap)
-        if not len(cells):
-            return out
-        owner = cells // TILE
-        inside = cells - owner * TILE
-        order = np.lexsort(owner.T)
-        changes = np.flatnonzero(np.any(np.diff(owner[order], axis=0), axis=1)) + 1
-        for members in np.split(order, changes):  # the points of one tile at a time
-            i, j = owner[members[0]]
-            tile = self.tiles.get((int(i), int(j)))
+        out = np.full(len(points), self.cap)
+        owners, which, inside = _owners(np.asarray(points, float), self.resolution)
+        for k, (i, j) in enumerate(owners.tolist()):
+            tile = self.tiles.get((i, j))
             if tile is not None:
-                out[members] = tile[inside[members, 0], inside[members, 1]]
+                _read(tile, which, k, inside, out)
         return out
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -274,6 +267,34 @@ def cost_to_go(
     cost = np.zeros(weight.shape, np.int32)
     f_limit = bucket_dijkstra(weight, cost, i + 1, j + 1, grid, margin, *source)
     return CostField(cost, weight, origin, cell, source, f_limit, memory)
+
+
+@njit(cache=True)
+def _owners(points, resolution):
+    """The tiles that points lie in, shape (k, 2), and for each point which of them, and its cell inside."""
+    owners, count = np.empty((len(points), 2), np.int64), 0
+    which, inside = np.empty(len(points), np.int64), np.empty((len(points), 2), np.int64)
+    k = 0
+    for p in range(len(points)):
+        i, j = int(np.rint(points[p, 0] / resolution)), int(np.rint(points[p, 1] / resolution))
+        tile_i, tile_j = i // TILE, j // TILE
+        if count == 0 or owners[k, 0] != tile_i or owners[k, 1] != tile_j:  # rarely: neighbours share a tile
+            k = 0
+            while k < count and (owners[k, 0] != tile_i or owners[k, 1] != tile_j):
+                k += 1
+            if k == count:
+                owners[k, 0], owners[k, 1] = tile_i, tile_j
+                count += 1
+        which[p], inside[p, 0], inside[p, 1] = k, i - tile_i * TILE, j - tile_j * TILE
+    return owners[:count], which, inside
+
+
+@njit(cache=True)
+def _read(tile, which, k, inside, out):
+    """Fill in the distances of the points in tile k."""
+    for p in range(len(which)):
+        if which[p] == k:
+            out[p] = tile[inside[p, 0], inside[p, 1]]
 
 
 @njit(cache=True)
