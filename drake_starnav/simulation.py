@@ -360,8 +360,16 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
 def add_collision_monitor(
     builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02, offset: float = 0.0
 ) -> None:
-    """End the simulation at the robot's first contact with anything but the ground; arguments as of the monitor."""
+    """End the simulation at the robot's first contact with anything but the ground.
+
+    Args:
+        builder: of the diagram.
+        navigation: in it.
+        period, offset: of the checks, s; where obstacles move, every step of the plant is checked.
+    """
     station = navigation.station
+    if station.moving_obstacle_geometries:
+        period, offset = station.equipment.time_step, 0.0
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
