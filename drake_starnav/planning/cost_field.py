@@ -288,8 +288,8 @@ def _by_owner(points, resolution):
                 count += 1
         which[p], inside[p, 0], inside[p, 1] = k, i - tile_i * TILE, j - tile_j * TILE
     starts, members = np.zeros(count + 1, np.int64), np.empty(len(points), np.int64)
-    for k in which:
-        starts[k + 1] += 1
+    for owner in which:
+        starts[owner + 1] += 1
     starts = np.cumsum(starts)
     fill = starts[:-1].copy()
     for p in range(len(points)):
