@@ -12,7 +12,7 @@ from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.baselines.sampling_mpc import predictive_step
 from drake_starnav.control import Law, control_step
 from drake_starnav.control.parameters import CERTIFIED, GUIDED
-from drake_starnav.errors import StarnavError, UnsupportedError
+from drake_starnav.errors import StarnavError, UnsupportedError, check_kind
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step
 from drake_starnav.regions.perception import Perceive, perceive
@@ -158,6 +158,9 @@ def add_navigation(
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
             parameters; the builder has systems of the same names; or your system has not the ports it needs.
     """
+    check_kind(scenario, Scenario, "scenario", "as from load_scenario")
+    if world is not None:
+        check_kind(world, World, "world", "as from make_world")
     _check_own_systems(scenario, planner, controller, shield)
     validate(scenario)
     for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):

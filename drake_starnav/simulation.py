@@ -13,7 +13,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder, System, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import Motion, evenly_sampled
 from drake_starnav.geometry.trajectory_metrics import motion_metrics
@@ -160,6 +160,7 @@ def run_trial(
     check_outputs([None if path is None else Path(path) for path in (html, csv)])
     if world is None:
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    check_kind(world, World, "world", "as from make_world")
     shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is refused at once
     observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
@@ -359,8 +360,16 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
 def add_collision_monitor(
     builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02, offset: float = 0.0
 ) -> None:
-    """End the simulation at the robot's first contact with anything but the ground; arguments as of the monitor."""
+    """End the simulation at the robot's first contact with anything but the ground.
+
+    Args:
+        builder: of the diagram.
+        navigation: in it.
+        period, offset: of the checks, s; where obstacles move, every step of the plant is checked.
+    """
     station = navigation.station
+    if station.moving_obstacle_geometries:
+        period, offset = station.equipment.time_step, 0.0
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(

@@ -155,11 +155,9 @@ def report(arguments: Sequence[str] | None = None) -> int:
     """Report on trials that have run; see `--help`. Returns the exit code."""
     parser = CommandParser(
         prog=command_name("report"),
-        description="Make tables, plots and recordings of trials that benchmark.py has run.",
+        description="Make tables, plots and recordings of trials that `benchmark` has run.",
     )
-    parser.add_argument(
-        "file", nargs="+", type=Path, help="files that benchmark.py --json wrote, as they are or as .xz"
-    )
+    parser.add_argument("file", nargs="+", type=Path, help="files by `benchmark --json`, as they are or as .xz")
     _add_report_options(parser)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")

@@ -20,7 +20,7 @@ from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_world
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
-from drake_starnav.visualization.meshcat_stage import MeshcatStage
+from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
     HEADING_COLOR,
@@ -35,7 +35,6 @@ from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
     frame_camera,
-    quiet_meshcat,
     set_look,
     start_recording,
 )

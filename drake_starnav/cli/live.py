@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
@@ -17,6 +17,7 @@ from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.visualization.live_page import LivePage, LiveState
+from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
@@ -101,7 +102,7 @@ class LiveRun:
             StarnavError: the world cannot be made.
         """
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-        self.meshcat = Meshcat(MeshcatParams(host="localhost"))
+        self.meshcat = quiet_meshcat()
         set_look(self.meshcat)
         frame_camera(self.meshcat, world.extent)
         self.controls = Controls(self.meshcat)

@@ -31,23 +31,20 @@ from drake_starnav.utils.files import check_outputs, file_name, write_text
 if TYPE_CHECKING:
     from drake_starnav.scenario import Scenario
 
+RUN_CODES = "exit codes: 0 the goal was reached, 1 it was not, 2 bad input"
+
 # What commands need is imported when they run: help and bad options are answered before it.
 
 
 def simulate(arguments: Sequence[str] | None = None) -> int:
     """Run one scenario; see `--help`. Returns the exit code."""
     parser = CommandParser(
-        prog=command_name("simulate"),
-        description="Drive one scenario and report how it went.",
-        epilog="exit codes: 0 the goal was reached, 1 it was not, 2 bad input",
+        prog=command_name("simulate"), description="Drive one scenario and report how it went.", epilog=RUN_CODES
     )
     parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
-    parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
-    parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
-    add_overrides(parser)
+    _add_run_options(parser)
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
     parser.add_argument(
         "--meshcat", action="store_true", help="drive in a live page with buttons, the goal moved by sliders"
     )
@@ -59,9 +56,21 @@ def simulate(arguments: Sequence[str] | None = None) -> int:
 
 
 def demo(arguments: Sequence[str] | None = None) -> int:
-    """Drive the default scenario and leave its recording in out/. Returns the exit code."""
-    written = ("--html", "out/forest.html", "--json", "out/forest.json")
-    return simulate(["forest", *written, *(sys.argv[2:] if arguments is None else arguments)])
+    """Drive the forest and leave its recording in out/; see `--help`. Returns the exit code."""
+    html, figures = Path("out", "forest.html"), Path("out", "forest.json")
+    parser = CommandParser(
+        prog=command_name("demo"), description=f"Drive the forest; write {html} and {figures}.", epilog=RUN_CODES
+    )
+    _add_run_options(parser)
+    parser.set_defaults(scenario="forest", html=html, json=figures, meshcat=False, real_time_rate=None)
+    return run_command(parser, arguments, _simulate)
+
+
+def _add_run_options(parser: CommandParser) -> None:
+    parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
+    parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
+    add_overrides(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
 
 
 def benchmark(arguments: Sequence[str] | None = None) -> int:
@@ -96,10 +105,10 @@ def _simulate(options: argparse.Namespace) -> int:
     check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
-    world = make_world(scenario.world, options.seed, scenario.robot.radius)
-    from drake_starnav.simulation import run_trial, trial_record  # late: bad input is reported before Drake is loaded
-
     with progress_bar(f"{scenario.name} seed {options.seed}", options.quiet) as progress:
+        world = make_world(scenario.world, options.seed, scenario.robot.radius)
+        from drake_starnav.simulation import run_trial, trial_record  # late: a bad world is reported before it
+
         trial = run_trial(
             scenario,
             method=options.method,
@@ -166,19 +175,18 @@ def _show_world(options: argparse.Namespace) -> int:
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
     check_outputs([file], input_files(options.scenario, scenario))
-    make_world(
-        scenario.world, options.seed, scenario.robot.radius
-    )  # first: bad input is reported before Drake is loaded
-    from drake_starnav.simulation import omniscient_path
-    from drake_starnav.station.model_world import make_world_with_footprints
-    from drake_starnav.visualization.world_figure import write_html, write_png
+    with progress_bar(f"{scenario.name} seed {options.seed}", quiet=False):
+        make_world(scenario.world, options.seed, scenario.robot.radius)  # bad input is reported before Drake is loaded
+        from drake_starnav.simulation import omniscient_path
+        from drake_starnav.station.model_world import make_world_with_footprints
+        from drake_starnav.visualization.world_figure import write_html, write_png
 
-    world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.radius)
-    found = omniscient_path(world, scenario.robot.radius)
-    length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
-    title = f"{scenario.name} · seed {options.seed} · {length}"
-    write = write_png if file.suffix == ".png" else write_html
-    write(world, scenario.robot, None if found is None else found[1], title, file)
+        world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.radius)
+        found = omniscient_path(world, scenario.robot.radius)
+        length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
+        title = f"{scenario.name} · seed {options.seed} · {length}"
+        write = write_png if file.suffix == ".png" else write_html
+        write(world, scenario.robot, None if found is None else found[1], title, file)
     moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
     print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
     return REACHED

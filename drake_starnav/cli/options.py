@@ -16,6 +16,8 @@ REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
 ENTRY_POINT = "starnav"
 """The installed command; `python -m drake_starnav` does the same."""
+COMPILING = "compiling, once"
+"""What a first run says before anything else."""
 
 
 def program_name() -> str:
@@ -104,19 +106,18 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
 def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], None]]:
     """A bar of simulated time; the function it yields takes the time now and its limit, s.
 
-    Its estimate is of the limit, which a run that arrives does not need. Before it, the first run after an installation
-    shows how many functions it has compiled.
+    Its estimate is of the limit, which a run that arrives does not need. Before it, a run that compiles, as
+    the first after an installation does, shows how many functions it has compiled.
     """
     from tqdm import tqdm
 
     form = "{desc} {bar} {elapsed}, at most {remaining} more"
-    with tqdm(total=1.0, disable=quiet or None, leave=False, bar_format=form) as bar:
+    with tqdm(total=1.0, disable=quiet or None, leave=False, bar_format=form, desc=label) as bar:
 
         def compiled(count: int) -> None:
-            text = "compiling, as it is the first run"
             if count == 0 and bar.disable and not quiet:  # no terminal
-                print(text, file=sys.stderr, flush=True)
-            bar.set_description(f"{text}: {count} functions")
+                print(COMPILING, file=sys.stderr, flush=True)
+            bar.set_description(f"{COMPILING}: {count} functions")
 
         def progress(now: float, limit: float) -> None:
             bar.set_description(f"{label}: {now:5.1f} s of at most {limit:g} s")

@@ -89,7 +89,7 @@ def record(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "run",
         metavar="TRIAL.json|SCENARIO",
-        help="a trial by simulate.py --json or benchmark.py --json, which is repeated; or a scenario to drive: "
+        help="a trial by `simulate --json` or `benchmark --json`, which is repeated; or a scenario to drive: "
         f"{', '.join(scenario_names())}, or a YAML file",
     )
     parser.add_argument("--line", type=int, metavar="N", help="line of the trial in a file of several, from 1")
@@ -197,7 +197,7 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
     """One trial of a file: its record, and under `text` its scenario, if the file has it.
 
     Args:
-        path: a file by `simulate.py --json` or `benchmark.py --json`.
+        path: a file by `simulate --json` or `benchmark --json`.
         line: of the trial, from 1; None if there is only one.
 
     Raises:
@@ -217,7 +217,7 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         for name, kind in {**SINGLE_KINDS, "text": str}.items():
             value = single.get(name, kind())
             if not isinstance(value, kind) or isinstance(value, bool):
-                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as simulate.py --json writes it")
+                raise StarnavError(f"{path}: {name} is {shown(single[name])}; allowed: as `simulate --json` writes it")
         check_seed(single["seed"])
         return single
     header, records = read_trials(path)

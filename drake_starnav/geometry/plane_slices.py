@@ -14,7 +14,7 @@ from numba import njit
 from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT
 from drake_starnav.geometry.raycast import COLUMNS
 
-RESOLUTION = 1e-5
+RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def read_csv(file: Path) -> list[LoggedScan]:
     try:
         with file.open(encoding="utf-8") as lines:
             fields = dict(part.strip().split("=") for part in lines.readline().lstrip("# ").split(","))
-            header = {name: float(fields[name]) for name in CSV_HEADER}
+            header: dict[str, Any] = {name: float(fields[name]) for name in CSV_HEADER}
             rows = np.loadtxt(lines, delimiter=",", ndmin=2)
     except (OSError, UnicodeDecodeError, ValueError, KeyError) as error:
         names = ", ".join(f"{name}=..." for name in CSV_HEADER)

@@ -5,6 +5,7 @@ The index only rules regions out. What it leaves is tested exactly, so that the 
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -48,8 +49,14 @@ class IndexedRegions(NamedTuple):
     @staticmethod
     def alone(stack: RegionStack) -> "IndexedRegions":
         """Without a grid, where an index does not pay: each region may cover any place."""
-        marks = np.full((1, 1, len(stack) // WORD + 1), FULL)
-        return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf, selection(np.ones(len(stack), bool)))
+        marks, corner, every = _everywhere(len(stack))
+        return IndexedRegions(*stack.arrays, marks, corner, math.inf, every)
+
+
+@lru_cache(maxsize=16)
+def _everywhere(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Marks of so many regions in one cell, its corner, and the bits of all."""
+    return np.full((1, 1, count // WORD + 1), FULL), np.zeros(2), selection(np.ones(count, bool))
 
 
 def selection(members: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ import yaml
 
 from drake_starnav.baselines import DsmParameters, DwaParameters, FoaParameters, PotentialFieldParameters
 from drake_starnav.control import ControllerParameters
-from drake_starnav.errors import StarnavError, shown
+from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.parameters import build, declared, parameter, unknown_name
 from drake_starnav.planning import PlannerParameters
@@ -171,6 +171,7 @@ def _check_known(method: str) -> None:
 
 def check_method(scenario: Scenario, method: str) -> None:
     """Raise a `StarnavError` unless a scenario may be one of a method; one of `star` may have any controller."""
+    check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     _check_known(method)
     kind = METHODS[method].get("controller", {}).get("kind", "star")
     if scenario.controller.kind != kind and method != "star":

@@ -30,8 +30,8 @@ class CollisionMonitor(LeafSystem):
 
     The simulator stops with status "reached termination" and a message that begins with the name of the contact and
     gives the identifiers of both geometries. The contact is `STRUCK` if the robot stood and touches only moving
-    obstacles. A contact is missed only if it begins and ends within a period: in 0.02 s at 1 m/s, that of two discs
-    of 0.2 m that overlap by less than 0.2 mm.
+    obstacles. A contact is missed only if it begins and ends within a period: in 0.02 s at 0.8 m/s, that of the hull
+    with the thinnest post if they overlap by less than 0.2 mm.
     """
 
     def __init__(
@@ -48,7 +48,8 @@ class CollisionMonitor(LeafSystem):
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
-            period, offset: of the checks, s.
+            period, offset: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
+                where obstacles move, the period is to be the step of the plant.
         """
         super().__init__()
         # their numbers: an identifier is hashed and compared by a call into Drake

@@ -35,12 +35,12 @@ def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorCo
 
 
 def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str) -> Any:
+    if not mapping:
+        return defaults
     known = yaml_load(data=yaml_dump_typed(defaults))
     for key in mapping:
         if key not in known:
             raise unknown_name(f"key {place}.{key}", key, known)
-    if not mapping:
-        return defaults
     try:
         return yaml_load_typed(data=yaml_dump(dict(mapping)), defaults=defaults)
     except (RuntimeError, ValueError, TypeError) as error:

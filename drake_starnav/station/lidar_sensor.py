@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -134,7 +134,7 @@ class LidarSensor(LeafSystem):
         self._parent, self._X_PS = mount.parent_frame_id, RigidTransform(mount.X_PS)
         self._seed = int(seed)
         self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
-        self._header = {
+        self._header: dict[str, Any] = {
             "angle_min": parameters.angle_min,
             "angle_increment": parameters.angle_increment,
             "range_min": parameters.range_min,

@@ -89,7 +89,12 @@ def _name_wheels(root: ElementTree.Element, joints: tuple[str, str]) -> bool:
         if joint is None:
             continue
         joint.set("name", name)
-        drives = [each for each in root.iter("transmission") if each.find(f"joint[@name='{given}']") is not None]
+        drives = [
+            each
+            for each in root.iter("transmission")  # Drake ignores those of other types
+            if each.find(f"joint[@name='{given}']") is not None
+            and each.findtext("type", "").strip().endswith("SimpleTransmission")
+        ]
         if not drives:
             drives = [ElementTree.SubElement(root, "transmission", name=name)]
             ElementTree.SubElement(drives[0], "type").text = "transmission_interface/SimpleTransmission"

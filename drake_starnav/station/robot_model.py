@@ -85,15 +85,15 @@ def _check_robot(
     """Raise a `StarnavError` that names all that the model of a file lacks."""
     faults = list(_missing(plant, model, robot.wheel_joints))
     if not faults:  # else what follows could not be looked at
-        faults = [*_base_faults(plant, model), *_wheel_faults(plant, scene_graph, model)]
+        wheels = list(_wheel_shape_faults(plant, scene_graph, model))
+        faults = [
+            *_base_faults(plant, model),
+            *wheels,
+            *_wheel_joint_faults(plant, model, robot.wheel_joints),
+            *_reach_faults(plant, scene_graph, model, robot.radius),
+            *(() if wheels else _floor_faults(plant, scene_graph, model)),
+        ]
     _refuse(faults, path)
-    reach, link = robot_reach(plant, scene_graph, model)
-    if reach > robot.radius + TOLERANCE:
-        raise StarnavError(
-            f"robot.radius is {robot.radius:g} m, and link {link} of robot model {path} reaches {reach:.3f} m "
-            "from the robot's axis; allowed: a radius that holds all of the robot"
-        )
-    _refuse(list(_floor_faults(plant, scene_graph, model)), path)
 
 
 def _refuse(faults: list[str], path: str) -> None:
@@ -113,8 +113,8 @@ def _missing(plant: MultibodyPlant, model: ModelInstanceIndex, wheel_joints: tup
         joints = (plant.get_joint(index) for index in plant.GetJointIndices(model))
         turning = [joint.name() for joint in joints if isinstance(joint, RevoluteJoint)]
         yield (
-            f"it has no joint {', '.join(missing)}; allowed: as robot.wheel_joints the names of the left and the right "
-            f"wheel's, of {', '.join(turning) or 'those that turn'}"
+            f"it has no joint{'s' if len(missing) > 1 else ''} {', '.join(missing)}; allowed: robot.wheel_joints: "
+            f"[left, right] with two of {', '.join(turning) or 'the joints that turn'}"
         )
 
 
@@ -132,15 +132,15 @@ def _base_faults(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[s
         return
     x, y, _ = X_BL.translation()
     if math.hypot(x, y) > TOLERANCE or not X_BL.rotation().IsNearlyIdentity(TOLERANCE):
-        roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector()
+        roll, pitch, yaw = RollPitchYaw(X_BL.rotation()).vector() + 0.0  # no -0
         yield (
             f"frame lidar lies at x {x:g}, y {y:g} m of base_link, turned by roll {roll:g}, pitch {pitch:g}, yaw "
             f"{yaw:g} rad; allowed: on its z axis, unturned (lidar.angle_min says where beams begin)"
         )
 
 
-def _wheel_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Iterator[str]:
-    """What keeps the wheels from turning the robot about base_link's z axis as commanded."""
+def _wheel_shape_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Iterator[str]:
+    """What keeps the wheels from rolling."""
     inspector, radii = scene_graph.model_inspector(), []
     for name in WHEELS:
         wheel = plant.GetJointByName(name, model).child_body()
@@ -152,31 +152,47 @@ def _wheel_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
         yield f"link {wheel.name()} collides as {kinds}; allowed: one Sphere or Cylinder, of the wheel's radius"
     if len(radii) == 2 and abs(radii[0] - radii[1]) > TOLERANCE:
         yield f"wheels have radii {radii[0]:g}, {radii[1]:g} m; allowed: the same"
-    actuators = _actuators(plant, model)
+
+
+def _wheel_joint_faults(
+    plant: MultibodyPlant, model: ModelInstanceIndex, wheel_joints: tuple[str, str]
+) -> Iterator[str]:
+    """What keeps the wheels from turning the robot about base_link's z axis as commanded."""
+    given = dict(zip(WHEELS, wheel_joints, strict=True))
+    actuators = [given.get(name, name) for name in _actuators(plant, model)]
     if len(actuators) != len(WHEELS):
         yield (
-            f"it has the actuators {', '.join(actuators)}; allowed: {', '.join(WHEELS)}, as the others would get no "
-            "command"
+            f"it has the actuators {', '.join(actuators)}; allowed: {', '.join(wheel_joints)}, as the others would "
+            "get no command"
         )
     (left_x, left_y), (right_x, right_y) = (place[:2] for place in _axles(plant, model))
     if max(abs(left_x), abs(right_x), abs(left_y + right_y)) > TOLERANCE or left_y <= right_y:
         yield (
-            f"joints {', '.join(WHEELS)} lie at x {left_x:g}, {right_x:g}, y {left_y:g}, {right_y:g} m of base_link; "
-            "allowed: at x 0 and as far to the left (y > 0) as to the right, since the robot turns about its axis"
+            f"joints {', '.join(wheel_joints)} lie at x {left_x:g}, {right_x:g}, y {left_y:g}, {right_y:g} m of "
+            "base_link; allowed: at x 0 and as far to the left (y > 0) as to the right, since the robot turns "
+            "about its axis"
         )
     for name in WHEELS:
         joint = plant.GetJointByName(name, model)
         if not isinstance(joint, RevoluteJoint):
             kind = type(joint).__name__.split("_")[0]
-            yield f"joint {name} is a {kind}; allowed: continuous or revolute"
+            yield f"joint {given[name]} is a {kind}; allowed: continuous or revolute"
             continue
         axis = joint.frame_on_parent().GetFixedPoseInBodyFrame().rotation() @ joint.revolute_axis()
         if axis[1] < 1.0 - TOLERANCE:
             x, y, z = (round(float(value), 3) for value in axis)
             yield (
-                f"joint {name} turns about {x:g} {y:g} {z:g} of base_link; allowed: 0 1 0, about which positive speeds "
-                "drive forwards"
+                f"joint {given[name]} turns about {x:g} {y:g} {z:g} of base_link; allowed: 0 1 0, about which positive "
+                "speeds drive forwards"
             )
+
+
+def _reach_faults(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, radius: float
+) -> Iterator[str]:
+    reach, link = robot_reach(plant, scene_graph, model)
+    if reach > radius + TOLERANCE:
+        yield f"link {link} reaches {reach:.3f} m from the robot's axis; allowed: up to robot.radius, {radius:g} m"
 
 
 def _floor_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> Iterator[str]:

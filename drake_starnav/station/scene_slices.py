@@ -3,8 +3,8 @@
 Shapes are read once per geometry version into the solids of `drake_starnav.geometry.plane_slices`.
 
 Slices are kept in the frame F that the shapes move with (the world frame for anchored ones), and recomputed only
-when the scan plane has moved relative to F. The plane is rounded first (its normal to 1e-5, its distance from F's
-origin to 1e-5 m), so that trembling does not re-slice and the result does not depend on what was sliced before.
+when the scan plane has moved relative to F. The plane is rounded first (its normal to 1e-6, its distance from F's
+origin to 1e-6 m), so that trembling does not re-slice and the result does not depend on what was sliced before.
 """
 
 import math

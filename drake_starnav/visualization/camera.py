@@ -18,6 +18,8 @@ SCALE_WIDTH = 120.0
 """Greatest width of the scale bar, pixels."""
 SPARE = 1.04
 """The camera presets show this much more than their box."""
+TALL = 0.5
+"""The tops of obstacles of this height are seen as well, m."""
 TILTS = {"top": 0.05, "follow": 35.0, "oblique": 50.0}
 """Angle of each preset's line of sight from straight down, deg; at 0 the direction "up" would be undefined."""
 VIEWS = tuple(TILTS)
@@ -58,7 +60,7 @@ def camera_pose(extent: Extent, view: str = "top") -> tuple[np.ndarray, np.ndarr
     half_angle = math.tan(math.radians(0.5 * FIELD_OF_VIEW))
     # The scene shows `high` metres from its lower to its upper rim at the target; more, as the near rim looks wider.
     high = SPARE * max(math.cos(tilt) * size[1], size[0] * SCENE[1] / SCENE[0])
-    distance = 0.5 * high / half_angle + 0.5 * math.sin(tilt) * size[1]
+    distance = 0.5 * high / half_angle + 0.5 * math.sin(tilt) * size[1] + TALL
     position = np.append(middle - distance * math.sin(tilt) * up, distance * math.cos(tilt))
     return position, np.append(middle, 0.0)
 

@@ -1,9 +1,10 @@
-"""Objects in Meshcat that appear and disappear in recorded time."""
+"""Meshcat, and objects in it that appear and disappear in recorded time."""
 
+import logging
 from collections.abc import Mapping
 
 import numpy as np
-from pydrake.geometry import Meshcat, Rgba
+from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 
@@ -13,6 +14,17 @@ POINT_SIZES = {"scan": 4.0, "frontiers/extendable": 4.5, "frontiers/covered": 2.
 """Size of the points in layers of points, pixels at any distance."""
 SEEN_THROUGH = ("scan",)
 """Layers of points that are never hidden: a hit lies on the surface of an obstacle."""
+
+
+def quiet_meshcat() -> Meshcat:
+    """A Meshcat server for this machine alone, that shows no statistics and does not log its address."""
+    log = logging.getLogger("drake")
+    level = log.level
+    log.setLevel(logging.WARNING)
+    try:
+        return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    finally:
+        log.setLevel(level)
 
 
 class MeshcatStage:

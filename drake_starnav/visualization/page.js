@@ -60,7 +60,7 @@ const starnav = (function () {
     const tilt = Math.PI / 180 * settings.tilts[name];
     const half = Math.tan(Math.PI / 360 * settings.field_of_view);
     const high = settings.spare * Math.max(Math.cos(tilt) * along, across * height / width);
-    const distance = 0.5 * high / half + 0.5 * Math.sin(tilt) * along;
+    const distance = 0.5 * high / half + 0.5 * Math.sin(tilt) * along + settings.tall;
     const middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
     const away = distance * Math.sin(tilt);
     const position = [middle[0] - away * up[0], middle[1] - away * up[1], distance * Math.cos(tilt)];
@@ -93,13 +93,14 @@ const starnav = (function () {
     scale.style.width = meters * pixels + 'px';
     scale.firstChild.textContent = (meters < 1 ? Math.round(100 * meters) + ' cm' : meters + ' m');
   }
+  const playing = (so) => play.classList.toggle('playing', so);
   function update() {
     if (!turned && held !== stand()) look(view);  // the scene came later, or has another size
     if (!settings.live) {
       clock.textContent = 't = ' + animator.time.toFixed(1) + ' s';
       bar.max = animator.duration;
       bar.value = animator.time;
-      play.textContent = animator.playing ? '⏸' : '▶';
+      playing(animator.playing);
     }
     drawScale();
     if (at !== null) {
@@ -127,7 +128,7 @@ const starnav = (function () {
       const state = await (await fetch('state')).json();
       clock.textContent = 't = ' + state.time.toFixed(1) + ' s';
       element('said').textContent = state.said;
-      play.textContent = state.running ? '⏸' : '▶';
+      playing(state.running);
       play.title = state.running ? 'pause (space)' : 'start (s)';
       play.disabled = state.ended;
     } catch (error) {
@@ -146,14 +147,17 @@ const starnav = (function () {
   }
   element('legend').open = window.innerWidth > 700;
   element('controls').append(viewer.gui.domElement);
-  if (settings.live) viewer.gui.open();
+  if (settings.live) {
+    viewer.gui.open();
+    Object.values(viewer.gui.__folders).forEach(folder => folder.close());  // or the goal's sliders were far below
+  }
   element('controls').open = settings.live;
   bar.hidden = settings.live;
   bar.onpointerdown = () => animator.pause();
   bar.oninput = () => { animator.pause(); animator.seek(bar.valueAsNumber); };
   play.onclick = () => {
     play.blur();  // or the space bar would press it again
-    if (settings.live) press(play.textContent === '▶' ? 'start' : 'pause');
+    if (settings.live) press(play.classList.contains('playing') ? 'pause' : 'start');
     else if (animator.playing) animator.pause();
     else animator.play();
   };

@@ -15,6 +15,7 @@ from drake_starnav.visualization.camera import (
     PANEL_WIDTH,
     SCALE_WIDTH,
     SPARE,
+    TALL,
     TILTS,
     VIEWS,
     Extent,
@@ -98,7 +99,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
         f'<div id="starnav-views">{buttons}</div>'
         f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
         f'<details id="starnav-controls"><summary>Meshcat</summary></details></div>'
-        '<div id="starnav-bar"><button id="starnav-play" title="play or pause">▶</button>'
+        '<div id="starnav-bar"><button id="starnav-play" title="play or pause" aria-label="play or pause"></button>'
         '<input id="starnav-time" type="range" min="0" step="any" value="0" aria-label="time">'
         '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
         f"<script>{_script(cameras, followed, live)}</script>"
@@ -130,6 +131,7 @@ def _script(cameras: Cameras, followed: list[str], live: bool) -> str:
         "tilts": TILTS,
         "field_of_view": FIELD_OF_VIEW,
         "spare": SPARE,
+        "tall": TALL,
         "scale_width": SCALE_WIDTH,
         "view": cameras.view,
         "followed": followed,

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Role
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Role
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
+from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.station.robot_interface import RobotInterface
@@ -19,13 +20,13 @@ from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
+from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS, with_scene
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
 
 if TYPE_CHECKING:
-    from drake_starnav.navigation import Navigation
     from drake_starnav.station.navigation_station import NavigationStation, Station
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
@@ -55,7 +56,7 @@ class Recorder:
         self._html, self._view, self._shown = html, view, shown
         self.film: Film | None = None
 
-    def add_to(self, builder: DiagramBuilder, navigation: "Navigation", scenario: Scenario | None = None) -> None:
+    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario | None = None) -> None:
         """Start a Meshcat and add its visualizers.
 
         Args:
@@ -64,6 +65,7 @@ class Recorder:
                 there is to draw.
             scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
         """
+        check_kind(navigation, Navigation, "navigation", "as from add_navigation")
         scenario = scenario or Scenario(navigation.world.name, None)
         self._meshcat = quiet_meshcat()
         self._timeline = Timeline()
@@ -115,14 +117,9 @@ class Recorder:
         write_png(Path(path), PlotCamera(self.film, width=width).picture(time))
 
 
-def quiet_meshcat() -> Meshcat:
-    """A Meshcat server for this machine alone, that shows no statistics."""
-    return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-
-
 def add_visualizers(
     builder: DiagramBuilder,
-    navigation: "Navigation",
+    navigation: Navigation,
     scenario: Scenario,
     meshcat: Meshcat,
     timeline: Timeline | None = None,

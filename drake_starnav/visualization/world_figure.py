@@ -116,15 +116,16 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
         title: of the page.
         file: to write.
     """
-    from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+    from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
     from pydrake.systems.framework import DiagramBuilder
 
     from drake_starnav.lidar.sensor_model import LidarParameters
     from drake_starnav.station.navigation_station import NavigationStation
     from drake_starnav.visualization.collision_shapes import show_collision_shapes
+    from drake_starnav.visualization.meshcat_stage import quiet_meshcat
     from drake_starnav.visualization.recorder import frame_camera, set_look
 
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    meshcat = quiet_meshcat()
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, LidarParameters()))
     show_collision_shapes(station.plant, station.scene_graph, station.floor)

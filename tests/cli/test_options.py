@@ -15,6 +15,7 @@ import pytest
 from drake_starnav.cli.main import main
 from drake_starnav.cli.options import (
     BAD_INPUT,
+    COMPILING,
     ENTRY_POINT,
     INTERRUPTED,
     check_numbers,
@@ -66,6 +67,12 @@ def test_a_command_has_the_name_it_was_called_by(called: str, program: str, comm
 def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: str, monkeypatch) -> None:
     monkeypatch.setattr("sys.argv", [called])
     assert typed_command(prog, ["forest", "--html", "my page.html"]) == typed
+
+
+def test_the_bar_of_a_run_is_there_before_the_run(monkeypatch, capsys) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with progress_bar("driving", False):
+        assert "driving" in capsys.readouterr().err
 
 
 def test_the_bar_of_a_run_estimates_what_may_remain(monkeypatch, capsys) -> None:
@@ -120,7 +127,7 @@ def test_what_numba_compiles_is_counted_and_nothing_else() -> None:
 
 def test_without_a_terminal_a_first_run_says_once_that_it_compiles(capsys) -> None:
     double, halve = numba.njit(lambda x: 2 * x), numba.njit(lambda x: x / 2)
-    for quiet, said in ((True, ""), (False, "compiling, as it is the first run\n")):
+    for quiet, said in ((True, ""), (False, f"{COMPILING}\n")):
         with progress_bar("x", quiet):
             double(1.0 if quiet else 1)
             halve(1.0 if quiet else 1)

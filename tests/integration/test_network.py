@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.cli.live import LiveRun
 from drake_starnav.evaluation import dask_pool
 from drake_starnav.scenario import parse_scenario
-from drake_starnav.visualization.recorder import quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from tests.helpers.sockets import LOOPBACK, children, listening
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="sockets are looked up in /proc")

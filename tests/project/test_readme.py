@@ -56,7 +56,7 @@ def assert_has_options(program: tuple[str, ...], words: list[str]) -> None:
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks("sh", page)], ids=lambda page: page.name)
 def test_no_command_writes_the_file_of_another(page: Path) -> None:
     for block in blocks("sh", page):
-        commands = [line for line in block.splitlines() if "benchmark.py" in line and "--resume" not in line]
+        commands = [line for line in block.splitlines() if re.search(r"\bbenchmark\b", line) and "--resume" not in line]
         files = [name for line in commands for name in re.findall(r"--json (\S+)", line)]
         assert len(set(files)) == len(files)
 

@@ -88,7 +88,7 @@ def test_what_a_plain_urdf_needs_is_said(tmp_path: Path) -> None:
     robot = written(tmp_path, ros_urdf())
     with pytest.raises(StarnavError, match="it has no frame lidar; allowed: a frame or a link lidar"):
         standing(robot)
-    with pytest.raises(StarnavError, match="no joint left_wheel, right_wheel; .*robot.wheel_joints.* of wheel_left_jo"):
+    with pytest.raises(StarnavError, match="no joints left_wheel, right_wheel; .*robot.wheel_joints.* wheel_left_jo"):
         standing(RobotParameters(model=robot.model))
 
 
@@ -111,3 +111,29 @@ def test_actuators_get_the_names_of_their_wheels(tmp_path: Path) -> None:
     path.write_text(text.replace('<actuator name="right_wheel"/>', '<actuator name="motor"/>'), encoding="utf-8")
     _, adapted = robot_urdf(RobotParameters(model=str(path)))
     assert adapted is not None and '<actuator name="right_wheel"' in adapted and "motor" not in adapted
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>', "joint wheel_left_joint turns about 0 -1 "),
+        ('<origin xyz="0 0.13 0"', '<origin xyz="0 0.1 0"', "joints wheel_left_joint, wheel_right_joint lie at x 0, 0"),
+        ("</robot>", '<transmission><type>transmission_interface/SimpleTransmission</type><joint name="mast"/>'
+         '<actuator name="mast"/></transmission><joint name="mast" type="continuous"><parent link="base_link"/>'
+         '<child link="top"/></joint><link name="top"/></robot>',
+         "actuators mast, wheel_left_joint, wheel_right_joint; allowed: wheel_left_joint, wheel_right_joint"),
+    ],
+)  # fmt: skip
+def test_messages_name_the_wheels_as_the_file_does(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in EDITED
+    with pytest.raises(StarnavError, match=said) as caught:
+        standing(written(tmp_path, EDITED.replace(old, new, 1)))
+    assert "left_wheel" not in str(caught.value)
+
+
+def test_a_transmission_that_drake_does_not_know_leaves_the_wheel_a_motor(tmp_path: Path) -> None:
+    other = (
+        '<transmission><type>FourBarLinkage</type><joint name="wheel_left_joint"/><actuator name="m"/></transmission>'
+    )
+    station = standing(written(tmp_path, EDITED.replace("</robot>", f"{other}</robot>")))
+    assert station.plant.num_actuators() == 2

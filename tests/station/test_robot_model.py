@@ -121,7 +121,9 @@ def test_a_third_actuator_is_refused(tmp_path: Path) -> None:
 def test_a_robot_larger_than_its_radius_is_refused(tmp_path: Path, shape: str, reach: str) -> None:
     (tmp_path / "shell.obj").write_text(SHELL.replace("v 0.1 0 0", "v 0.5 0 0"))
     path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shape)
-    with pytest.raises(StarnavError, match=f"robot.radius is 0.25 m, and link base_link .* reaches {reach} m"):
+    with pytest.raises(
+        StarnavError, match=f"link base_link reaches {reach} m from the robot.s axis; .* robot.radius, 0.25 m"
+    ):
         standing(RobotParameters(model=path))
 
 
@@ -172,7 +174,10 @@ def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: fl
 def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
     path = changed_starbot(tmp_path, 'link="base_link" xyz="0 0 0.08"', 'link="base_link" xyz="0.15 0 0.08"')
     text = Path(path).read_text(encoding="utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>')
-    Path(path).write_text(text.replace('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>'), encoding="utf-8")
+    text = text.replace('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>')
+    text = text.replace('xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"')
+    text = text.replace('<cylinder radius="0.25" length="0.1"/>', '<cylinder radius="0.28" length="0.1"/>')
+    Path(path).write_text(text, encoding="utf-8")
     with pytest.raises(StarnavError) as caught:
         standing(RobotParameters(model=path))
     said = str(caught.value)
@@ -181,6 +186,8 @@ def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
         "lie at x -0.02, 0",
         "left_wheel turns about 0 -1 0",
         "right_wheel turns",
+        "base_link reaches 0.280 m",
+        "mm lower than the wheels",
     ):
         assert words in said
-    assert said.count("changed.urdf") == 1 and "(4)" in said
+    assert said.count("changed.urdf") == 1 and "(6)" in said

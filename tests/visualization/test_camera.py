@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, SCALE_WIDTH, SCENE, VIEWS, camera_pose, scale_length
 from tests.helpers.camera import projected
 
@@ -15,6 +16,15 @@ def test_the_camera_sees_all_of_the_extent_beside_the_panel(extent, view):
     corners = np.array([(x0, y0, 0.0), (x0, y1, 0.0), (x1, y0, 0.0), (x1, y1, 0.0)])
     columns, rows = np.array([projected(corner, position, target) for corner in corners]).T
     assert columns.min() > PANEL_WIDTH - 5.0 and columns.max() < PAGE[0] + 5.0
+    assert rows.min() > 0.0 and rows.max() < SCENE[1]
+
+
+def test_walls_are_seen_up_to_their_tops_however_small_the_room():
+    x0, y0, x1, y1 = extent = (0.0, 0.0, 4.0, 3.0)
+    position, target = camera_pose(extent)
+    tops = np.array([(x, y, OBSTACLE_HEIGHT) for x in (x0, x1) for y in (y0, y1)])
+    columns, rows = np.array([projected(top, position, target) for top in tops]).T
+    assert columns.min() > PANEL_WIDTH and columns.max() < PAGE[0]
     assert rows.min() > 0.0 and rows.max() < SCENE[1]
 
 

@@ -45,19 +45,22 @@ def test_a_browser_starts_pauses_and_sees_the_run(run) -> None:
         page.wait_for_function("viewer.connection.readyState === 1")
         for part in ("post", "method star, seed 3, live", "robot", "laser scan"):
             assert part in page.inner_text("#starnav-panel")
+        for control in ("stop", "goal y"):  # in sight without scrolling
+            box = page.get_by_text(control, exact=True).bounding_box()
+            assert box is not None and box["y"] + box["height"] <= 800
 
-        def press_and_step(symbol: str) -> None:
+        def press_and_step(drives: bool) -> None:
             page.click("#starnav-play")
             for _ in range(200):
                 run.step()
-                if page.inner_text("#starnav-play") == symbol:
+                if page.evaluate("document.getElementById('starnav-play').classList.contains('playing')") == drives:
                     return
-            raise AssertionError(symbol)
+            raise AssertionError("the button has not changed")
 
-        press_and_step("⏸")
+        press_and_step(True)
         for _ in range(20):
             run.step()
-        press_and_step("▶")
+        press_and_step(False)
         now = run.time
         page.wait_for_timeout(500)
         run.step()

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from PIL import Image
 from pydrake.common.value import Value
 from pydrake.geometry import (
     Cylinder,
@@ -40,6 +41,7 @@ from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
 from drake_starnav.visualization.camera import PANEL_WIDTH, VIEWS, around_robot, camera_pose
+from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
 from drake_starnav.visualization.page import Cameras, Caption
@@ -48,7 +50,6 @@ from drake_starnav.visualization.recorder import (
     Recorder,
     finish_recording,
     frame_camera,
-    quiet_meshcat,
     robot_path,
     set_look,
     start_recording,
@@ -304,6 +305,26 @@ def test_the_button_plays_pauses_and_starts_again_at_the_end(page):
     page.click("#starnav-play")
 
 
+def test_the_button_s_sign_is_drawn_and_needs_no_font(page):
+    def sign() -> np.ndarray:
+        picture = Image.open(io.BytesIO(page.locator("#starnav-play").screenshot())).convert("L")
+        return np.asarray(picture)[3:-3, 3:-3] < 128  # without the border
+
+    page.evaluate("starnav.show(1.0)")
+    page.mouse.move(300, 300)
+    assert page.inner_text("#starnav-play") == ""
+    paused = sign()
+    page.click("#starnav-play")
+    page.wait_for_function("viewer.animator.playing")
+    playing = sign()
+    page.click("#starnav-play")
+    rows = np.flatnonzero(paused.any(axis=1))
+    widths = paused[rows].sum(axis=1)
+    assert widths.argmax() == pytest.approx(len(rows) / 2, abs=2) and widths.max() >= 8  # points to the right
+    columns = playing.any(axis=0)
+    assert np.count_nonzero(np.diff(columns.astype(int)) == 1) == 2  # two bars
+
+
 def test_what_has_ended_moves_again_after_a_seek(page):
     page.evaluate(f"starnav.show({DURATION})")
     page.click("#starnav-play")
@@ -470,3 +491,8 @@ def test_any_diagram_with_a_robot_of_ours_is_recorded(own_plant: bool, tmp_path)
     recorder.finish()
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "nothing planned" in page and robot_path(station).rpartition("/")[2] == "base_link"
+
+
+def test_a_recording_s_server_is_not_announced(capfd) -> None:
+    quiet_meshcat()
+    assert capfd.readouterr().err == ""

@@ -57,6 +57,15 @@ def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
     assert all(width > 900 for width in widths)
 
 
+def test_on_a_narrow_screen_pictures_and_tables_scroll_and_keep_their_size(page) -> None:
+    page.set_viewport_size({"width": 420, "height": 800})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 420
+    assert min(page.evaluate("[...document.images].map(image => image.width)")) >= 600
+    heights = page.evaluate("[...document.querySelectorAll('#trials tbody tr')].map(row => row.offsetHeight)")
+    page.set_viewport_size({"width": 1100, "height": 800})
+    assert max(heights) < 100
+
+
 def test_every_part_is_there_and_linked(page) -> None:
     assert page.evaluate("[...document.querySelectorAll('section')].map(s => s.id)") == SECTIONS
     assert page.evaluate("[...document.querySelectorAll('nav a')].map(a => a.hash)") == [f"#{s}" for s in SECTIONS]
