@@ -120,7 +120,7 @@ def _best(gains, allowed):
 
 @njit(cache=True)
 def _grown(polygon, ellipse, rows):
-    """Fill `rows` with the half-planes of the set around a point; returns their number, or 0 if the point is not inside.
+    """Fill `rows` with the half-planes of the set around a point; returns how many, or 0 if the point is not inside.
 
     Args:
         polygon: around the point, shape (n, 2), m.

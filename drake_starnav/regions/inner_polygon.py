@@ -1,7 +1,7 @@
 """A polygon of few edges inside a star-shaped boundary of many samples.
 
-Its edges are the longest that stay between the boundary and a copy of it scaled down by `TOLERANCE`, found ray by ray as
-the cone of directions that pass all gaps between the two. Source of the cone: Sklansky and Gonzalez, "Fast polygonal
+Its edges are the longest that stay between the boundary and a copy of it scaled down by `TOLERANCE`, found ray by ray
+as the cone of directions that pass all gaps between the two. Source of the cone: Sklansky and Gonzalez, "Fast polygonal
 approximation of digitized curves", 1980.
 """
 
