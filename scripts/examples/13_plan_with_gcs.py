@@ -1,0 +1,144 @@
+"""Explore with our planner, plan the way home with Drake's `GcsTrajectoryOptimization`, and drive it.
+
+`convex_cover` turns the star-shaped regions of the roadmap into convex sets, free of collisions as the regions are. The
+trajectory through them is driven by our controller, with its certificate, around whatever it sees on the way.
+
+Run: python scripts/examples/13_plan_with_gcs.py [--html FILE] [--png FILE]
+"""
+
+import argparse
+import dataclasses
+import logging
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.geometry.optimization import Point
+from pydrake.planning import GcsTrajectoryOptimization
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import LogVectorOutput
+
+from drake_starnav import (
+    ArrivalMonitor,
+    CollisionMonitor,
+    Guidance,
+    Motion,
+    Recorder,
+    Scenario,
+    StarRegion,
+    World,
+    add_navigation,
+    convex_cover,
+    draw_goal,
+    draw_robot,
+    load_scenario,
+    make_world,
+    save_figure,
+    world_axes,
+)
+
+BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
+SEED, SETS, LOOKAHEAD = 7, 4, 4
+"""Of the room; convex sets of each region; way points that it looks ahead."""
+
+
+class HomeTrajectory(LeafSystem):
+    """Guidance along a trajectory, from the point nearest to the robot."""
+
+    def __init__(self, path: np.ndarray, regions: list[StarRegion]) -> None:
+        super().__init__()
+        self._path, self._regions = path, regions
+        self._pose = self.DeclareVectorInputPort("pose", 3)
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance)
+
+    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
+        nearest = np.hypot(*(self._path - self._pose.Eval(context)[:2]).T).argmin()
+        ahead = self._path[min(nearest + LOOKAHEAD, len(self._path) - 1) :]
+        output.set_value(Guidance.along(ahead, self._regions))
+
+
+def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.ndarray]:
+    """Regions of the roadmap once the goal is reached, the latest scan's last, and the pose (x, y, yaw) there."""
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, scenario, world=world)
+    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
+    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(60.0)
+
+    def value(system: LeafSystem, port: str):
+        return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(simulator.get_context()))
+
+    pose = navigation.localization("pose")
+    here = pose.Eval(pose.get_system().GetMyContextFromRoot(simulator.get_context()))
+    latest = value(navigation.perception, "star").region
+    return [*value(navigation.planner, "roadmap").roadmap.regions, latest], here
+
+
+def planned(regions: list[StarRegion], max_speed: float) -> tuple[np.ndarray, int]:
+    """A path through the regions from the centre of the last to the first's, shape (n, 2), m, and the number of sets."""
+    sets = [convex for region in regions for convex in convex_cover(region, SETS)]
+    gcs = GcsTrajectoryOptimization(2)
+    free = gcs.AddRegions(sets, order=3)
+    start, home = (gcs.AddRegions([Point(region.center)], order=0) for region in (regions[-1], regions[0]))
+    gcs.AddEdges(start, free), gcs.AddEdges(free, home)
+    gcs.AddPathLengthCost()
+    gcs.AddVelocityBounds([-max_speed, -max_speed], [max_speed, max_speed])
+    trajectory, result = gcs.SolvePath(start, home)
+    assert result.is_success()
+    return trajectory.vector_values(np.linspace(trajectory.start_time(), trajectory.end_time(), 60)).T, len(sets)
+
+
+def main(html: Path, png: Path | None) -> None:
+    """Explore, plan, drive home, and say how it came out."""
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would name its port
+    scenario = load_scenario("room")
+    world = make_world(scenario.world, seed=SEED, robot_radius=scenario.robot.radius)
+    regions, pose = explored(scenario, world)
+    path, sets = planned(regions, scenario.robot.max_speed)
+    length = np.hypot(*np.diff(path, axis=0).T).sum()
+    print(f"{len(regions)} regions in {sets} convex sets; planned a way home of {length:.2f} m")
+
+    back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
+    builder = DiagramBuilder()
+    planner = builder.AddNamedSystem("home_trajectory", HomeTrajectory(path, regions))
+    navigation = add_navigation(builder, scenario, world=back, planner=planner)
+    station = navigation.station
+    arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
+    collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
+    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
+    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
+    log = LogVectorOutput(navigation.localization("pose"), builder, 0.05)
+    recorder = Recorder(html)
+    recorder.add_to(builder, navigation, scenario)
+    simulator = Simulator(builder.Build())
+    recorder.start()
+    status = simulator.AdvanceTo(90.0)
+    record = log.FindLog(simulator.get_context())
+    trail = record.data()
+    strayed = np.hypot(*(trail[:2, :, None] - path.T[:, None, :])).min(axis=1).max()
+    outcome = f"home: {status.message() or 'out of time'} at {simulator.get_context().get_time():.2f} s"
+    print(f"{outcome}, off the trajectory by at most {strayed:.2f} m")
+    recorder.finish((outcome,), Motion(record.sample_times(), trail.T))
+    if png is not None:
+        figure, axis = world_axes(back, "Home on a trajectory through the explored regions")
+        for region in regions:
+            axis.plot(*region.outline(180).T, color=GREY, linewidth=0.5)
+        axis.plot(*path.T, "--", color=ORANGE, label="planned by GCS")
+        axis.plot(*trail[:2], color=BLUE, label="driven")
+        draw_robot(axis, trail[:, -1], scenario.robot.radius, BLUE)
+        draw_goal(axis, back.goal)
+        save_figure(figure, png)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--html", type=Path, metavar="FILE", help="keep the recording")
+    parser.add_argument("--png", type=Path, metavar="FILE", help="also draw what happened")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        main(options.html or Path(folder) / "home.html", options.png)
