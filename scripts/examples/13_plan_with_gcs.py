@@ -79,7 +79,7 @@ def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.nda
 
 
 def planned(regions: list[StarRegion], max_speed: float) -> tuple[np.ndarray, int]:
-    """A path through the regions from the centre of the last to the first's, shape (n, 2), m, and the number of sets."""
+    """A path through the regions from the centre of the last to the first's, shape (n, 2), m, and the count of sets."""
     sets = [convex for region in regions for convex in convex_cover(region, SETS)]
     gcs = GcsTrajectoryOptimization(2)
     free = gcs.AddRegions(sets, order=3)
