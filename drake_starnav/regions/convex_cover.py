@@ -23,8 +23,8 @@ POINTS = 400
 """Points at which area is measured."""
 SEEDS = 8
 """Points from which sets grow before each choice."""
-GROWTHS = 3
-"""Times that a set is grown: first about a circle, then about the ellipse of the last set."""
+GROWTHS = 2
+"""Times that a set is grown: first about a circle, then about the ellipse of the set found."""
 SPARE = 1e-6
 """A half-plane lies nearer than what it touches by this share of the distance."""
 MOST_PLANES = 40
@@ -145,7 +145,7 @@ def _grown(polygon, ellipse, rows):
             nearest = i
     n = 0
     while count > 0:
-        if n == len(rows) or distance[nearest] < 1e-12:
+        if n == len(rows) or not distance[nearest] > 1e-12:  # nor NaN, of an ellipse that is flat
             return 0
         qx, qy = near[nearest]
         nx, ny = xx * qx + xy * qy, xy * qx + yy * qy  # the tangent of the ellipse there
@@ -180,7 +180,7 @@ def _find_held(planes, points, held):
 
 @njit(cache=True)
 def _inertia(planes, polygon):
-    """Centroid x, y of a set and the inverse of its covariance, xx, xy, yy, scaled to determinant 1."""
+    """Centroid x, y of a set, and xx, xy, yy of its inverse covariance of determinant 1; zeros if it is flat."""
     corners = _corners(planes, 2.0 * np.abs(polygon).max())
     area = cx = cy = xx = xy = yy = 0.0
     for i in range(len(corners)):
@@ -193,9 +193,13 @@ def _inertia(planes, polygon):
         xx += (ax * ax + ax * bx + bx * bx) * cross / 12.0
         yy += (ay * ay + ay * by + by * by) * cross / 12.0
         xy += (2.0 * ax * ay + ax * by + bx * ay + 2.0 * bx * by) * cross / 24.0
+    if area <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     cx, cy = cx / area, cy / area
     xx, xy, yy = xx / area - cx * cx, xy / area - cx * cy, yy / area - cy * cy
-    root = math.sqrt(xx * yy - xy * xy)
+    root = math.sqrt(max(xx * yy - xy * xy, 0.0))
+    if root <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     return cx, cy, yy / root, -xy / root, xx / root
 
 
@@ -206,12 +210,13 @@ def _corners(planes, extent):
     corners[:4] = extent * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
     n = 4
     for nx, ny, offset in planes:
-        kept = 0
+        kept = crossings = 0
         for i in range(n):
             ax, ay = corners[i - 1] if i > 0 else corners[n - 1]
             bx, by = corners[i]
             a, b = nx * ax + ny * ay - offset, nx * bx + ny * by - offset
-            if (a < 0.0) != (b < 0.0):
+            if (a < 0.0) != (b < 0.0) and crossings < 2:  # more only by rounding; then `cut` would overflow
+                crossings += 1
                 t = a / (a - b)
                 cut[kept, 0], cut[kept, 1] = ax + t * (bx - ax), ay + t * (by - ay)
                 kept += 1

@@ -68,7 +68,7 @@ def _edge(rays, reach, start, radius, leap):
             right_x, right_y = outer_x, outer_y
         if end == k or left_x * inner_y - left_y * inner_x < 0.0:
             left_x, left_y = inner_x, inner_y
-        if right_x * left_y - right_y * left_x < 0.0:
+        if end > k and right_x * left_y - right_y * left_x < 0.0:  # at the first ray only by rounding
             return end, stop, False
         # the outermost direction that is left meets the ray here
         across = right_x * cy - right_y * cx

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.geometry.optimization import Point
+from pydrake.geometry.optimization import GraphOfConvexSetsOptions, Point
 from pydrake.planning import GcsTrajectoryOptimization
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
@@ -25,6 +25,7 @@ from drake_starnav import (
     CollisionMonitor,
     Guidance,
     Motion,
+    Observation,
     Recorder,
     Scenario,
     StarRegion,
@@ -40,23 +41,26 @@ from drake_starnav import (
 )
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
-SEED, SETS, LOOKAHEAD = 7, 4, 4
-"""Of the room; convex sets of each region; way points that it looks ahead."""
+SEED, SETS, LOOKAHEAD = 7, 2, 4
+"""Of the room; convex sets of each region, as regions overlap and edges cost time; way points that it looks ahead."""
 
 
 class HomeTrajectory(LeafSystem):
-    """Guidance along a trajectory, from the point nearest to the robot."""
+    """Guidance along a trajectory: to the farthest way point within the lookahead that the robot sees to be free."""
 
-    def __init__(self, path: np.ndarray, regions: list[StarRegion]) -> None:
+    def __init__(self, path: np.ndarray) -> None:
         super().__init__()
-        self._path, self._regions = path, regions
+        self._path = path
+        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance)
 
     def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        nearest = np.hypot(*(self._path - self._pose.Eval(context)[:2]).T).argmin()
-        ahead = self._path[min(nearest + LOOKAHEAD, len(self._path) - 1) :]
-        output.set_value(Guidance.along(ahead, self._regions))
+        region = self._star.Eval(context).region
+        if region is not None:
+            nearest = np.hypot(*(self._path - self._pose.Eval(context)[:2]).T).argmin()
+            free = np.flatnonzero(region.contains(self._path[nearest : nearest + LOOKAHEAD + 1]))
+            output.set_value(Guidance.along(self._path[nearest + max(free, default=0) :], [region]))
 
 
 def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.ndarray]:
@@ -87,7 +91,9 @@ def planned(regions: list[StarRegion], max_speed: float) -> tuple[np.ndarray, in
     gcs.AddEdges(start, free), gcs.AddEdges(free, home)
     gcs.AddPathLengthCost()
     gcs.AddVelocityBounds([-max_speed, -max_speed], [max_speed, max_speed])
-    trajectory, result = gcs.SolvePath(start, home)
+    options = GraphOfConvexSetsOptions()
+    options.convex_relaxation, options.max_rounded_paths = True, 20
+    trajectory, result = gcs.SolvePath(start, home, options)
     assert result.is_success()
     return trajectory.vector_values(np.linspace(trajectory.start_time(), trajectory.end_time(), 60)).T, len(sets)
 
@@ -104,7 +110,7 @@ def main(html: Path, png: Path | None) -> None:
 
     back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
     builder = DiagramBuilder()
-    planner = builder.AddNamedSystem("home_trajectory", HomeTrajectory(path, regions))
+    planner = builder.AddNamedSystem("home_trajectory", HomeTrajectory(path))
     navigation = add_navigation(builder, scenario, world=back, planner=planner)
     station = navigation.station
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))

@@ -48,3 +48,16 @@ def test_points_are_inside_and_half_of_them_in_half_of_the_area() -> None:
 
 def test_a_flat_polygon_holds_no_points() -> None:
     assert len(even_points(np.zeros((4, 2)), 10)) == 0
+
+
+@given(seed=seeds)
+def test_a_reach_of_nearly_or_entirely_zero_ends_in_no_more_vertices_than_two_a_ray(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    bearings = rng.uniform(-3.0, 3.0) + 2.0 * np.pi / 720 * np.arange(720)
+    rays = np.column_stack((np.cos(bearings), np.sin(bearings)))
+    tiny = 10.0 ** rng.uniform(-18.0, 0.0, 720) * (rng.random(720) < 0.7)
+    reach = np.where(np.sin(bearings + rng.uniform(0.0, 6.0)) > 0.0, rng.uniform(0.5, 3.0), tiny)
+    polygon = inner_polygon(rays, reach)
+    assert len(polygon) <= 2 * len(rays)
+    assert np.isfinite(polygon).all()
+    assert (np.hypot(*polygon.T) <= reach.max() + 1e-9).all()

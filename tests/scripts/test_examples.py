@@ -42,6 +42,10 @@ EXPECTED = {
     ],
     "11_replay_a_scan_log": [r"^25 scans, \d+ plans; in the end approaching$"],
     "12_record_your_diagram": [r"^[4-6] places visited in 30 s; a page of \d\.\d MB$"],
+    "13_plan_with_gcs": [
+        r"^\d+ regions in \d+ convex sets; planned a way home of [67]\.\d\d m$",
+        r"^home: reached at .*, off the trajectory by at most 0\.[0-4]\d m$",
+    ],
     "lidar_only": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
 }
 """What each prints, as regular expressions: its outcome."""
