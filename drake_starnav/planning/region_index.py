@@ -4,7 +4,7 @@ The index only rules regions out. What it leaves is tested exactly, so that the 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -49,14 +49,14 @@ class IndexedRegions(NamedTuple):
     @staticmethod
     def alone(stack: RegionStack) -> "IndexedRegions":
         """Without a grid, where an index does not pay: each region may cover any place."""
-        marks, corner, every = _everywhere(len(stack))
-        return IndexedRegions(*stack.arrays, marks, corner, math.inf, every)
+        marks = np.full((1, 1, len(stack) // WORD + 1), FULL)
+        return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf, _all(len(stack)))
 
 
-@lru_cache(maxsize=16)
-def _everywhere(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Marks of so many regions in one cell, its corner, and the bits of all."""
-    return np.full((1, 1, count // WORD + 1), FULL), np.zeros(2), selection(np.ones(count, bool))
+@lru_cache(maxsize=1024)
+def _all(count: int) -> np.ndarray:
+    """The bits of so many regions."""
+    return selection(np.ones(count, bool))
 
 
 def selection(members: np.ndarray) -> np.ndarray:
@@ -84,10 +84,10 @@ class RegionIndex:
         count: number of regions.
     """
 
-    marks: np.ndarray
+    marks: np.ndarray = field(compare=False)
     first: np.ndarray
     count: int
-    storage: _Storage
+    storage: _Storage = field(compare=False)
 
     @staticmethod
     def empty() -> "RegionIndex":
@@ -96,8 +96,7 @@ class RegionIndex:
 
     def of(self, stack: RegionStack) -> IndexedRegions:
         """The regions of the stack whose marks these are."""
-        every = selection(np.ones(len(stack), bool))
-        return IndexedRegions(*stack.arrays, self.marks, CELL * self.first, CELL, every)
+        return IndexedRegions(*stack.arrays, self.marks, CELL * self.first, CELL, _all(len(stack)))
 
     def appended(self, stack: RegionStack) -> "RegionIndex":
         """These marks and those of the last region of a stack."""

@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Iterable
 from dataclasses import field
-from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -76,7 +75,7 @@ class StarRoadmap:
     def __len__(self) -> int:
         return len(self.regions)
 
-    @cached_property
+    @property
     def union(self) -> IndexedRegions:
         """The regions with their index, for queries of their union."""
         return self.index.of(self.stack)

@@ -7,7 +7,7 @@ import argparse
 import io
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -58,6 +58,7 @@ REFERENCE = Ablation("star", "the full method", "paper III; method 1 to 9")
 
 FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, SEARCH = "drake_starnav.planning.planner", "drake_starnav.planning.search"
+REGION, CUBIC = "drake_starnav.regions.star_region", "drake_starnav.regions.piecewise_cubic"
 INTERPRETED = {
     f"{FOLLOWING}.command": replacements.interpreted_command,
     f"{FOLLOWING}.followed": replacements.interpreted_followed,
@@ -72,6 +73,17 @@ FRONTIERS_ONLY = {
     f"{SEARCH}.VIRTUAL_FRONTIER_ADVANTAGE": math.inf,
     f"{SEARCH}.optimistic_cost": replacements.full_cost,
 }
+
+
+def fitted_by(fit: Callable[..., tuple]) -> dict[str, Any]:
+    """The replacements with which all boundaries are fitted in another way."""
+    return {
+        f"{REGION}._scan_region": replacements.interpreted_scan_region,
+        f"{REGION}.adaptive_fit": fit,
+        f"{CUBIC}.adaptive_fit": fit,
+    }
+
+
 BY_LAW = {"drake_starnav.baselines.paper.control.tracked": replacements.law_tracked}
 
 ABLATIONS = (
@@ -92,21 +104,21 @@ ABLATIONS = (
         "ranges less the radius instead of eroded ones",
         "method 1",
         replaced={
-            "drake_starnav.regions.perception.free_range": replacements.shortened_range,
-            "drake_starnav.regions.star_region.free_range": replacements.shortened_range,
+            "drake_starnav.regions.perception.smoothed_scan_region": replacements.shortened_region,
+            f"{REGION}.smoothed_scan_region": replacements.shortened_region,
         },
     ),
     Ablation(
         "two_sided_fit",
         "cubics through the samples, not inside",
         "method 2",
-        replaced={"drake_starnav.regions.piecewise_cubic.fit_segments": replacements.two_sided_segments},
+        replaced=fitted_by(replacements.two_sided_fit),
     ),
     Ablation(
         "fixed_segments",
         "16 equal segments",
         "paper III-B.1, fig. 5; method 2",
-        replaced={"drake_starnav.regions.piecewise_cubic.fit_segments": replacements.equal_segments},
+        replaced=fitted_by(replacements.equal_segments),
     ),
     Ablation(
         "dbscan_frontiers",

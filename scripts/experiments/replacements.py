@@ -25,8 +25,9 @@ from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.roadmap import extended
 from drake_starnav.planning.search import optimistic_cost
 from drake_starnav.regions import StarParameters, StarRegion
-from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.piecewise_cubic import PiecewiseCubic, fit_segments
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.piecewise_cubic import adaptive_fit
+from drake_starnav.regions.star_region import _scan_region, fit_region
 from drake_starnav.robot import RobotParameters
 from scripts.experiments.ablate_segments import fit_equal
 
@@ -107,20 +108,29 @@ def uncertified_twist(
     return want_v, want_omega, True
 
 
-def shortened_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
-    """For `free_range`: ranges less the radius."""
-    inflated = radius + parameters.margin
-    return sight_range(scan, distance, radius=inflated)._replace(margin=parameters.margin)
+def interpreted_scan_region(*arguments: Any) -> tuple:
+    """For `star_region._scan_region`: not compiled."""
+    return _scan_region.py_func(*arguments)
 
 
-def two_sided_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
-    """For `fit_segments`: cubics through the samples."""
-    return fit_segments(samples, breaks, tolerance, False)
+def shortened_region(
+    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters
+) -> tuple[np.ndarray, StarRegion]:
+    """For `smoothed_scan_region`: ranges less the radius."""
+    distance = smoothed_distances(scan, parameters.smoothing_slack)
+    profile = sight_range(scan, distance, radius=radius + parameters.margin)._replace(margin=parameters.margin)
+    return distance, fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
-def equal_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
-    """For `fit_segments`: SEGMENTS segments of equal length."""
-    return fit_equal(samples, SEGMENTS, one_sided)
+def two_sided_fit(samples: np.ndarray, tolerance: float, one_sided: bool) -> tuple:
+    """For `adaptive_fit`: cubics through the samples."""
+    return adaptive_fit(samples, tolerance, False)
+
+
+def equal_segments(samples: np.ndarray, tolerance: float, one_sided: bool) -> tuple:
+    """For `adaptive_fit`: SEGMENTS segments of equal length."""
+    fit = fit_equal(samples, SEGMENTS, one_sided)
+    return fit.starts, fit.coefficients, fit.values, fit.slopes
 
 
 def extended_at_clusters(
