@@ -175,7 +175,6 @@ def add_navigation(
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
-    step = scenario.simulation.time_step
     planner_parameters, controller_parameters = with_margins(scenario)
     scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
@@ -188,7 +187,7 @@ def add_navigation(
                 localization=scenario.localization,
                 drive=scenario.drive,
                 settings=scenario.plant_config,
-                time_step=step,
+                time_step=scenario.simulation.time_step,
                 seed=seed,
             ),
         )

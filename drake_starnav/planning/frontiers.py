@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.star_region import StarRegion, covers_offset
+from drake_starnav.regions.star_region import StarRegion, covers_nearly
 
 JUMP = 0.2
 """A step of the free range that makes an edge frontier, m: the clearances of both its ends fit in."""
@@ -100,9 +100,7 @@ def _uncovered(points, center, bearing_0, values, reach, skip, slack):
             distance = math.sqrt(dx * dx + dy * dy)
             if k == skip or distance > reach[k] + slack:
                 continue
-            nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-            dx, dy = center[k, 0] + dx * nearer - center[k, 0], center[k, 1] + dy * nearer - center[k, 1]
-            if covers_offset(bearing_0, values, k, dx, dy):
+            if covers_nearly(center, bearing_0, values, k, dx, dy, slack):
                 out[i] = False
                 break
     return out

@@ -289,9 +289,10 @@ def _remade(
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     index = roadmap.index.revised(kept, changed, stack)
-    edges, lengths = _revised_edges(roadmap, kept, changed, index.of(stack))
+    union = index.of(stack)
+    edges, lengths = _revised_edges(roadmap, kept, changed, union)
     fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
-    coverage = revised(roadmap.coverage, kept, changed, fresh, index.of(stack), COVER_SLACK)
+    coverage = revised(roadmap.coverage, kept, changed, fresh, union, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
         regions=tuple(regions),

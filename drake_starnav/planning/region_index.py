@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.star_region import RegionStack, covers_offset
+from drake_starnav.regions.star_region import RegionStack, covers_nearly, covers_offset
 
 CELL = 0.4
 """Size of a cell, m."""
@@ -213,10 +213,7 @@ def some_near(regions, points, slack, others, among):
         x, y, other = points[i, 0], points[i, 1], others[i]
         if last >= 0 and last != other:
             dx, dy = x - center[last, 0], y - center[last, 1]
-            distance = math.sqrt(dx * dx + dy * dy)
-            nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-            dx, dy = center[last, 0] + dx * nearer - center[last, 0], center[last, 1] + dy * nearer - center[last, 1]
-            if covers_offset(bearing_0, values, last, dx, dy):
+            if covers_nearly(center, bearing_0, values, last, dx, dy, slack):
                 out[i] = last
                 continue
         out[i] = _newest(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, other, among)
@@ -242,10 +239,9 @@ def _newest(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, 
             if k == other or squared > (reach[k] + slack) ** 2:
                 continue
             if slack > 0.0:
-                distance = math.sqrt(squared)
-                nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-                dx, dy = center[k, 0] + dx * nearer - center[k, 0], center[k, 1] + dy * nearer - center[k, 1]
-            if covers_offset(bearing_0, values, k, dx, dy):
+                if covers_nearly(center, bearing_0, values, k, dx, dy, slack):
+                    return k
+            elif covers_offset(bearing_0, values, k, dx, dy):
                 return k
     return -1
 

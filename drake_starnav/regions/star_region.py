@@ -199,10 +199,6 @@ class RegionStack:
             return RegionStack(
                 np.zeros((0, 2)), np.zeros(0), np.zeros((0, samples)), np.zeros((0, samples)), np.zeros(0)
             )
-        if len(regions) == 1:  # without copies
-            fit = regions[0].boundary
-            bearing_0, reach = np.array((regions[0].bearing_0,)), np.array((regions[0].reach,))
-            return RegionStack(regions[0].center[None], bearing_0, fit.values[None], fit.slopes[None], reach)
         return RegionStack(
             center=np.array([r.center for r in regions]),
             bearing_0=np.array([r.bearing_0 for r in regions]),
@@ -281,6 +277,15 @@ def covers_offset(bearing_0, values, k, dx, dy):
     left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
     phi = min(values[k, left], values[k, right])
     return squared <= phi * phi
+
+
+@njit(cache=True)
+def covers_nearly(center, bearing_0, values, k, dx, dy, slack):
+    """As `covers_offset`, but up to `slack` beyond the boundary, m."""
+    distance = math.sqrt(dx * dx + dy * dy)
+    nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
+    dx, dy = center[k, 0] + dx * nearer - center[k, 0], center[k, 1] + dy * nearer - center[k, 1]
+    return covers_offset(bearing_0, values, k, dx, dy)
 
 
 @njit(cache=True)
