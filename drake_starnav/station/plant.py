@@ -18,8 +18,8 @@ from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.worlds.world import World
 
-LONGEST_STEP = 0.01
-"""Of a continuous plant, s; events end steps earlier. Driven by recorded twists for 20 m, a robot ends 1 cm from where
+LONGEST_STEP = 0.02
+"""Of a continuous plant, s; events end steps earlier. Driven by recorded twists for 20 m, a robot ends 5 mm from where
 half of it takes it."""
 
 
