@@ -132,10 +132,9 @@ def add_navigation(
     controller the planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already
     stay so. The certificate guarantees nothing about a controller without the shield.
 
-    The lidar scans at multiples of its period; perception follows one tick (`simulation.time_step`) later, planner and
-    controller two, so that each reads the finished result of the one before it: of simultaneous updates Drake executes
-    the unrestricted ones, such as the planner's, before the discrete ones, such as the controller's. If obstacles move,
-    the tracker takes the first of these steps and the others follow one later.
+    The lidar scans at multiples of its period, planner and controller follow two ticks (`simulation.time_step`) later;
+    what depends on scans alone is calculated when they first ask for it, see `ScanState`. Of simultaneous updates Drake
+    executes the unrestricted ones, such as the planner's, before the discrete ones, such as the controller's.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.
 
@@ -225,33 +224,8 @@ def _check_own_systems(scenario: Scenario, planner: System | None, controller: S
         )
 
 
-@dataclass(frozen=True)
-class _Schedule:
-    """First update of each system, s, one tick after its inputs; None for a system that is absent."""
-
-    tracker: float | None
-    perception: float
-    matcher: float | None
-    last: float
-
-    @staticmethod
-    def of(scenario: Scenario) -> "_Schedule":
-        step, lidar = scenario.simulation.time_step, scenario.lidar
-        moving, matching = _tracks(scenario), _matches(scenario)
-        first = step + lidar.release_offset
-        perception = first + step if moving else first
-        return _Schedule(
-            tracker=first if moving else None,
-            perception=perception,
-            matcher=perception + step if matching else None,
-            last=(2 + moving + matching) * step,
-        )
-
-
 def command_offset(scenario: Scenario) -> float:
-    """When the controller is first updated, s."""
-    if scenario.controller.kind in GUIDED:
-        return _Schedule.of(scenario).last
+    """When planner and controller are first updated, s: two ticks after the lidar."""
     return 2 * scenario.simulation.time_step
 
 
@@ -262,13 +236,13 @@ def _add_planning(
     own: System | None,
     stopwatch: Stopwatch | None,
 ) -> Navigation:
-    lidar, schedule, station = scenario.lidar, _Schedule.of(scenario), made.station
+    lidar, station = scenario.lidar, made.station
     method = METHODS.get(scenario.controller.kind, METHODS["star"])  # a baseline may head for short-term goals
     scan, tracker = station.GetOutputPort("lidar.scan"), None
-    if schedule.tracker is not None:
+    if _tracks(scenario):
         tracker = builder.AddNamedSystem(
             "tracker",
-            ObstacleTracker(scenario.obstacles, rate=lidar.rate, offset=schedule.tracker, stopwatch=stopwatch),
+            ObstacleTracker(scenario.obstacles, rate=lidar.rate, stopwatch=stopwatch),
         )
         builder.Connect(scan, tracker.GetInputPort("scan"))
         builder.Connect(station.GetOutputPort("localization.scan_pose"), tracker.GetInputPort("pose"))
@@ -280,7 +254,6 @@ def _add_planning(
             scenario.planner,
             scenario.controller,
             lidar,
-            offset=schedule.perception,
             perceive=method.perceive,
             stopwatch=stopwatch,
         ),
@@ -288,10 +261,10 @@ def _add_planning(
     builder.Connect(scan, perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
     matcher = None
-    if schedule.matcher is not None:
+    if _matches(scenario):
         localization = scenario.localization
         error = OdometryError(localization.drift, localization.jump, lidar.noise)
-        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate, offset=schedule.matcher))
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
         for port, name in (
             (perception.GetOutputPort("star"), "star"),
             (station.GetOutputPort("localization.state"), "state"),
@@ -305,7 +278,7 @@ def _add_planning(
             scenario.robot,
             scenario.planner,
             goal_tolerance=scenario.simulation.goal_tolerance,
-            offset=schedule.last,
+            offset=command_offset(scenario),
             step=method.step,
             stopwatch=stopwatch,
         )
@@ -348,7 +321,7 @@ def _add_certified_controller(
         CertifiedController(
             scenario.robot,
             scenario.controller,
-            offset=_Schedule.of(scenario).last,
+            offset=command_offset(scenario),
             law=METHODS[scenario.controller.kind].law,
             obstacles=scenario.obstacles if made.tracker is not None else None,
             lead=_lead(scenario),
@@ -378,7 +351,7 @@ def _add_own_controller(
         TwistShield(
             scenario.robot,
             scenario.controller,
-            offset=_Schedule.of(scenario).last,
+            offset=command_offset(scenario),
             obstacles=scenario.obstacles if made.tracker is not None else None,
             lead=_lead(scenario),
         ),
@@ -396,7 +369,7 @@ def _lead(scenario: Scenario) -> float:
 def _connect_certifier(builder: DiagramBuilder, scenario: Scenario, made: Navigation, certifier: System) -> None:
     """Connect what the certificate needs: the safety star, the state when a command takes effect, and the tracks."""
     assert made.perception is not None
-    offset, rate = _Schedule.of(scenario).last, scenario.controller.rate
+    offset, rate = command_offset(scenario), scenario.controller.rate
     if made.tracker is not None:
         builder.Connect(made.tracker.GetOutputPort("tracks"), certifier.GetInputPort("tracks"))
     star, state = made.perception.GetOutputPort("safety_star"), made.station.GetOutputPort("localization.state")

@@ -301,7 +301,7 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     world = World("open", (0.0, 0.0, 0.0), (2.0, 0.0))
     station = builder.AddSystem(NavigationStation(world, scenario.robot, scenario.lidar))
     perception = builder.AddSystem(
-        StarPerception(scenario.robot, scenario.planner, scenario.controller, scenario.lidar, offset=0.005)
+        StarPerception(scenario.robot, scenario.planner, scenario.controller, scenario.lidar)
     )
     controller = builder.AddSystem(CertifiedController(scenario.robot, scenario.controller, offset=0.01))
     for source, name, system, port in (

@@ -2,7 +2,7 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.control.braking_certificate import Certificate
 from drake_starnav.geometry.se2 import composed, inverse
@@ -10,7 +10,7 @@ from drake_starnav.localization.scan_matching import OdometryError, ScanMap, mat
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
 from drake_starnav.systems.release import weakly
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.systems.scan_state import ScanState
 
 
 class ScanMatcher(LeafSystem):
@@ -39,15 +39,14 @@ class ScanMatcher(LeafSystem):
             lies in a frame that no correction moves.
         certificate: abstract, the controller's `Certificate` in O; as output, in M, to be drawn.
 
-    Periodic update at the lidar's rate; the map of scans is an immutable snapshot in abstract state.
+    What a new scan corrects is in the outputs at once, see `ScanState`; the state is the map of scans.
     """
 
-    def __init__(self, error: OdometryError, *, rate: float, offset: float) -> None:
+    def __init__(self, error: OdometryError, *, rate: float) -> None:
         """
         Args:
             error: of odometry and lidar.
             rate: of the lidar, Hz.
-            offset: from the lidar's update to this one, s; at least one step of the plant after the perception's.
         """
         super().__init__()
         self._error = error
@@ -56,8 +55,8 @@ class ScanMatcher(LeafSystem):
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(Certificate.none()))
-        self._map = self.DeclareAbstractState(Value(ScanMap()))
-        held = self.abstract_state_ticket(self._map)
+        self._map = ScanState(self, ScanMap(), self._after, (self._star,), rate=rate)
+        held = self._map.ticket
         now = {held, self._now.ticket()}
         self.DeclareAbstractOutputPort(
             "star", lambda: Value(Observation.none()), weakly(self._calc_star), {held, self._star.ticket()}
@@ -74,41 +73,32 @@ class ScanMatcher(LeafSystem):
             weakly(self._calc_certificate),
             {held, self._certificate.ticket()},
         )
-        period = checked_period(self, rate=rate, offset=offset)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
-    def _update(self, context: Context, state: State) -> EventStatus:
-        seen, before = self._star.Eval(context), self._known(context)
+    def _after(self, context: Context, before: ScanMap) -> ScanMap:
+        seen = self._star.Eval(context)
         if seen.region is None or seen.scan.time == before.time:
-            return EventStatus.DidNothing()
+            return before
         if seen.scan.time < before.time:  # time was set back: another run begins
             before = ScanMap()
-        after = matched(before, seen.scan, seen.pose, self._error)
-        if after is before:
-            return EventStatus.DidNothing()
-        state.get_mutable_abstract_state(self._map).set_value(after)
-        return EventStatus.Succeeded()
-
-    def _known(self, context: Context) -> ScanMap:
-        return context.get_abstract_state(self._map).get_value()
+        return matched(before, seen.scan, seen.pose, self._error)
 
     def _calc_star(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._star.Eval(context).moved(self._known(context).correction))
+        output.set_value(self._star.Eval(context).moved(self._map.Eval(context).correction))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         state = self._now.Eval(context)
-        output.SetFromVector(np.concatenate((self._known(context).corrected(state[:3]), state[3:])))
+        output.SetFromVector(np.concatenate((self._map.Eval(context).corrected(state[:3]), state[3:])))
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._known(context).corrected(self._now.Eval(context)[:3]))
+        output.SetFromVector(self._map.Eval(context).corrected(self._now.Eval(context)[:3]))
 
     def _calc_scan_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(composed(self._known(context).correction, self._scan_pose.Eval(context)))
+        output.SetFromVector(composed(self._map.Eval(context).correction, self._scan_pose.Eval(context)))
 
     def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._guidance.Eval(context).moved(inverse(self._known(context).correction)))
+        output.set_value(self._guidance.Eval(context).moved(inverse(self._map.Eval(context).correction)))
 
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        certificate, correction = self._certificate.Eval(context), self._known(context).correction
+        certificate, correction = self._certificate.Eval(context), self._map.Eval(context).correction
         path = np.array([composed(correction, pose) for pose in certificate.path])
         output.set_value(Certificate(certificate.certified, path))

@@ -2,7 +2,7 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
@@ -13,8 +13,9 @@ from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSett
 from drake_starnav.regions.safe_region import SCAN_PATIENCE, SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
+from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.utils.timing import EARLY, checked_period
+from drake_starnav.utils.timing import EARLY
 
 
 class StarPerception(LeafSystem):
@@ -34,9 +35,9 @@ class StarPerception(LeafSystem):
         safety_star: abstract, `SafetyStar` from the last scans; one that certifies nothing
             if the last scan is older than the delay and three scan periods.
 
-    Updates periodically at the lidar's rate, `offset` seconds after it, if there is a new scan with at least
-    one beam that is not lost; the last scans are abstract state. `perceive` does the work. A lidar whose view is too
-    narrow for the certificate, and a pose that is not finite, end the simulation with a `StarnavError`.
+    A new scan with at least one beam that is not lost is in the outputs at once, see `ScanState`; `perceive` does the
+    work. A lidar whose view is too narrow for the certificate, and a pose that is not finite, end the simulation with a
+    `StarnavError`.
     """
 
     def __init__(
@@ -46,7 +47,6 @@ class StarPerception(LeafSystem):
         controller: ControllerParameters,
         lidar: LidarParameters,
         *,
-        offset: float,
         perceive: Perceive = perceive,
         stopwatch: Stopwatch | None = None,
     ) -> None:
@@ -56,12 +56,10 @@ class StarPerception(LeafSystem):
             planner: of the regions.
             controller: of the safety star.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_strays` at its noise.
-            offset: from the lidar's update to this one, s; at least one step of the plant.
             perceive: the work as a pure function.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
-        period = checked_period(self, rate=lidar.rate, offset=offset)
         outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
         self._controller, self._perceive = controller, perceive
         self._settings = PerceptionSettings(planner, controller, robot.radius, outlier_noise)
@@ -70,8 +68,8 @@ class StarPerception(LeafSystem):
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         nothing = Perceived.nothing()
-        self._state = self.DeclareAbstractState(Value(nothing))
-        depends = {self.abstract_state_ticket(self._state)}
+        self._perceived = ScanState(self, nothing, self._after, (self._scan, self._pose), rate=lidar.rate)
+        depends = {self._perceived.ticket}
         self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), weakly(self._calc_star), depends)
         self.DeclareAbstractOutputPort(
             "safety_star",
@@ -79,13 +77,11 @@ class StarPerception(LeafSystem):
             weakly(self._calc_safety_star),
             depends | {self.time_ticket()},
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
-    def _update(self, context: Context, state: State) -> EventStatus:
+    def _after(self, context: Context, before: Perceived) -> Perceived:
         scan = self._scan.Eval(context)
-        before = context.get_abstract_state(self._state).get_value()
         if scan.time == before.safety.time or (not scan.complete and scan.lost.all()):
-            return EventStatus.DidNothing()
+            return before
         if scan.time < before.safety.time:
             before = Perceived.nothing()  # time was set back: another run begins
         pose = self._pose.Eval(context).copy()
@@ -94,14 +90,12 @@ class StarPerception(LeafSystem):
         if before.observation.region is None and self._controller.certifies:
             view = scan.angle_min, scan.angle_max, scan.angle_increment, len(scan.ranges)
             check_view(*view, backwards=scan.motion is not None)
-        seen = self._perceive(before, scan, pose, self._settings, self._stopwatch)
-        state.get_mutable_abstract_state(self._state).set_value(seen)
-        return EventStatus.Succeeded()
+        return self._perceive(before, scan, pose, self._settings, self._stopwatch)
 
     def _calc_star(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._state).get_value().observation)
+        output.set_value(self._perceived.Eval(context).observation)
 
     def _calc_safety_star(self, context: Context, output: AbstractValue) -> None:
-        safety = context.get_abstract_state(self._state).get_value().safety
+        safety = self._perceived.Eval(context).safety
         fresh = safety.time - EARLY <= context.get_time() <= safety.time + self._expiry
         output.set_value(safety if fresh else SafetyStar.none())

@@ -56,7 +56,7 @@ class StarRoadmapPlanner(LeafSystem):
             robot: its radius.
             planner: parameters.
             goal_tolerance: a robot this near to the goal has reached it, m.
-            offset: of the first update, s; later than the perception's, by at least one step of the plant.
+            offset: of the first update, s; at least one step of the plant after the lidar's.
             step: one update as a pure function.
             stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
         """

@@ -54,9 +54,7 @@ def main(png: Path | None) -> None:
     station = builder.AddSystem(NavigationStation(world, robot, lidar, time_step=TIME_STEP))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))
     # Events at one instant all see what was before it, so each stage updates a plant step after the one it reads.
-    perception = builder.AddSystem(
-        StarPerception(robot, planner_parameters, controller_parameters, lidar, offset=TIME_STEP)
-    )
+    perception = builder.AddSystem(StarPerception(robot, planner_parameters, controller_parameters, lidar))
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * TIME_STEP))
     controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * TIME_STEP))
 

@@ -78,9 +78,7 @@ def main(png: Path | None) -> None:
     world = World("hall", (*ROUTE[0], 0.0), tuple(ROUTE[-1]), np.array(obstacles), bounds=(-4.5, -3, 4.5, 3))
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, scenario.lidar, time_step=STEP))
-    perception = builder.AddSystem(
-        StarPerception(robot, scenario.planner, controller_parameters, scenario.lidar, offset=STEP)
-    )
+    perception = builder.AddSystem(StarPerception(robot, scenario.planner, controller_parameters, scenario.lidar))
     route = builder.AddSystem(FixedPath(ROUTE))
     controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * STEP))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))

@@ -87,9 +87,7 @@ def main(png: Path | None) -> None:
     scan_pose = builder.AddSystem(ZeroOrderHold(1.0 / lidar_parameters.rate, 3))
     state = builder.AddSystem(MatrixGain(np.eye(5, 4) * [[1], [1], [0], [0], [0]]))
     goal = builder.AddSystem(ConstantVectorSource(world.goal))
-    perception = builder.AddSystem(
-        StarPerception(robot, planner_parameters, scenario.controller, lidar_parameters, offset=STEP)
-    )
+    perception = builder.AddSystem(StarPerception(robot, planner_parameters, scenario.controller, lidar_parameters))
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * STEP))
     controller = builder.AddSystem(CertifiedController(robot, scenario.controller, offset=2 * STEP))
     speed = builder.AddSystem(MatrixGain(SPEED * np.eye(4, 2, -2)))  # (0, 0, v_x, v_y), as the servos want it

@@ -79,9 +79,9 @@ def all_systems() -> list[System]:
         station.GetSubsystemByName("robot"),  # its `RobotInterface`
         LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
         PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
-        ObstacleTracker(defaults.obstacles, rate=lidar.rate, offset=0.005),
-        StarPerception(robot, planner, controller, lidar, offset=0.005),
-        ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
+        ObstacleTracker(defaults.obstacles, rate=lidar.rate),
+        StarPerception(robot, planner, controller, lidar),
+        ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate),
         StarRoadmapPlanner(robot, planner, offset=0.01),
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),

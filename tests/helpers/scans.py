@@ -20,6 +20,11 @@ ORIGIN = np.zeros(3)
 seeds = st.integers(0, 2**32 - 1)
 
 
+def silence() -> LaserScan:
+    """What a lidar outputs before its first scan."""
+    return dataclasses.replace(LaserScan.nothing(), ranges=np.full(4, np.nan), lost_beams=True)
+
+
 def cast(
     world: World,
     pose: np.ndarray = ORIGIN,

@@ -13,24 +13,29 @@ from drake_starnav.scenario import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.tracking.tracker import Tracked, track
+from tests.helpers.scans import silence
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
 
 OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 SCENE = Scene(hall((2.0, 1.0, 0.3)), (0.25,), straight((1.5, -1.0), (0.0, 0.6)))
-OFFSET = 0.005
 
 
 def advance(simulator: Simulator, system: ObstacleTracker, context: Context, scans: int) -> None:
     for k in range(scans):
         system.GetInputPort("scan").FixValue(context, Value(SCENE.scan(k * PERIOD, np.zeros(3))))
-        simulator.AdvanceTo(k * PERIOD + 2.0 * OFFSET)
+        simulator.AdvanceTo((k + 0.2) * PERIOD)
+
+
+def put_nothing(system: ObstacleTracker, context: Context) -> None:
+    system.GetInputPort("scan").FixValue(context, Value(silence()))
+    system.GetInputPort("pose").FixValue(context, np.zeros(3))
 
 
 def started() -> tuple[Simulator, ObstacleTracker, Context]:
-    system = ObstacleTracker(OBSTACLES, rate=1.0 / PERIOD, offset=OFFSET)
+    system = ObstacleTracker(OBSTACLES, rate=1.0 / PERIOD)
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
-    system.GetInputPort("pose").FixValue(context, np.zeros(3))
+    put_nothing(system, context)
     return simulator, system, context
 
 
@@ -64,13 +69,14 @@ def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
     scan = SCENE.scan(6 * PERIOD, np.zeros(3))
     lost = dataclasses.replace(scan, ranges=np.full_like(scan.ranges, np.nan), lost_beams=True)
     system.GetInputPort("scan").FixValue(context, Value(lost))
-    simulator.AdvanceTo(6 * PERIOD + 2.0 * OFFSET)
+    simulator.AdvanceTo(6.2 * PERIOD)
     assert system.GetOutputPort("tracks").Eval(context) is before
 
 
 def test_two_contexts_do_not_meet() -> None:
     simulator, system, context = started()
     other = system.CreateDefaultContext()
+    put_nothing(system, other)
     advance(simulator, system, context, 5)
     assert system.GetOutputPort("tracks").Eval(other).time == Tracks().time
     assert system.GetOutputPort("scan").Eval(other).time == LaserScan.nothing().time

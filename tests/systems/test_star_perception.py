@@ -19,10 +19,10 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import cast, noisy
+from tests.helpers.scans import cast, noisy, silence
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
-RATE, OFFSET = 20.0, 0.005
+RATE = 20.0
 LIDAR = LidarParameters(rate=RATE)
 WALLS = (-3.0, -3.0, 3.0, 3.0)
 POST = World("post", (0, 0, 0), (0, 0), cylinders=[(0.9, 0.0, 0.2)], bounds=WALLS)
@@ -34,7 +34,7 @@ class Perceived:
     """A perception with a simulator, whose inputs are fixed by hand."""
 
     def __init__(self, stopwatch: Stopwatch | None = None, controller: ControllerParameters = CONTROLLER) -> None:
-        self.system = StarPerception(ROBOT, PLANNER, controller, LIDAR, offset=OFFSET, stopwatch=stopwatch)
+        self.system = StarPerception(ROBOT, PLANNER, controller, LIDAR, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 
@@ -64,13 +64,13 @@ def test_ports() -> None:
     system = Perceived().system
     assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["scan", "pose"]
     assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == ["star", "safety_star"]
-    assert not system.HasAnyDirectFeedthrough()
 
 
-def test_nothing_is_seen_before_the_first_update() -> None:
+def test_nothing_is_seen_before_the_first_scan() -> None:
     perceived = Perceived()
-    perceived.see(POST)
-    perceived.simulator.AdvanceTo(0.5 * OFFSET)
+    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(silence()))
+    perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
+    perceived.simulator.AdvanceTo(0.01)
     assert perceived.out("star").region is None
     assert perceived.out("safety_star").values.max() == 0.0
 
@@ -125,16 +125,17 @@ def test_the_safety_star_remembers_the_last_scans_and_no_more() -> None:
     assert perceived.out("safety_star").values.min() > near_post + 0.2
 
 
-def test_outputs_are_held_between_updates_at_the_lidar_s_rate() -> None:
+def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
     perceived = Perceived()
     perceived.see(POST)
-    perceived.simulator.AdvanceTo(OFFSET + 1e-4)
+    perceived.simulator.AdvanceTo(0.3 / RATE)
     first = perceived.out("star")
+    assert first.scan.time == 0.0
     perceived.see(EMPTY)
-    perceived.simulator.AdvanceTo(OFFSET + 1.0 / RATE - 1e-4)
-    assert perceived.out("star") is first
-    perceived.simulator.AdvanceTo(OFFSET + 1.0 / RATE + 1e-4)
-    assert perceived.out("star") is not first
+    second = perceived.out("star")
+    assert second.scan.time == 0.3 / RATE
+    perceived.simulator.AdvanceTo(2.5 / RATE)
+    assert perceived.out("star") is second
 
 
 def test_a_context_owns_its_memory() -> None:
@@ -149,7 +150,10 @@ def test_a_context_owns_its_memory() -> None:
         perceived.update()
     assert np.array_equal(perceived.system.GetOutputPort("safety_star").Eval(other).values, held)
     assert not np.array_equal(perceived.out("safety_star").values, held)
-    assert perceived.system.GetOutputPort("star").Eval(perceived.system.CreateDefaultContext()).region is None
+    fresh = perceived.system.CreateDefaultContext()
+    perceived.system.GetInputPort("scan").FixValue(fresh, Value(silence()))
+    perceived.system.GetInputPort("pose").FixValue(fresh, POSE)
+    assert perceived.system.GetOutputPort("star").Eval(fresh).region is None
 
 
 def test_each_scan_is_processed_once() -> None:
