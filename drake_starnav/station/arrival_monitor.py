@@ -3,7 +3,7 @@
 import math
 
 from pydrake.common.value import Value
-from pydrake.systems.framework import Context, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.utils.timing import checked_period
@@ -42,14 +42,14 @@ class ArrivalMonitor(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 5)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
-        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period, offset=offset), offset, self._check)
 
-    def _check(self, context: Context) -> EventStatus:
+    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context).tolist()
         goal_x, goal_y = self._goal.Eval(context).tolist()
         if math.hypot(x - goal_x, y - goal_y) < self._tolerance:
             return EventStatus.ReachedTermination(self, "reached")
-        given_up = self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE
-        if given_up and abs(v) < STANDING and abs(omega) < STANDING:
+        stands = abs(v) < STANDING and abs(omega) < STANDING
+        if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
             return EventStatus.ReachedTermination(self, "unreachable")
-        return EventStatus.Succeeded()
+        return EventStatus.DidNothing()

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from pydrake.common.value import Value
 from pydrake.geometry import GeometryId, QueryObject
-from pydrake.systems.framework import Context, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.utils.timing import checked_period
@@ -58,7 +58,8 @@ class CollisionMonitor(LeafSystem):
         )
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self.DeclarePeriodicPublishEvent(checked_period(self, period=period, offset=offset), offset, self._check)
+        # an update, for publish events see old geometry, see make_simulator
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period, offset=offset), offset, self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""
@@ -72,10 +73,10 @@ class CollisionMonitor(LeafSystem):
                 found.append((a, b) if first in self._robot else (b, a))
         return found
 
-    def _check(self, context: Context) -> EventStatus:
+    def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         found = self.contacts(context)
         if not found:
-            return EventStatus.Succeeded()
+            return EventStatus.DidNothing()
         struck = (
             all(b.get_value() in self._moving_obstacles for _, b in found)
             and abs(self._state.Eval(context)[3]) <= STANDING

@@ -44,7 +44,8 @@ def make_simulator(
     """A simulator that steps a continuous plant by Drake's CENIC integrator, and a discrete one as any does.
 
     Steps end at events and are no longer than `LONGEST_STEP`; their size is not adapted to the error, so that a run
-    follows from its context alone: a clone of it goes the same way.
+    follows from its context alone: a clone of it goes the same way. Updates see the geometry where it is; publish
+    events see it where the last step began, for CENIC in Drake 1.51 leaves the poses of then in the cache.
 
     Args:
         diagram: the integrator finds a continuous plant under the name "plant" directly in it.
@@ -67,7 +68,7 @@ def make_simulator(
 
 
 def _forget_old_poses(context: Context) -> EventStatus:
-    """Let the poses of geometries be computed anew: CENIC leaves those of the last step's beginning in the cache."""
+    """Let the poses of geometries be computed anew; the simulator calls it between publish events and updates."""
     context.get_mutable_continuous_state_vector()
     return EventStatus.DidNothing()
 
