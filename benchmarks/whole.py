@@ -4,7 +4,7 @@ Run in the checkout: python -m benchmarks.whole [--against REF] [--trials 5] [--
 
 With a git reference, its code is checked out beside this one and both drive the same trials in turn, each in a process
 of its own, so that both see the same load of the machine. The time begins when the simulator has started, and ends
-with the last half second of the trial; `trial` is all of it, from making the world to the metrics.
+with the last whole second of the trial; `trial` is all of it, from making the world to the metrics.
 """
 
 import argparse

@@ -41,8 +41,8 @@ from drake_starnav.worlds.world import World
 
 METRICS_PERIOD = 0.01
 """Metrics of the motion are of states at equal steps of this length, s, interpolated between the logged ones."""
-PROGRESS_PERIOD = 0.5
-"""Simulated time between two reports of progress, s."""
+PROGRESS_PERIOD = 1.0
+"""Simulated time between two reports of progress, with a look at whether the robot drives as it is told, s."""
 SHORTEST_PATH_SLACK = 0.005
 """The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
 FINE, COARSE, CELLS = 0.02, 0.05, 5e6

@@ -39,8 +39,8 @@ def check_drive(
     if times[-1] - times[0] < 2.0 * SPAN:
         return
     plant, model = station.plant, station.robot_model
-    lately = times > times[-1] - 2.0 * SPAN - 1e-9
-    times, states, commands = times[lately], states[lately], commands[lately]
+    first = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
+    times, states, commands = times[first:], states[first:], commands[first:]
     twists = planar_states(states, plant.num_positions(model))[:, 3:]
     later = times > times[-1] - SPAN - 1e-9
     told, done = (np.array([each[span].mean(axis=0) for span in (~later, later)]) for each in (commands, twists))
