@@ -106,16 +106,33 @@ class LaserScan:
                 "allowed: more than 0, at most one turn"
             )
         full_circle = abs(self.angle_increment * len(ranges) - 2.0 * math.pi) < 1e-6
-        motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
-        beams = _classified(ranges, motion, self.range_max, self.angle_increment, full_circle)
         view = self.directions, self.range_max, self.angle_increment, full_circle
-        vars(self).update(zip(CLASSIFIED, beams, strict=True), full_circle=full_circle, view=view)
+        vars(self).update(full_circle=full_circle, view=view)
+        self._classify()
         if not self.lost_beams and not self.complete:
             bad = np.flatnonzero(self.lost)
             raise StarnavError(
                 f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
                 "allowed: metres, +inf (no return), -inf (too close), and NaN (lost) only with lost_beams=True"
             )
+
+    def _classify(self) -> None:
+        motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
+        beams = _classified(self.ranges, motion, self.range_max, self.angle_increment, self.full_circle)
+        vars(self).update(zip(CLASSIFIED, beams, strict=True))
+
+    def measured_at(self, time: float, ranges: np.ndarray) -> "LaserScan":
+        """The next scan of the same sensor, which may lose beams: what does not change is not checked again.
+
+        Args:
+            time: of the measurement, s.
+            ranges: shape (n,), m; not to be changed afterwards.
+        """
+        scan = object.__new__(LaserScan)
+        ranges.flags.writeable = False
+        vars(scan).update(vars(self), time=time, ranges=ranges, lost_beams=True, motion=None)
+        scan._classify()
+        return scan
 
     @staticmethod
     def nothing() -> "LaserScan":

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -134,14 +134,17 @@ class LidarSensor(LeafSystem):
         self._parent, self._X_PS = mount.parent_frame_id, RigidTransform(mount.X_PS)
         self._seed = int(seed)
         self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
-        self._header: dict[str, Any] = {
-            "angle_min": parameters.angle_min,
-            "angle_increment": parameters.angle_increment,
-            "range_min": parameters.range_min,
-            "range_max": parameters.range_max,
-            "time_increment": parameters.time_increment,
-            "scan_time": 1.0 / parameters.rate,
-        }
+        self._before = LaserScan(
+            time=0.0,
+            ranges=np.full(parameters.beams, np.nan),
+            angle_min=parameters.angle_min,
+            angle_increment=parameters.angle_increment,
+            range_min=parameters.range_min,
+            range_max=parameters.range_max,
+            time_increment=parameters.time_increment,
+            scan_time=1.0 / parameters.rate,
+            lost_beams=True,
+        )
         exclude = {*mount.exclude_frames, mount.parent_frame_id} - {SceneGraph.world_frame_id()}
 
         self._query_port = self.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())
@@ -155,7 +158,7 @@ class LidarSensor(LeafSystem):
             {self.nothing_ticket()},
         )
         unseen = _packed(math.nan, RigidTransform())
-        nothing = _Measurement(self._scan(0.0, np.full(parameters.beams, np.nan)), unseen)
+        nothing = _Measurement(self._before, unseen)
         if sampled:
             self._ranges = self.DeclareDiscreteState(nothing.scan.ranges)
             self._taken = self.DeclareDiscreteState(unseen)
@@ -194,9 +197,6 @@ class LidarSensor(LeafSystem):
         """The parameters of the sensor."""
         return self._parameters
 
-    def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
-        return LaserScan(time=time, ranges=ranges, lost_beams=True, motion=None, **self._header)
-
     def _pose(self, query: QueryObject) -> RigidTransform:
         return query.GetPoseInWorld(self._parent) @ self._X_PS
 
@@ -209,9 +209,9 @@ class LidarSensor(LeafSystem):
 
     def _measure(self, context: Context) -> _Measurement:
         query = self._query_port.Eval(context)
-        X_WS = self._pose(query)
-        time = context.get_time()
-        return _Measurement(self._scan(time, self._cast(context, query, X_WS)), _packed(time, X_WS))
+        X_WS, time = self._pose(query), context.get_time()
+        scan = self._before.measured_at(time, self._cast(context, query, X_WS))
+        return _Measurement(scan, _packed(time, X_WS))
 
     def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
         if not begins_run(context.get_time(), context.get_discrete_state(self._swept)[0]):
@@ -251,8 +251,8 @@ class LidarSensor(LeafSystem):
 
     def _recall(self, context: Context) -> _Measurement:
         taken = context.get_discrete_state(self._taken).value().copy()
-        ranges, time = context.get_discrete_state(self._ranges).value(), float(taken[0])
-        return _Measurement(self._scan(0.0 if math.isnan(time) else time, ranges), taken)
+        ranges, time = context.get_discrete_state(self._ranges).value().copy(), float(taken[0])
+        return _Measurement(self._before.measured_at(0.0 if math.isnan(time) else time, ranges), taken)
 
     def _calc_scan(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._measurement.Eval(context).scan)
