@@ -1,5 +1,7 @@
 """The optimistic path from the target to the goal, and whether a new scan blocks it."""
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -22,10 +24,19 @@ def next_segment_of(path: np.ndarray, to_go: CostField, position: np.ndarray) ->
 
     Only the probe if that is no nearer to the goal than the robot, since the path would lead back past the robot.
     """
-    if to_go.at(path[:1])[0] >= to_go.at(position[None, :])[0]:
-        return path[:1]
-    along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
-    return path[: 1 + int(np.searchsorted(along, NEXT))]
+    here, there = to_go.at(np.vstack((position, path[:1])))
+    return path[:1] if there >= here else path[: 1 + index_along(path, NEXT)]
+
+
+@njit(cache=True)
+def index_along(path, length):
+    """Number of segments of a path (k, 2) that end before `length`, m."""
+    along = 0.0
+    for i in range(len(path) - 1):
+        along += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
+        if along >= length:
+            return i
+    return len(path) - 1
 
 
 @njit(cache=True)

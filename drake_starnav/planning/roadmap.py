@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
-from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
