@@ -21,7 +21,7 @@ from benchmarks.building_world import LIDAR, building, tour, tour_log
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step, planner, search
-from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.view import scan_from, visible_shapes

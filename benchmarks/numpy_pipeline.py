@@ -28,7 +28,8 @@ from drake_starnav.control.path_following import (
 )
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
-from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE, STRIDE
+from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
+from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import RegionStack, StarParameters
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.distance_grid import DistanceGrid
 
 INSIDE = 0.05
 """The place lies inside the goal's tolerance by this much, m."""

@@ -298,6 +298,7 @@ def _remade(
         regions=tuple(regions),
         stack=stack,
         index=index,
+        union=union,
         scans=scans,
         edges=edges,
         lengths=lengths,

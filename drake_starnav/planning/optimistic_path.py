@@ -1,5 +1,7 @@
 """The optimistic path from the target to the goal, and whether a new scan blocks it."""
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -22,29 +24,35 @@ def next_segment_of(path: np.ndarray, to_go: CostField, position: np.ndarray) ->
 
     Only the probe if that is no nearer to the goal than the robot, since the path would lead back past the robot.
     """
-    if to_go.at(path[:1])[0] >= to_go.at(position[None, :])[0]:
-        return path[:1]
-    along = np.cumsum(np.hypot(*np.diff(path, axis=0).T))
-    return path[: 1 + int(np.searchsorted(along, NEXT))]
-
-
-def is_obstructed(path: np.ndarray, points: np.ndarray, robot_radius: float) -> bool:
-    """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
-
-    The path's first point, the probe, does not count: it may lie near the obstacle at which the target was found.
-    """
-    return bool(_is_near(path[1:], points, robot_radius - OBSTRUCTION_SLACK))
+    here, there = to_go.at(np.vstack((position, path[:1])))
+    return path[:1] if there >= here else path[: 1 + index_along(path, NEXT)]
 
 
 @njit(cache=True)
-def _is_near(path, points, distance):
-    """Whether any point is nearer than `distance` to every second point of a path with shorter steps than that."""
+def index_along(path, length):
+    """Number of segments of a path (k, 2) that end before `length`, m."""
+    along = 0.0
+    for i in range(len(path) - 1):
+        along += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
+        if along >= length:
+            return i
+    return len(path) - 1
+
+
+@njit(cache=True)
+def is_obstructed(path, points, robot_radius):
+    """Whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
+
+    Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
+    it may lie near the obstacle at which the target was found.
+    """
+    distance = robot_radius - OBSTRUCTION_SLACK
     low_x = low_y = np.inf
     high_x = high_y = -np.inf
     for j in range(len(points)):
         x, y = points[j]
         low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
-    for i in range(0, len(path), 2):
+    for i in range(1, len(path), 2):
         x, y = path[i]
         if x < low_x - distance or x > high_x + distance or y < low_y - distance or y > high_y + distance:
             continue  # most of a long path is out of the scan's reach

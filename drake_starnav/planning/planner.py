@@ -1,28 +1,21 @@
 """The planner as a pure step: planner state and a new scan in, planner state with a path out."""
 
 import dataclasses
-import math
 from enum import Flag, auto
 
 import numpy as np
-from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
-from drake_starnav.planning.optimistic_path import is_obstructed
-from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import after_trying, has_arrived, stall_point_ahead
-from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_near
 from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
 from drake_starnav.planning.search import Route, find_route, free_of_blacklist, only_blacklist_obstructs
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
-from drake_starnav.planning.string_pulling import in_sight, last_in_sight
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.star_region import RegionStack, StarRegion, covers
+from drake_starnav.regions.star_region import RegionStack, StarRegion
 
-OUTSIDE_TOLERANCE = 0.03
-"""The robot counts as outside the regions only when it is this far out, m."""
 PROGRESS_DISTANCE = 0.15
 """Motion that counts as progress, m."""
 AT_GOAL = 0.3
@@ -33,16 +26,12 @@ GIVING_WAY = 1.5
 """While a moving obstacle is this near, the robot may be giving way, m."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
-PROBE_SEEN_AFTER = 0.3
-"""Seeing the probe of the target adds a node only this far from the last node, m."""
 RETRIES = 6
 """At one place, failed targets are retried so often when nothing else leads to the goal."""
 RETRIED_PLACES = 4
 """The total number of retries is limited to that of this many places."""
 RETRY_DISTANCE = 0.5
 """Retries closer together than this count as made at one place, m."""
-REPLAN_DISTANCE = 0.1
-"""A blocked optimistic path triggers a new plan only this far from where the last plan was made, m."""
 
 
 class GrowthTrigger(Flag):
@@ -83,16 +72,21 @@ def plan_step(state: PlannerState, now: PlannerInput) -> PlannerState:
     check_beams(state.roadmap, seen)
     region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
     state, stalled = watched(state, now)
-    trigger = _growth_trigger(state, region, stalled, now)
-    state, region = _grown(state, region, trigger, now)
+    check = check_plan(state, region, now)
+    trigger = _growth_trigger(state, region, check, stalled, now)
+    if trigger:
+        state, region = _grown(state, region, trigger, now)
     if len(state.path):
-        state = _unless_obstructed(state, now)
+        state = _unless_obstructed(state, check, now)
     if len(state.path):
-        state = _along_path(state, now.position)
+        state = _along_path(state, check, now.position)
+    ahead = check.ahead
     if not len(state.path):
         first_plan = state.plans == 0 and not stalled
         state = _planned(state, region, first_plan, now)
-    return _with_anticipation(state, seen.region, now)
+        region = clear_of(seen.region, state.roadmap.stall_points, now.robot_radius)
+        ahead = points_ahead(state.next_segment, region, now.position)
+    return _with_anticipation(state, region, ahead)
 
 
 def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
@@ -112,32 +106,52 @@ def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]
 
     A robot may stand at its goal, without scans, and where it may be giving way.
     """
-    scan, timeout = now.seen.scan, now.parameters.progress_timeout
-    moved = not _distance(now.position, state.progress_position) <= PROGRESS_DISTANCE
-    silent = now.time - scan.time > SILENT_SHARE * timeout
-    at_goal = (
-        state.status is PlannerStatus.APPROACHING
-        and len(state.path) > 0
-        and _distance(now.position, state.path[-1]) < AT_GOAL
-    )
-    giving_way = scan.motion is not None and bool((scan.distances[scan.moving] < GIVING_WAY).any())
-    if moved or silent or at_goal or giving_way:
+    if _may_stand(state, now) or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE:
         return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
-    if now.time - state.progress_time > timeout:
+    if now.time - state.progress_time > now.parameters.progress_timeout:
         return dataclasses.replace(state, progress_time=now.time), True
     return state, False
 
 
-def _growth_trigger(state: PlannerState, region: StarRegion, stalled: bool, now: PlannerInput) -> GrowthTrigger:
+def _may_stand(state: PlannerState, now: PlannerInput) -> bool:
+    """Whether the robot is at its goal, without scans, or may be giving way to a moving obstacle."""
+    scan = now.seen.scan
+    if now.time - scan.time > SILENT_SHARE * now.parameters.progress_timeout:
+        return True
+    if scan.motion is not None and bool((scan.distances[scan.moving] < GIVING_WAY).any()):
+        return True
+    approaching = state.status is PlannerStatus.APPROACHING and len(state.path) > 0
+    return approaching and distance_to(now.position, state.path[-1]) < AT_GOAL
+
+
+def _growth_trigger(
+    state: PlannerState, region: StarRegion, check: PlanCheck, stalled: bool, now: PlannerInput
+) -> GrowthTrigger:
     """The triggers that hold now."""
-    trigger = GrowthTrigger.STALLED if stalled else GrowthTrigger.NONE
-    if state.target is not None and has_arrived(state.roadmap, state.target, now):
+    spaced = distance_to(now.position, state.node_position) > now.parameters.node_spacing
+    arrived = state.target is not None and has_arrived(state.roadmap, state.target, now)
+    due = not stalled and not arrived and node_is_due(state, region, check, spaced)
+    trigger = GrowthTrigger.NONE
+    if stalled:
+        trigger |= GrowthTrigger.STALLED
+    if arrived:
         trigger |= GrowthTrigger.ARRIVED
-    if not trigger and node_is_due(state, region, now.position, now.parameters):
+    if due:
         trigger |= GrowthTrigger.DUE
-    if node_spacing_driven(state, now.position, now.parameters):
+    if spaced:
         trigger |= GrowthTrigger.SPACED
     return trigger
+
+
+def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, spaced: bool) -> bool:
+    """Whether to add a node with the region of the latest scan, `spaced` from where one was last added or omitted.
+
+    A node is due at the start, every `node_spacing` (with a map from an earlier goal only if enough of the region is
+    new), when the target's probe is seen, and outside all regions.
+    """
+    if check.sees_probe or check.outside or not len(state.roadmap):
+        return True
+    return spaced and not (state.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE)
 
 
 def _grown(
@@ -168,89 +182,25 @@ def _grown(
     return dataclasses.replace(state, roadmap=roadmap, target=target, node_position=node_position, path=NO_PATH), region
 
 
-def node_is_due(state: PlannerState, region: StarRegion, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether to add a node here, with the region of the latest scan.
-
-    A node is due at the start, every `node_spacing` (with a map from an earlier goal only if enough of the region is
-    new), when the target's probe is seen, and outside all regions.
-    """
-    if not len(state.roadmap):
-        return True
-    if node_spacing_driven(state, position, parameters) and not (
-        state.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE
-    ):
-        return True
-    probe = NO_PATH if state.target is None else state.target[1:]
-    shape = region.center, region.bearing_0, region.boundary.values
-    driven = _distance(position, state.node_position)
-    return _sees_probe_or_left(*position, driven, probe, shape, state.roadmap.union)
-
-
-def node_spacing_driven(state: PlannerState, position: np.ndarray, parameters: PlannerParameters) -> bool:
-    """Whether the robot is `node_spacing` away from where a node was last added or found unnecessary."""
-    return _distance(position, state.node_position) > parameters.node_spacing
-
-
-@njit(cache=True)
-def _sees_probe_or_left(x, y, driven, probe, region, regions):
-    """Whether the latest region shows the target's probe (0 or 1 rows), or the robot at (x, y) has left all regions.
-
-    Not before it has driven far enough from the last node, m.
-    """
-    center, bearing_0, values = region
-    if driven > PROBE_SEEN_AFTER and len(probe) > 0 and covers(center, bearing_0, values, probe[0, 0], probe[0, 1]):
-        return True
-    return driven > OUTSIDE_TOLERANCE and newest_near(regions, x, y, OUTSIDE_TOLERANCE, -1, regions.every) < 0
-
-
-def _unless_obstructed(state: PlannerState, now: PlannerInput) -> PlannerState:
+def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput) -> PlannerState:
     """The state; if the latest scan blocks the optimistic path from the target, with its hits and without a path."""
-    if len(state.optimistic_path) < 2:  # there is nothing beyond the probe
-        return state
-    if _distance(now.position, state.plan_position) <= REPLAN_DISTANCE:
+    if not check.obstructed:
         return state
     points = impassable_points(now.seen.scan, now.seen.pose, now.parameters, now.robot_radius)
-    if not is_obstructed(state.optimistic_path, points, now.robot_radius):
-        return state
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
     return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
 
 
-def _along_path(state: PlannerState, position: np.ndarray) -> PlannerState:
+def _along_path(state: PlannerState, check: PlanCheck, position: np.ndarray) -> PlannerState:
     """The state with the path still ahead; without a path if the robot has lost sight of it."""
-    path = _path_ahead(state.roadmap, state.path, position)
-    if _strayed(state.roadmap, path, position):
-        path = NO_PATH
-    return state if len(path) == len(state.path) else dataclasses.replace(state, path=path)
+    if check.strayed:
+        return dataclasses.replace(state, path=NO_PATH)
+    return dataclasses.replace(state, path=state.path[check.passed :]) if check.passed else state
 
 
 def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
     """The path without way points already passed, or that the robot can see past."""
-    return path[_passed(*position, path, roadmap.union) :] if len(path) > 1 else path
-
-
-@njit(cache=True)
-def _passed(x, y, path, regions):
-    """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
-    k = 0
-    while k + 1 < len(path):
-        near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
-        ahead_x, ahead_y = path[k + 1]
-        if not near and not in_sight(regions, x, y, ahead_x, ahead_y):
-            break
-        k += 1
-    return k
-
-
-def _strayed(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> bool:
-    """Whether the robot, inside the union of regions, has lost the line of sight to the next way point."""
-    return _loses_sight(*position, *path[0], roadmap.union)
-
-
-@njit(cache=True)
-def _loses_sight(x, y, aim_x, aim_y, regions):
-    """Whether (x, y) lies in the union of regions, but not the whole line to the aim."""
-    return newest_cover(regions, x, y) >= 0 and not in_sight(regions, x, y, aim_x, aim_y)
+    return path[passed_points(*position, path, roadmap.union) :] if len(path) > 1 else path
 
 
 def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
@@ -322,23 +272,22 @@ def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> b
     return free_of_blacklist(state.roadmap, now) if route is None else only_blacklist_obstructs(state.roadmap, now)
 
 
-def _with_anticipation(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlannerState:
+def _with_anticipation(state: PlannerState, region: StarRegion, ahead: int) -> PlannerState:
     """The state with what the latest region shows of the optimistic path beyond the target."""
-    anticipated = _anticipated(state, region, now)
+    anticipated = _anticipated(state, region, ahead) if ahead >= 0 else None
     return state if anticipated is state.anticipated else dataclasses.replace(state, anticipated=anticipated)
 
 
-def _anticipated(state: PlannerState, region: StarRegion, now: PlannerInput) -> Guidance | None:
+def _anticipated(state: PlannerState, region: StarRegion, ahead: int) -> Guidance | None:
     """Guidance to the last point of the optimistic path in line of sight inside the latest region.
 
     None on the way to another way point or to the goal, and while none of that path is in sight.
+
+    Args:
+        state: with a path.
+        region: of the latest scan.
+        ahead: index of that point in the next segment.
     """
     if state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None
-    regions = RegionStack.of([clear_of(region, state.roadmap.stall_points, now.robot_radius)])
-    last = last_in_sight(state.next_segment, now.position, IndexedRegions.alone(regions))
-    return Guidance(state.next_segment[last : last + 1], False, regions) if last >= 0 else None
-
-
-def _distance(a: np.ndarray, b: np.ndarray) -> float:
-    return math.dist(a, b)
+    return Guidance(state.next_segment[ahead : ahead + 1], False, RegionStack.alone(region))

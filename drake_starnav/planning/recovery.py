@@ -33,7 +33,7 @@ INSPECTED_WITHIN = 2.0
 
 def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
     """Whether the robot has arrived at a target (stand and probe); after an inspection in vain, at its very stand."""
-    away = math.dist(now.position, target[0])
+    away = math.dist(now.position.tolist(), target[0].tolist())
     return away < ARRIVAL_DISTANCE and (away < AT_STAND or not _has_inspected(roadmap, now))
 
 

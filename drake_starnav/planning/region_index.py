@@ -23,7 +23,6 @@ SPARE_CELLS = 8
 """A grid that grows gets so many cells more than it needs on the sides that grow."""
 WORD = 64
 """Regions in a word of the grid."""
-FULL = np.uint64(2**64 - 1)
 
 
 class IndexedRegions(NamedTuple):
@@ -47,10 +46,9 @@ class IndexedRegions(NamedTuple):
     every: np.ndarray
 
     @staticmethod
-    def alone(stack: RegionStack) -> "IndexedRegions":
-        """Without a grid, where an index does not pay: each region may cover any place."""
-        marks = np.full((1, 1, len(stack) // WORD + 1), FULL)
-        return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf, _all(len(stack)))
+    def none() -> "IndexedRegions":
+        """No regions."""
+        return RegionIndex.empty().of(RegionStack.of(()))
 
 
 @lru_cache(maxsize=1024)
@@ -165,6 +163,21 @@ def _box(stack: RegionStack, members: np.ndarray) -> tuple[np.ndarray, np.ndarra
         return nothing, nothing
     low, high = _outline_box(*stack.arrays[:3], members)
     return np.floor(low / CELL).astype(np.int64), np.floor(high / CELL).astype(np.int64) + 1
+
+
+@njit(cache=True)
+def alone(center, bearing_0, values):
+    """A single region without a grid, where an index does not pay: it may cover any place."""
+    return IndexedRegions(
+        center.reshape((1, 2)),
+        np.full(1, bearing_0),
+        values.reshape((1, len(values))),
+        np.full(1, np.inf),
+        np.ones((1, 1, 1), np.uint64),
+        np.zeros(2),
+        np.inf,
+        np.ones(1, np.uint64),
+    )
 
 
 @njit(cache=True)

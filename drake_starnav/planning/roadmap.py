@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
-from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
 from drake_starnav.planning.parameters import PlannerParameters
@@ -43,6 +43,7 @@ class StarRoadmap:
         regions: one per node, oldest first.
         stack: the same regions as arrays.
         index: where they may cover.
+        union: stack and index, for queries of the regions' union.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
@@ -62,6 +63,7 @@ class StarRoadmap:
     regions: tuple[StarRegion, ...] = ()
     stack: RegionStack = field(default_factory=lambda: RegionStack.of(()))
     index: RegionIndex = field(default_factory=RegionIndex.empty)
+    union: IndexedRegions = field(default_factory=IndexedRegions.none, compare=False)
     scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -74,11 +76,6 @@ class StarRoadmap:
 
     def __len__(self) -> int:
         return len(self.regions)
-
-    @property
-    def union(self) -> IndexedRegions:
-        """The regions with their index, for queries of their union."""
-        return self.index.of(self.stack)
 
     @staticmethod
     def empty(parameters: PlannerParameters, robot_radius: float) -> "StarRoadmap":
@@ -129,20 +126,22 @@ def with_node(
     roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, hits: DistanceGrid
 ) -> StarRoadmap:
     """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
-    index = len(roadmap)
-    stack = roadmap.stack.appended(region) if index else RegionStack.of((region,))
+    newest = len(roadmap)
+    stack = roadmap.stack.appended(region) if newest else RegionStack.of((region,))
     neighbours = _neighbours(*stack.arrays)
     lengths = np.hypot(*(stack.center[neighbours] - region.center).T)
-    if index and not len(neighbours):  # the robot has come from the region that it exceeds least
+    if newest and not len(neighbours):  # the robot has come from the region that it exceeds least
         neighbours = np.array([least_outside(*roadmap.stack.arrays[:3], *region.center)])
         lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
+    index = roadmap.index.appended(stack)
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
         stack=stack,
-        index=roadmap.index.appended(stack),
+        index=index,
+        union=index.of(stack),
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
-        edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), index))))),
+        edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), newest))))),
         lengths=np.concatenate((roadmap.lengths, lengths)),
         hits=hits,
     )
@@ -195,7 +194,7 @@ def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robo
     directions, range_max, _, wrap = scan.view
     x, y, yaw = pose
     place = x, y, math.cos(yaw), math.sin(yaw)
-    return _bridged(directions, distance, scan.lasting, place, range_max, wrap, 2.0 * robot_radius)
+    return bridged_ends(directions, distance, scan.lasting, place, range_max, wrap, 2.0 * robot_radius)
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
@@ -276,7 +275,7 @@ def _neighbours(center, bearing_0, values, reach):
 
 
 @njit(cache=True)
-def _bridged(directions, distance, lasting, place, range_max, wrap, diameter):
+def bridged_ends(directions, distance, lasting, place, range_max, wrap, diameter):
     """The loop of `bridged_points`."""
     x, y, cosine, sine = place
     points = placed_ends(directions, distance, lasting, x, y, cosine, sine)
@@ -287,24 +286,34 @@ def _bridged(directions, distance, lasting, place, range_max, wrap, diameter):
 def _impassable(points, hit, wrap, diameter):
     count = len(points)
     parts = np.zeros(count, np.int64)  # of the chord from each hit to the next
-    total = 0
+    wide = np.empty(count, np.int64)  # hits from which a chord has more than one part
+    hits = chords = between = 0
     for i in range(count):
         if hit[i]:
-            total += 1
+            hits += 1
             j = i + 1 if i + 1 < count else 0
             if hit[j] and (j > 0 or wrap):
-                chord = math.hypot(points[j, 0] - points[i, 0], points[j, 1] - points[i, 1])
+                dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+                chord = math.sqrt(dx * dx + dy * dy)
                 if BRIDGE_SPACING < chord < diameter:
                     parts[i] = math.ceil(chord / BRIDGE_SPACING)
-                    total += parts[i] - 1
-    out = np.empty((total, 2))
+                    between += parts[i] - 1
+                    wide[chords] = i
+                    chords += 1
+    out = np.empty((hits + between, 2))
     n = 0
-    for k in range(max(parts.max(), 1)):  # all hits first, then the first point of each chord, and so on
-        for i in range(count):
-            if hit[i] and (k == 0 or k < parts[i]):
+    for i in range(count):  # all hits first, then the first point of each chord, and so on
+        if hit[i]:
+            out[n, 0], out[n, 1] = points[i, 0], points[i, 1]
+            n += 1
+    k = 1
+    while n < len(out):
+        for i in wide[:chords]:
+            if k < parts[i]:
                 j = i + 1 if i + 1 < count else 0
-                share = k / parts[i] if k else 0.0
+                share = k / parts[i]
                 out[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
                 out[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
                 n += 1
+        k += 1
     return out

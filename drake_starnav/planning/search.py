@@ -9,9 +9,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.approach import Approach, approach
-from drake_starnav.planning.cost_field import STRIDE, CostField, Origins, Terrain, cost_to_go
+from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_to_go
+from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
+from drake_starnav.planning.optimistic_path import index_along, next_segment_of, optimistic_path_beyond
 from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
@@ -343,8 +344,7 @@ def virtual_frontier_in_sight(
         return frontier, path
     stand = places[best]
     beyond = to_go.path(stand)
-    along = np.cumsum(np.hypot(*np.diff(beyond, axis=0).T))
-    probe = beyond[min(int(np.searchsorted(along, VIRTUAL_FRONTIER_LENGTH)) + 1, len(beyond) - 1)]
+    probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
     owner = max(newest_cover(roadmap.union, *stand), 0)
     return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 

@@ -36,19 +36,8 @@ def string_pulled(path: np.ndarray, position: np.ndarray, regions: IndexedRegion
     return np.vstack((backward[:-1][::-1], line[-1:]))
 
 
-def last_in_sight(points: np.ndarray, position: np.ndarray, regions: IndexedRegions) -> int:
-    """Index of the last point that is reached by a straight line inside the union of regions, or -1.
-
-    Args:
-        points: shape (k, 2), W, m.
-        position: start of the lines, shape (2,), W, m.
-        regions: whose union bounds the lines.
-    """
-    return int(_last_in_sight(points, 0, *position, regions))
-
-
 @njit(cache=True)
-def _last_in_sight(points, first, x, y, regions):
+def last_in_sight(points, first, x, y, regions):
     """Index of the last of points[first:] in line of sight from (x, y), or -1."""
     if newest_cover(regions, x, y) < 0:
         return -1
@@ -146,9 +135,9 @@ def _pull(points, x, y, regions):
     count = len(points)
     out = np.empty((count, 2))
     n = 0
-    i = np.int64(0)  # a literal would compile `_last_in_sight` twice
+    i = np.int64(0)  # a literal would compile `last_in_sight` twice
     while i < count:
-        j = max(_last_in_sight(points, i, x, y, regions), i)
+        j = max(last_in_sight(points, i, x, y, regions), i)
         x, y = points[j, 0], points[j, 1]
         out[n, 0], out[n, 1] = x, y
         n += 1

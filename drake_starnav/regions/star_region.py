@@ -207,6 +207,18 @@ class RegionStack:
             reach=np.array([r.reach for r in regions]),
         )
 
+    @staticmethod
+    def alone(region: StarRegion) -> "RegionStack":
+        """The stack of one region, whose arrays it shares."""
+        fit = region.boundary
+        return RegionStack(
+            region.center[None],
+            np.array([region.bearing_0]),
+            fit.values[None],
+            fit.slopes[None],
+            np.array([region.reach]),
+        )
+
     def __len__(self) -> int:
         return len(self.reach)
 

@@ -88,13 +88,13 @@ class StarRoadmapPlanner(LeafSystem):
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        seen = self._star.Eval(context)
-        if seen.region is None or seen.scan.time > context.get_time() + EARLY:  # of the run before time was set back
+        seen, time = self._star.Eval(context), context.get_time()
+        if seen.region is None or seen.scan.time > time + EARLY:  # of the run before time was set back
             return EventStatus.DidNothing()
         position = self._pose.Eval(context)[:2].copy()
         goal = self._goal.Eval(context).copy()
         before = context.get_abstract_state(self._plan).get_value()
-        if context.get_time() < before.progress_time:  # time was set back: another run begins
+        if time < before.progress_time:  # time was set back: another run begins
             before = PlannerState.initial(self._planner, self._robot.radius)
         moved = goal.tolist() != context.get_discrete_state(self._changed).value()[:2].tolist()
         if moved:
@@ -102,16 +102,14 @@ class StarRoadmapPlanner(LeafSystem):
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             before = before.with_new_goal()
         with self._stopwatch.measure("update"):
-            now = PlannerInput(
-                seen, position, goal, context.get_time(), self._planner, self._robot.radius, self._goal_tolerance
-            )
+            now = PlannerInput(seen, position, goal, time, self._planner, self._robot.radius, self._goal_tolerance)
             after = self._step(before, now)
         if after.plans > before.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
         if after is before and len(after.path):
             return EventStatus.DidNothing()
         state.get_mutable_abstract_state(self._plan).set_value(after)
-        state.get_mutable_discrete_state(self._changed).set_value((*goal, context.get_time()))
+        state.get_mutable_discrete_state(self._changed).set_value((*goal, time))
         path = after.guidance.path
         state.get_mutable_discrete_state(0).set_value(path[0] if len(path) else position)
         return EventStatus.Succeeded()

@@ -160,7 +160,7 @@ ABLATIONS = (
         replaced={
             f"{SEARCH}.string_pulled": replacements.first_argument,
             f"{PLANNER}._path_ahead": replacements.nodes_ahead,
-            f"{PLANNER}._strayed": replacements.never,
+            f"{PLANNER}._along_path": replacements.along_nodes,
         },
     ),
     Ablation(

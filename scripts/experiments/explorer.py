@@ -21,7 +21,9 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning.cost_field import NEIGHBOURHOOD, UNREACHED, CostField, DistanceGrid, bucket_dijkstra
+from drake_starnav.planning.bucket_search import NEIGHBOURHOOD, UNREACHED, bucket_dijkstra
+from drake_starnav.planning.cost_field import CostField
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes

@@ -4,6 +4,7 @@ A name says where a function is looked up by its caller. Compiled functions do n
 what is to be replaced, it is itself replaced by the Python that it is compiled from.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -19,7 +20,7 @@ from drake_starnav.control.heading_controller import turning_law
 from drake_starnav.control.path_following import command, followed, guided
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning import PlannerInput, StarRoadmap
+from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.roadmap import extended
@@ -96,11 +97,6 @@ def nothing(*arguments: Any) -> None:
     return
 
 
-def never(*arguments: Any) -> bool:
-    """For conditions."""
-    return False
-
-
 def uncertified_twist(
     x: float, y: float, yaw: float, v: float, omega: float, want_v: float, want_omega: float, *others: Any
 ) -> tuple[float, float, bool]:
@@ -158,6 +154,11 @@ def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np
 def nodes_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
     """For `_path_ahead`: way points are driven to."""
     return way_ahead(path, position)
+
+
+def along_nodes(state: PlannerState, check: Any, position: np.ndarray) -> PlannerState:
+    """For `_along_path`: way points are driven to, whatever is in sight."""
+    return dataclasses.replace(state, path=way_ahead(state.path, position))
 
 
 def law_tracked(

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
+from drake_starnav.planning.region_index import WORD, IndexedRegions, selection
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
+from drake_starnav.regions.star_region import RegionStack, StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25
@@ -165,3 +166,9 @@ def wandered(seed: int, nodes: int = 5, parameters: PlannerParameters | None = N
     world = scattered(rng, discs=8, walls=6)
     positions = [np.zeros(2)] + [free_point(rng, world, RADIUS + 0.05) for _ in range(nodes - 1)]
     return world, explored(world, np.array(positions), parameters or PlannerParameters())
+
+
+def unindexed(stack: RegionStack) -> IndexedRegions:
+    """The regions of a stack without a grid: each may cover any place."""
+    marks = np.full((1, 1, len(stack) // WORD + 1), 2**64 - 1, np.uint64)
+    return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf, selection(np.ones(len(stack), bool)))

@@ -12,6 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.navigation import add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
+from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.scenario import METHODS, parse_scenario
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
@@ -65,6 +66,8 @@ def structure(value: Any) -> Any:
     """A value as nested tuples that compare by content; what cannot be looked into stands for itself by identity."""
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
+    if isinstance(value, DistanceGrid):  # which of the tiles that grids share are whose depends on who came first
+        return value.resolution, value.cap, structure(value.tiles)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = [f.name for f in dataclasses.fields(value) if f.compare]
         return type(value), tuple((name, structure(getattr(value, name))) for name in fields)

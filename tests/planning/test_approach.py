@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.planning.approach import INSIDE, SIGHT, SPARE, approach
-from drake_starnav.planning.cost_field import DistanceGrid
+from drake_starnav.planning.distance_grid import DistanceGrid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05

@@ -9,17 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.planning import cost_field
-from drake_starnav.planning.cost_field import (
-    BLOCKED_SLACK,
-    SOFT_ZONE,
-    STRIDE,
-    UNREACHED,
-    DistanceGrid,
-    Origins,
-    Terrain,
-    bucket_dijkstra,
-    cost_to_go,
-)
+from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, Origins, Terrain, cost_to_go
+from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
@@ -36,67 +27,9 @@ def memory(points: np.ndarray, parts: int = 1) -> DistanceGrid:
     return out
 
 
-def nearest(points: np.ndarray, hits: np.ndarray) -> np.ndarray:
-    return np.hypot(*np.moveaxis(points[:, None] - hits, -1, 0)).min(axis=1)
-
-
 def line(a: tuple[float, float], b: tuple[float, float]) -> np.ndarray:
     a, b = np.array(a), np.array(b)
     return a + (b - a) * np.linspace(0.0, 1.0, int(np.hypot(*(b - a)) / 0.02) + 1)[:, None]
-
-
-@settings(max_examples=25)
-@given(seeds, st.sampled_from([0.0, 40.0, -1000.0]), st.sampled_from([1, 4]))
-def test_distances_match_brute_force_within_the_resolution(seed, away, parts):
-    rng = np.random.default_rng(seed)
-    hits = rng.uniform(-4.0, 4.0, (300, 2)) + away
-    points = rng.uniform(-5.0, 5.0, (500, 2)) + away
-    grid = memory(hits, parts)
-    centres = np.rint(points / RESOLUTION) * RESOLUTION
-    exact = np.minimum(nearest(centres, hits), grid.cap)
-    error = grid.distance(points) - exact
-    assert error.min() > -1e-5  # a hit in the same half cell as another may be left out, but none is invented
-    assert error.max() < 1.35 * RESOLUTION
-
-
-def test_nothing_was_hit_far_away_or_in_an_empty_memory():
-    empty = DistanceGrid.empty(RESOLUTION, RADIUS)
-    points = np.array(((0.0, 0.0), (100.0, -3.0)))
-    assert (empty.distance(points) == empty.cap).all()
-    assert empty.distance(np.zeros((0, 2))).shape == (0,)
-    assert empty.stamped(np.zeros((0, 2))) is empty
-    assert memory(np.zeros((1, 2))).distance(points).tolist() == pytest.approx([0.0, empty.cap])
-
-
-@settings(max_examples=10)
-@given(seeds)
-def test_snapshots_are_immutable_and_share_untouched_tiles(seed):
-    rng = np.random.default_rng(seed)
-    before = memory(np.vstack((rng.uniform(0.0, 1.0, (50, 2)), rng.uniform(20.0, 21.0, (50, 2)))))
-    points = rng.uniform(-1.0, 22.0, (400, 2))
-    distances = before.distance(points)
-    copies = {key: tile.copy() for key, tile in before.tiles.items()}
-    after = before.stamped(rng.uniform(0.0, 1.0, (50, 2)))
-    assert (before.distance(points) == distances).all() and (after.distance(points) <= distances).all()
-    assert all((before.tiles[key] == tile).all() for key, tile in copies.items())
-    shared = [key for key in before.tiles if after.tiles[key] is before.tiles[key]]
-    assert shared and len(shared) < len(after.tiles)
-    with pytest.raises(ValueError):
-        after.tiles[shared[0]][0, 0] = 0.0
-
-
-@settings(max_examples=10)
-@given(seeds)
-def test_a_cell_of_a_window_has_the_greatest_distance_of_the_cells_in_it(seed):
-    rng = np.random.default_rng(seed)
-    grid = memory(rng.uniform(-4.0, 4.0, (200, 2)))
-    low = rng.uniform(-6.0, 0.0, 2)
-    distance, first = grid.window(low, low + rng.uniform(1.0, 6.0, 2))
-    assert (first % STRIDE == 0).all() and (first * RESOLUTION <= low + 1e-9).all()
-    cells = first + STRIDE * np.moveaxis(np.indices(distance.shape), 0, -1).reshape(-1, 1, 2)
-    inside = cells + np.stack(np.indices((STRIDE, STRIDE)), axis=-1).reshape(1, -1, 2)
-    fine = grid.distance(inside.reshape(-1, 2) * RESOLUTION).reshape(inside.shape[:2])
-    np.testing.assert_allclose(distance.ravel(), fine.max(axis=1), atol=1e-6)
 
 
 def reference_cost(grid: DistanceGrid, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
@@ -246,23 +179,6 @@ def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(s
         assert (steps < 1.5 * math.sqrt(2.0) * CELL + 1e-9).all() and np.hypot(*(path[-1] - goal)) < CELL
         assert (grid.distance(path[:-1]) > RADIUS - BLOCKED_SLACK - 1e-6).all()
         assert steps.sum() == pytest.approx(cost, abs=1.5 * CELL + 0.05 * cost)
-
-
-@settings(max_examples=25)
-@given(seeds)
-def test_a_search_towards_a_cell_finds_the_same_cost(seed):
-    rng = np.random.default_rng(seed)
-    weight = np.where(rng.random((42, 52)) < 0.25, 0, rng.integers(10, 26, (42, 52))).astype(np.uint8)
-    weight[[0, -1]] = weight[:, [0, -1]] = 0
-    start, goal = rng.integers(1, (41, 51)), rng.integers(1, (41, 51))
-    weight[tuple(start)] = weight[tuple(goal)] = 10
-    cost_to_come, whole, found = (np.zeros(weight.shape, np.int32) for _ in range(3))
-    bucket_dijkstra(weight, whole, *goal, cost_to_come)
-    cost_to_come[tuple(start)] = -UNREACHED
-    bucket_dijkstra(weight, found, *goal, cost_to_come, 0, *start)
-    assert found[tuple(start)] == whole[tuple(start)]
-    assert (found >= whole).all()
-    assert (found < 0).sum() <= (whole < 0).sum()
 
 
 @pytest.mark.parametrize("shift", np.arange(0.0, 2.0 * CELL, 0.25 * RESOLUTION))

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning.monitoring import REPLAN_DISTANCE
 from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK, is_obstructed
-from drake_starnav.planning.planner import REPLAN_DISTANCE
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import LINE_STEP, scan_region, segment_covered
 from drake_starnav.worlds.world import World

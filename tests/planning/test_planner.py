@@ -7,6 +7,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.planning.recovery import ARRIVAL_DISTANCE
 from drake_starnav.regions import Observation
@@ -102,7 +103,9 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     scan = cast(world, np.array((*place, 0.0)))
     region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
     assert not there.roadmap.regions[0].contains(place)
-    assert not node_is_due(there, region, place, PARAMETERS)
+    seen = Observation(region, scan, np.array((*place, 0.0)))
+    now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, RADIUS)
+    assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
 
 
 def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled(monkeypatch):
@@ -135,8 +138,9 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
         scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
         region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
         seen = Observation(region, scan, np.array((*place, 0.0)))
-        assert not node_is_due(there, region, place, PARAMETERS)
-        after = plan_step(there, PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, RADIUS))
+        now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, RADIUS)
+        assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
+        after = plan_step(there, now)
         assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
         assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from drake_starnav.planning.region_index import SLACK, IndexedRegions, RegionIndex, newest_cover, newest_near, selection
+from drake_starnav.planning.region_index import SLACK, RegionIndex, newest_cover, newest_near, selection
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.star_region import RegionStack, StarRegion, first_cover
+from tests.helpers.scans import unindexed
 
 
 def spiky_region(rng: np.random.Generator) -> StarRegion:
@@ -16,7 +17,7 @@ def spiky_region(rng: np.random.Generator) -> StarRegion:
 
 
 def assert_answers_of_a_loop_over_all(index: RegionIndex, stack: RegionStack, rng: np.random.Generator) -> None:
-    indexed, alone = index.of(stack), IndexedRegions.alone(stack)
+    indexed, alone = index.of(stack), unindexed(stack)
     edge = rng.integers(0, stack.values.shape[1], (200, len(stack)))
     for x, y in rng.uniform(-30.0, 30.0, (500, 2)):
         assert newest_cover(indexed, x, y) == first_cover(*stack.arrays, x, y)

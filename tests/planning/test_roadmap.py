@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from drake_starnav.planning.frontiers import uncovered
 from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import IndexedRegions
 from drake_starnav.planning.roadmap import (
     DRIVEN_EDGE_PENALTY,
     PROBE_SLACK,
@@ -19,7 +18,7 @@ from drake_starnav.planning.roadmap import (
 )
 from drake_starnav.regions.star_region import RegionStack, scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast, distance, explored, seeds, wandered
+from tests.helpers.scans import RADIUS, cast, distance, explored, seeds, unindexed, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -167,7 +166,6 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
     points = region.center + rng.uniform(-region.reach, region.reach, (20000, 2))
     points = points[region.contains(points)]
     new = ~np.any([other.contains(points) for other in others], axis=0)
-    known = IndexedRegions.alone(RegionStack.of(tuple(others)))
-    assert uncovered_share(region, known) == pytest.approx(new.mean(), abs=0.03)
+    assert uncovered_share(region, unindexed(RegionStack.of(tuple(others)))) == pytest.approx(new.mean(), abs=0.03)
     assert uncovered_share(region, roadmap.union) == 0.0
-    assert uncovered_share(region, IndexedRegions.alone(RegionStack.of(()))) == 1.0
+    assert uncovered_share(region, unindexed(RegionStack.of(()))) == 1.0

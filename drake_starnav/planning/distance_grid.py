@@ -1,0 +1,233 @@
+"""Where obstacles have been hit: a sparse grid of the distances to the nearest hit.
+
+Cells are kept in square tiles that are never changed once made: a grid with more hits shares all untouched tiles with
+the one before.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.errors import StarnavError
+
+TILE = 64
+"""Cells along a tile's side."""
+STRIDE = 2
+"""A cell of the cost-to-go holds so many cells of the grid in each direction."""
+KEPT_BEYOND = 0.2
+"""The grid holds distances up to the robot's radius plus this, m."""
+LARGEST_GRID = 5e7
+"""A grid that is searched has no more cells than this."""
+
+
+class _Pool:
+    """Tiles that grids share which extend one another, shape (n, TILE, TILE), m; the first to use a row owns it."""
+
+    def __init__(self, tiles: np.ndarray, used: int) -> None:
+        self.tiles, self.used = tiles, used
+
+
+@dataclass(frozen=True)
+class DistanceGrid:
+    """Distance to the nearest hit on a grid over W. Immutable.
+
+    Attributes:
+        resolution: cell size, m; cell (i, j) has its centre at (i, j) * resolution.
+        cap: distances from here on are not kept, m.
+        first: the tile that comes first, shape (2,); tile (p, q) has the cells from (p, q) * TILE on.
+        rows: where each tile lies in the pool, shape (I, J), int32; -1 where no hit is near.
+        used: rows of the pool that were in use when this grid was made.
+        pool: the tiles.
+    """
+
+    resolution: float
+    cap: float
+    first: np.ndarray = field(compare=False)
+    rows: np.ndarray = field(compare=False)
+    used: int = field(compare=False)
+    pool: _Pool = field(compare=False)
+
+    @staticmethod
+    def empty(resolution: float, robot_radius: float) -> "DistanceGrid":
+        """A grid without hits; cell size and the robot's radius in m."""
+        nothing = np.zeros((0, TILE, TILE), np.float32)
+        first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
+        return DistanceGrid(resolution, robot_radius + KEPT_BEYOND, first, rows, 0, _Pool(nothing, 0))
+
+    @property
+    def tiles(self) -> dict[tuple[int, int], np.ndarray]:
+        """(p, q) -> the distances of that tile's cells, shape (TILE, TILE), m; only where hits are near."""
+        found, (p, q) = np.argwhere(self.rows >= 0).tolist(), self.first.tolist()
+        return {(p + i, q + j): self.pool.tiles[self.rows[i, j]] for i, j in found}
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
+        """For compiled loops: tiles, rows, first, resolution, cap."""
+        return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
+
+    def stamped(self, points: np.ndarray) -> "DistanceGrid":
+        """This grid with more hits; points of shape (n, 2) in W, m."""
+        if not len(points):
+            return self
+        low, high = _tiles_about(points, self.resolution, self.cap)
+        first, rows = _widened(self.first, self.rows, low, high)
+        pool, most = self.pool, int((high - low).prod())
+        if pool.used != self.used or pool.used + most > len(pool.tiles):
+            pool = _compacted(pool, rows, most)
+        pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
+        return DistanceGrid(self.resolution, self.cap, first, rows, pool.used, pool)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
+        return _distances(self.arrays, points)
+
+    def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A coarser grid over a box in W, whose cells hold STRIDE x STRIDE cells of this one.
+
+        A coarse cell has the greatest distance of its cells, so that no passage falls between them.
+
+        Returns:
+            Distances, shape (nx, ny), m, and the index of the first cell of the first coarse cell, shape (2,).
+
+        Raises:
+            StarnavError: there would be more than LARGEST_GRID cells.
+        """
+        first, count = self.coarse_cells(low, high)
+        return coarsened(self.arrays, first, count), first
+
+    def coarse_cells(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The first cell of the first coarse cell in a box in W, and the number of coarse cells; as for `window`."""
+        cell = self.resolution * STRIDE
+        if float(np.prod((high - low) / cell)) > LARGEST_GRID:
+            raise StarnavError(
+                f"the goal is too far: a grid from {low.tolist()} to {high.tolist()} would have more than "
+                f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
+            )
+        return coarse_cells(low, high, self.resolution)
+
+
+def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A copy of the rows of tiles that has those from `low` to `high` too, and its first tile."""
+    last = first + rows.shape
+    if not rows.size:
+        first, last = low, low
+    elif (low >= first).all() and (high <= last).all():
+        return first, rows.copy()
+    new_first = np.minimum(first, low)
+    out = np.full(np.maximum(last, high) - new_first, -1, np.int32)
+    i, j = first - new_first
+    out[i : i + rows.shape[0], j : j + rows.shape[1]] = rows
+    return new_first, out
+
+
+def _compacted(pool: _Pool, rows: np.ndarray, spare: int) -> _Pool:
+    """A pool of the tiles in `rows` alone, which are renumbered, with room for `spare` more and for as many again."""
+    live = rows[rows >= 0]
+    tiles = np.empty((2 * (len(live) + spare), TILE, TILE), np.float32)
+    tiles[: len(live)] = pool.tiles[live]
+    rows[rows >= 0] = np.arange(len(live))
+    return _Pool(tiles, len(live))
+
+
+@njit(cache=True)
+def _tiles_about(points, resolution, cap):
+    """The first tile and the one beyond the last that hits at points may change."""
+    border = int(cap / resolution) + 2
+    low, high = np.empty(2, np.int64), np.empty(2, np.int64)
+    for axis in range(2):
+        low[axis] = (int(round(points[:, axis].min() / resolution)) - border) // TILE
+        high[axis] = (int(round(points[:, axis].max() / resolution)) + border) // TILE + 1
+    return low, high
+
+
+@njit(cache=True)
+def coarse_cells(low, high, resolution):
+    """The loop of `coarse_cells`."""
+    first, count = np.empty(2, np.int64), np.empty(2, np.int64)
+    for axis in range(2):
+        first[axis] = int(math.floor(low[axis] / resolution / STRIDE)) * STRIDE
+        count[axis] = int(math.ceil((high[axis] - low[axis]) / resolution / STRIDE)) + 1
+    return first, count
+
+
+@njit(cache=True)
+def _stamp(tiles, used, rows, first, resolution, cap, points):
+    """The loop of `stamped`: rows of the pool from `used` on become the tiles that change; the rows in use then."""
+    reach = int(cap / resolution) + 1
+    before = used
+    for n in range(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        i, j = int(round(x / resolution)), int(round(y / resolution))
+        row = rows[i // TILE - first[0], j // TILE - first[1]]
+        # a hit closer than half a cell to one already known adds nothing that the grid resolves
+        if row >= 0 and tiles[row, i % TILE, j % TILE] < 0.6 * resolution:
+            continue
+        for p in range((i - reach) // TILE, (i + reach) // TILE + 1):
+            for q in range((j - reach) // TILE, (j + reach) // TILE + 1):
+                row = rows[p - first[0], q - first[1]]
+                if row < before:
+                    if row >= 0:
+                        tiles[used] = tiles[row]
+                    else:
+                        tiles[used] = cap
+                    row = rows[p - first[0], q - first[1]] = used
+                    used += 1
+                for a in range(max(i - reach, p * TILE), min(i + reach, p * TILE + TILE - 1) + 1):
+                    dx = a * resolution - x
+                    for b in range(max(j - reach, q * TILE), min(j + reach, q * TILE + TILE - 1) + 1):
+                        dy = b * resolution - y
+                        squared = dx * dx + dy * dy
+                        known = tiles[row, a - p * TILE, b - q * TILE]
+                        if squared < known * known:
+                            tiles[row, a - p * TILE, b - q * TILE] = math.sqrt(squared)
+    return used
+
+
+@njit(cache=True)
+def hit_distance(grid, x, y):
+    """Distance from the cell of (x, y) to the nearest hit, m; `grid` as `DistanceGrid.arrays`."""
+    tiles, rows, first, resolution, cap = grid
+    i, j = int(round(x / resolution)), int(round(y / resolution))
+    p, q = i // TILE - first[0], j // TILE - first[1]
+    if p < 0 or q < 0 or p >= rows.shape[0] or q >= rows.shape[1] or rows[p, q] < 0:
+        return cap
+    return float(tiles[rows[p, q], i % TILE, j % TILE])
+
+
+@njit(cache=True)
+def _distances(grid, points):
+    """The loop of `distance`."""
+    out = np.empty(len(points))
+    for n in range(len(points)):
+        out[n] = hit_distance(grid, points[n, 0], points[n, 1])
+    return out
+
+
+@njit(cache=True)
+def freest(tiles, row, i, j):
+    """The greatest distance in coarse cell (i, j) of a tile."""
+    most = tiles[row, i * STRIDE, j * STRIDE]
+    for a in range(STRIDE):
+        for b in range(STRIDE):
+            most = max(most, tiles[row, i * STRIDE + a, j * STRIDE + b])
+    return most
+
+
+@njit(cache=True)
+def coarsened(grid, corner, count):
+    """The distances of `window` from the cell `corner` on."""
+    tiles, rows, first, _, cap = grid
+    out = np.full((count[0], count[1]), np.float32(cap))
+    side = TILE // STRIDE
+    for t in range(rows.shape[0]):
+        for u in range(rows.shape[1]):
+            row = rows[t, u]
+            if row < 0:
+                continue
+            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
+            for i in range(max(-p, 0), min(side, count[0] - p)):
+                for j in range(max(-q, 0), min(side, count[1] - q)):
+                    out[p + i, q + j] = freest(tiles, row, i, j)
+    return out

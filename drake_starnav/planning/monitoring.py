@@ -1,0 +1,127 @@
+"""Monitoring of a plan under way: most updates change nothing, so all its checks are made in one compiled call."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.optimistic_path import is_obstructed
+from drake_starnav.planning.region_index import alone, newest_cover, newest_near
+from drake_starnav.planning.roadmap import bridged_ends
+from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.string_pulling import in_sight, last_in_sight
+from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
+from drake_starnav.regions.star_region import StarRegion, covers
+
+OUTSIDE_TOLERANCE = 0.03
+"""The robot counts as outside the regions only when it is this far out, m."""
+PROBE_SEEN_AFTER = 0.3
+"""Seeing the probe of the target adds a node only this far from the last node, m."""
+REPLAN_DISTANCE = 0.1
+"""A blocked optimistic path triggers a new plan only this far from where the last plan was made, m."""
+
+
+class PlanCheck(NamedTuple):
+    """What the latest scan and the roadmap show of the plan.
+
+    Attributes:
+        sees_probe: whether the latest region shows the target's probe, far enough from the last node.
+        outside: whether the robot has left all regions.
+        obstructed: whether the scan blocks the optimistic path from the target on.
+        passed: number of way points that the robot has passed, or can see past; never the last one.
+        strayed: whether the robot, inside the union of regions, has lost the line of sight to the next way point.
+        ahead: index of the last point of the next segment in sight inside the latest region; -1 while there is none,
+            and on the way to another way point or to the goal.
+    """
+
+    sees_probe: bool
+    outside: bool
+    obstructed: bool
+    passed: int
+    strayed: bool
+    ahead: int
+
+
+def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> PlanCheck:
+    """Check the plan of a state.
+
+    Args:
+        state: with at least one node.
+        region: of the latest scan, clear of stall points.
+        now: the latest scan, and where the robot is.
+    """
+    scan, pose = now.seen.scan, now.seen.pose.tolist()
+    place = pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])
+    x, y = now.position.tolist()
+    driven, since_plan = distance_to(now.position, state.node_position), distance_to(now.position, state.plan_position)
+    plan = (
+        state.path,
+        NO_PATH if state.target is None else state.target[1:],
+        state.optimistic_path if since_plan > REPLAN_DISTANCE else NO_PATH,
+        state.next_segment if state.status is PlannerStatus.EXPLORING else NO_PATH,
+    )
+    here = region.center, region.bearing_0, region.boundary.values
+    beams = scan.distances, scan.lasting, scan.view, place, now.parameters.smoothing_slack
+    return PlanCheck(*_checked(x, y, driven, plan, here, state.roadmap.union, beams, now.robot_radius))
+
+
+def points_ahead(points: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
+    """Index of the last of points (k, 2) in W in line of sight from a position (2,) inside a region, or -1."""
+    return int(_last_ahead(points, *position.tolist(), region.center, region.bearing_0, region.boundary.values))
+
+
+def distance_to(a: np.ndarray, b: np.ndarray) -> float:
+    """Distance of two places (2,), m; from lists, which `math.dist` reads several times faster than arrays."""
+    return math.dist(a.tolist(), b.tolist())
+
+
+@njit(cache=True)
+def _checked(x, y, driven, plan, here, union, beams, robot_radius):
+    """The loop of `check_plan`: the fields of a `PlanCheck`."""
+    path, probe, optimistic, segment = plan
+    center, bearing_0, values = here
+    sees_probe = (
+        driven > PROBE_SEEN_AFTER and len(probe) > 0 and covers(center, bearing_0, values, probe[0, 0], probe[0, 1])
+    )
+    outside = driven > OUTSIDE_TOLERANCE and newest_near(union, x, y, OUTSIDE_TOLERANCE, -1, union.every) < 0
+    if len(path) == 0:
+        return sees_probe, outside, False, 0, False, -1
+    passed = passed_points(x, y, path, union)
+    strayed = newest_cover(union, x, y) >= 0 and not in_sight(union, x, y, path[passed, 0], path[passed, 1])
+    ahead = _last_ahead(segment, x, y, center, bearing_0, values) if passed == len(path) - 1 else -1
+    return sees_probe, outside, _obstructs(optimistic, beams, robot_radius), passed, strayed, ahead
+
+
+@njit(cache=True)
+def passed_points(x, y, path, regions):
+    """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
+    k = 0
+    while k + 1 < len(path):
+        near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
+        ahead_x, ahead_y = path[k + 1]
+        if not near and not in_sight(regions, x, y, ahead_x, ahead_y):
+            break
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def _obstructs(optimistic, beams, robot_radius):
+    """Whether a scan blocks an optimistic path, as its `impassable_points` do."""
+    if len(optimistic) < 2:  # there is nothing beyond the probe
+        return False
+    measured, lasting, view, place, slack = beams
+    directions, range_max, _, wrap = view
+    smoothed = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, wrap)
+    points = bridged_ends(directions, smoothed, lasting, place, range_max, wrap, 2.0 * robot_radius)
+    return is_obstructed(optimistic, points, robot_radius)
+
+
+@njit(cache=True)
+def _last_ahead(points, x, y, center, bearing_0, values):
+    """The loop of `points_ahead`."""
+    if len(points) == 0:
+        return -1
+    return last_in_sight(points, np.int64(0), x, y, alone(center, bearing_0, values))

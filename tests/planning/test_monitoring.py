@@ -1,0 +1,108 @@
+"""All checks of a plan at once find what each finds alone, by plain NumPy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
+from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.monitoring import OUTSIDE_TOLERANCE, check_plan, points_ahead
+from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK
+from drake_starnav.planning.roadmap import StarRoadmap, impassable_points
+from drake_starnav.regions import Observation, RegionStack, StarRegion
+from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
+from tests.helpers.scans import RADIUS, cast, free_point, wandered
+
+PARAMETERS = PlannerParameters()
+
+
+def in_view(stack: RegionStack, position: np.ndarray, place: np.ndarray) -> bool:
+    return segment_covered(*stack.arrays, *position, *place, LINE_STEP)
+
+
+def seen_from(world, place: np.ndarray) -> tuple[StarRegion, PlannerInput]:
+    pose = np.array((*place, 0.3))
+    scan = cast(world, pose)
+    region = scan_region(scan, pose, RADIUS, PARAMETERS)
+    return region, PlannerInput(Observation(region, scan, pose), place, np.zeros(2), 0.0, PARAMETERS, RADIUS)
+
+
+def state_in(rng: np.random.Generator, roadmap: StarRoadmap, position: np.ndarray) -> PlannerState:
+    """A state with a plan that leads anywhere, as the checks do not mind."""
+    path = position + np.cumsum(rng.uniform(-0.3, 0.3, (rng.integers(1, 4), 2)), axis=0)
+    beyond = path[-1] + np.cumsum(rng.uniform(-0.1, 0.1, (40, 2)), axis=0)
+    return dataclasses.replace(
+        PlannerState.initial(PARAMETERS, RADIUS),
+        roadmap=roadmap,
+        status=PlannerStatus.EXPLORING,
+        path=path,
+        target=np.stack((path[-1], path[-1] + rng.uniform(-1.0, 1.0, 2))),
+        node_position=position + (1.0, 0.0),
+        optimistic_path=beyond,
+        next_segment=beyond[:10],
+    )
+
+
+def test_a_check_finds_what_its_parts_find_alone() -> None:
+    found: dict[str, set] = {}
+    for seed in range(40):
+        world, roadmap = wandered(seed, nodes=3)
+        rng = np.random.default_rng(seed)
+        place = roadmap.regions[0].center + rng.uniform(-2.5, 2.5, 2) if seed % 2 else free_point(rng, world, RADIUS)
+        region, now = seen_from(world, place)
+        state, stack = state_in(rng, roadmap, place), roadmap.stack
+        check = check_plan(state, region, now)
+        passed = 0
+        for way_point, following in zip(state.path[:-1], state.path[1:], strict=True):
+            if np.hypot(*(way_point - place)) >= PASSED_DISTANCE and not in_view(stack, place, following):
+                break
+            passed += 1
+        inside = first_cover(*stack.arrays, *place) >= 0
+        hits = impassable_points(now.seen.scan, now.seen.pose, PARAMETERS, RADIUS)
+        away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
+        here = RegionStack.of([region])
+        ahead = [k for k, point in enumerate(state.next_segment) if in_view(here, place, point)]
+        assert check.sees_probe == region.contains(state.target[1])
+        assert not (check.outside and inside)
+        assert check.obstructed == bool((away < RADIUS - OBSTRUCTION_SLACK).any())
+        assert check.passed == passed
+        assert check.strayed == (inside and not in_view(stack, place, state.path[passed]))
+        assert check.ahead == (max(ahead, default=-1) if passed == len(state.path) - 1 else -1)
+        assert points_ahead(state.next_segment, region, place) == max(ahead, default=-1)
+        for name, value in check._asdict().items():
+            found.setdefault(name, set()).add(value)
+    assert all(len(values) > 1 for values in found.values()), found
+
+
+def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
+    world, roadmap = wandered(1, nodes=3)
+    place = roadmap.regions[0].center
+    region, now = seen_from(world, place)
+    rng = np.random.default_rng(0)
+    state = dataclasses.replace(
+        state_in(rng, roadmap, place),
+        path=place[None] + (0.1, 0.0),
+        target=np.stack((place, place)),
+        optimistic_path=impassable_points(now.seen.scan, now.seen.pose, PARAMETERS, RADIUS)[:4],
+        next_segment=place[None],
+    )
+    check = check_plan(state, region, now)
+    assert check.sees_probe and check.obstructed and check.ahead == 0
+    assert not check_plan(dataclasses.replace(state, node_position=place), region, now).sees_probe
+    assert not check_plan(dataclasses.replace(state, plan_position=place), region, now).obstructed
+    approaching = dataclasses.replace(state, status=PlannerStatus.APPROACHING)
+    assert check_plan(approaching, region, now).ahead == -1
+
+
+@pytest.mark.parametrize("beyond", [0.5, 2.0])
+def test_a_robot_is_outside_when_it_is_farther_out_than_the_tolerance(beyond: float) -> None:
+    world, roadmap = wandered(2, nodes=1)
+    region = roadmap.regions[0]
+    k = int(np.argmin(np.abs(np.diff(region.boundary.values))))
+    bearing = region.bearing_0 + 2.0 * np.pi * (k + 0.5) / len(region.boundary.values)
+    distance = region.boundary.values[k : k + 2].min() + beyond * OUTSIDE_TOLERANCE
+    place = region.center + distance * np.array((np.cos(bearing), np.sin(bearing)))
+    here, now = seen_from(world, place)
+    state = state_in(np.random.default_rng(0), roadmap, place)
+    assert check_plan(state, here, now).outside == (beyond > 1.0)
