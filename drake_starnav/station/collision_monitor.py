@@ -65,12 +65,12 @@ class CollisionMonitor(LeafSystem):
         """Pairs of geometries, the robot's first, that touch and should not."""
         found = []
         for pair in self._query.Eval(context).ComputePointPairPenetration():
-            a, b = pair.id_A, pair.id_B
-            first, second = a.get_value(), b.get_value()
-            if first in self._ground or second in self._ground:  # the usual contact: wheels on the floor
+            b = pair.id_B.get_value()
+            if b in self._ground:  # the usual contact: wheels on the floor
                 continue
-            if (first in self._robot) != (second in self._robot):
-                found.append((a, b) if first in self._robot else (b, a))
+            a = pair.id_A.get_value()
+            if a not in self._ground and (a in self._robot) != (b in self._robot):
+                found.append((pair.id_A, pair.id_B) if a in self._robot else (pair.id_B, pair.id_A))
         return found
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
