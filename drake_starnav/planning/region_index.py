@@ -212,7 +212,7 @@ def newest_near(regions, x, y, slack, other, among):
     return newest_of(u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner, u.cell, x, y, slack, other, among)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")  # most places are out of reach: a call with so many arrays would cost more
 def covers_within(center, bearing_0, values, reach, k, x, y, slack):
     """Whether region k covers (x, y) up to `slack` beyond its boundary, m."""
     dx, dy = x - center[k, 0], y - center[k, 1]
