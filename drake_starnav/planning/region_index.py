@@ -196,13 +196,11 @@ def newest_cover(regions, x, y):
 
 
 @njit(cache=True)
-def some_cover(regions, first, x, y):
-    """A region that contains (x, y), first of all `first` if it is one (-1: none); or -1."""
-    if first >= 0:
-        dx, dy = x - regions.center[first, 0], y - regions.center[first, 1]
-        if covers_offset(regions.bearing_0, regions.values, first, dx, dy):
-            return first
-    return newest_cover(regions, x, y)
+def some_of(center, bearing_0, values, reach, marks, corner, cell, every, first, x, y):
+    """A region that contains (x, y), first of all `first` if it is one (-1: none), or -1; for loops, as `newest_of`."""
+    if first >= 0 and covers_offset(bearing_0, values, first, x - center[first, 0], y - center[first, 1]):
+        return first
+    return newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every)
 
 
 @njit(cache=True)
