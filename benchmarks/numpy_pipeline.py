@@ -34,6 +34,7 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions import RegionStack, StarParameters
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_JUMP, SMOOTHING_LIMIT
+from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
@@ -97,8 +98,27 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
     hits, gap = np.full(beams * every, np.inf), np.zeros(beams * every)
     hits[::every] = np.where(distance < scan.range_max, distance, np.inf)
     gap[::every] = half_gaps(scan, distance)
-    inflated = radius + parameters.margin
-    return eroded_range(hits, gap, np.zeros(len(hits)), inflated, scan.range_max - inflated)
+    limit, offset = scan.range_max - radius - parameters.margin, np.zeros(len(hits))
+    free = eroded_range(hits, gap, offset, radius + parameters.margin, limit)
+    for share in np.arange(1, MARGIN_STEPS + 1) / MARGIN_STEPS:
+        margin = parameters.margin + (parameters.least_margin - parameters.margin) * share
+        free = with_passages(free, eroded_range(hits, gap, offset, radius + margin, limit))
+    return free
+
+
+def with_passages(free: np.ndarray, narrow: np.ndarray) -> np.ndarray:
+    """As the first result of `regions.passages.with_passages`."""
+    deeper = narrow > free + PASSAGE_DEPTH
+    if deeper.all():
+        return narrow
+    first = int(np.argmin(deeper))  # no run lies across it
+    bounds = np.flatnonzero(np.diff(np.append(np.roll(deeper, -first), False).astype(int))).reshape(-1, 2)
+    out = free.copy()
+    for before, last in bounds + first:
+        run = np.arange(before, last + 2) % len(free)  # with both its neighbours
+        if free[run].max() < SHUT:
+            out[run[1:-1]] = narrow[run[1:-1]]
+    return out
 
 
 def adaptive_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

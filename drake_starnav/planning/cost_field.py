@@ -14,8 +14,8 @@ from drake_starnav.planning.distance_grid import (
     DistanceGrid,
     coarse_cells,
     coarsened,
+    distances,
     freest,
-    hit_distance,
 )
 
 NEAR_WALL_COST = 0.4
@@ -251,21 +251,19 @@ def _path(cost, weight, start, origin, cell, grid):
     """The loop of `CostField.path`."""
     resolution = grid[3]
     cells = _descent(cost, weight, (start[0] - origin[0]) / cell + 1.0, (start[1] - origin[1]) / cell + 1.0)
-    out = np.empty((len(cells), 2))
+    out, parts = np.empty((len(cells), 2)), STRIDE * STRIDE
+    places = np.empty((len(cells) * parts, 2))
     for n in range(len(cells)):
-        x, y = origin[0] + (cells[n, 0] - 1) * cell, origin[1] + (cells[n, 1] - 1) * cell
-        out[n, 0], out[n, 1] = x, y
-        most, least = -np.inf, np.inf
-        for b in range(STRIDE):
-            for a in range(STRIDE):
-                place_x = x + (a - 0.5 * (STRIDE - 1)) * resolution
-                place_y = y + (b - 0.5 * (STRIDE - 1)) * resolution
-                clear = hit_distance(grid, place_x, place_y)
-                least = min(least, clear)
-                if clear > most:
-                    most, best_x, best_y = clear, place_x, place_y
-        if most > least:
-            out[n, 0], out[n, 1] = best_x, best_y
+        out[n, 0], out[n, 1] = origin[0] + (cells[n, 0] - 1) * cell, origin[1] + (cells[n, 1] - 1) * cell
+        for k in range(parts):
+            places[n * parts + k, 0] = out[n, 0] + (k % STRIDE - 0.5 * (STRIDE - 1)) * resolution
+            places[n * parts + k, 1] = out[n, 1] + (k // STRIDE - 0.5 * (STRIDE - 1)) * resolution
+    clear = distances(grid, places)
+    for n in range(len(cells)):
+        own = clear[n * parts : (n + 1) * parts]
+        best = own.argmax()
+        if own[best] > own.min():
+            out[n] = places[n * parts + best]
     return out
 
 

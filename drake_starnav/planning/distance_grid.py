@@ -81,7 +81,7 @@ class DistanceGrid:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
-        return _distances(self.arrays, points)
+        return distances(self.arrays, points)
 
     def window(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """A coarser grid over a box in W, whose cells hold STRIDE x STRIDE cells of this one.
@@ -186,22 +186,15 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 
 
 @njit(cache=True)
-def hit_distance(grid, x, y):
-    """Distance from the cell of (x, y) to the nearest hit, m; `grid` as `DistanceGrid.arrays`."""
+def distances(grid, points):
+    """The loop of `DistanceGrid.distance`; `grid` as `DistanceGrid.arrays`."""
     tiles, rows, first, resolution, cap = grid
-    i, j = int(round(x / resolution)), int(round(y / resolution))
-    p, q = i // TILE - first[0], j // TILE - first[1]
-    if p < 0 or q < 0 or p >= rows.shape[0] or q >= rows.shape[1] or rows[p, q] < 0:
-        return cap
-    return float(tiles[rows[p, q], i % TILE, j % TILE])
-
-
-@njit(cache=True)
-def _distances(grid, points):
-    """The loop of `distance`."""
-    out = np.empty(len(points))
+    out = np.full(len(points), cap)
     for n in range(len(points)):
-        out[n] = hit_distance(grid, points[n, 0], points[n, 1])
+        i, j = int(round(points[n, 0] / resolution)), int(round(points[n, 1] / resolution))
+        p, q = i // TILE - first[0], j // TILE - first[1]
+        if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
+            out[n] = tiles[rows[p, q], i % TILE, j % TILE]
     return out
 
 

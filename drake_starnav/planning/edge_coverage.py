@@ -1,44 +1,67 @@
 """Which regions cover the edge frontiers of which nodes: a revision looks only at those whose region has changed."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 
-from drake_starnav.planning.frontiers import Frontiers, uncovered
-from drake_starnav.planning.region_index import IndexedRegions, selection, some_near
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.region_index import IndexedRegions, covers_within, newest_of, selection
 
 UNCOVERED, UNKNOWN = -1, -2
 
 
-class EdgeCoverage(NamedTuple):
-    """The edge frontiers of all nodes, and for each a region that covers its probe. Immutable.
+class _Storage:
+    """Rows and owners that coverages share which extend one another; the first to use a row owns it."""
+
+    def __init__(self, rows: np.ndarray, owner: np.ndarray, used: int) -> None:
+        self.rows, self.owner, self.used = rows, owner, used
+
+    def grown(self, count: int) -> "_Storage":
+        """A copy of the rows in use with room for `count` in all, and as many again."""
+        rows, owner = np.empty((2 * count, 4)), np.empty(2 * count, np.int64)
+        rows[: self.used], owner[: self.used] = self.rows[: self.used], self.owner[: self.used]
+        return _Storage(rows, owner, self.used)
+
+
+@dataclass(frozen=True)
+class EdgeCoverage:
+    """The edge frontiers of all nodes in turn, and for each a region that covers its probe. Immutable.
 
     Attributes:
-        rows: per node, shape (n, 4): stand and probe, W, m.
-        covered_by: shape (N,), of all nodes in turn, the index of another region that covers the probe, or UNCOVERED.
-        open: shape (m,), indices into `covered_by` of those that no region covers.
-        open_rows: shape (m, 4), their rows.
+        rows: shape (N, 4), stand and probe, W, m.
+        owner: shape (N,), index of the node.
+        covered_by: shape (N,), index of another region that covers the probe, or UNCOVERED.
+        open: shape (m,), indices into the others of those that no region covers.
     """
 
-    rows: tuple[np.ndarray, ...] = ()
-    covered_by: np.ndarray = np.zeros(0, np.int32)
-    open: np.ndarray = np.zeros(0, np.int64)
-    open_rows: np.ndarray = np.zeros((0, 4))
+    rows: np.ndarray
+    owner: np.ndarray
+    covered_by: np.ndarray
+    open: np.ndarray
+    storage: _Storage = field(repr=False, compare=False)
+
+    @staticmethod
+    def of(rows: np.ndarray, owner: np.ndarray, covered_by: np.ndarray, still_open: np.ndarray) -> "EdgeCoverage":
+        """With these arrays, which nothing else uses."""
+        return EdgeCoverage(rows, owner, covered_by, still_open, _Storage(rows, owner, len(rows)))
+
+    @staticmethod
+    def none() -> "EdgeCoverage":
+        """Without nodes."""
+        nothing = np.zeros(0, np.int64)
+        return EdgeCoverage.of(np.zeros((0, 4)), nothing, np.zeros(0, np.int32), nothing)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Arguments of the compiled loops: rows, owner, covered_by, open."""
+        return self.rows, self.owner, self.covered_by, self.open
 
     @property
     def frontiers(self) -> Frontiers:
         """Those that no region covers."""
-        starts = np.cumsum([len(rows) for rows in self.rows])
-        owner = np.searchsorted(starts, self.open, side="right")
-        return Frontiers(self.open_rows[:, :2].copy(), self.open_rows[:, 2:].copy(), owner)
-
-    @property
-    def newest_frontiers(self) -> Frontiers:
-        """Those of the newest node that no region covers."""
-        newest = len(self.rows) - 1
-        rows = self.open_rows[np.searchsorted(self.open, len(self.covered_by) - len(self.rows[newest])) :]
-        return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), newest))
+        rows = self.rows[self.open]
+        return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), self.owner[self.open])
 
 
 def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions, slack: float) -> EdgeCoverage:
@@ -50,25 +73,21 @@ def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions,
         regions: all, with the new one.
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
-    newest = len(regions.reach) - 1
-    alone = tuple(array[newest:] for array in regions[:4])
-    still = uncovered(before.open_rows[:, 2:], alone, slack=slack)
-    by = some_near(regions, rows[:, 2:], slack, np.full(len(rows), newest), regions.every)
-    covered_by = np.concatenate((before.covered_by, by))
-    covered_by[before.open[~still]] = newest
-    return EdgeCoverage(
-        (*before.rows, rows),
-        covered_by,
-        np.concatenate((before.open[still], len(before.covered_by) + np.flatnonzero(by < 0))),
-        np.vstack((before.open_rows[still], rows[by < 0])),
-    )
+    known, storage = len(before.rows), before.storage
+    count = known + len(rows)
+    if storage.used != known or count > len(storage.rows):
+        storage = _Storage(before.rows, before.owner, known).grown(count)
+    storage.rows[known:count], storage.owner[known:count], storage.used = rows, len(regions.reach) - 1, count
+    all_rows = storage.rows[:count]
+    covered_by, still_open = _with_newest(all_rows, before.covered_by, before.open, regions, slack)
+    return EdgeCoverage(all_rows, storage.owner[:count], covered_by, still_open, storage)
 
 
 def revised(
     before: EdgeCoverage,
-    kept: np.ndarray,
+    number: np.ndarray,
     changed: np.ndarray,
-    fresh: Sequence[np.ndarray],
+    fresh: EdgeCoverage,
     regions: IndexedRegions,
     slack: float,
 ) -> EdgeCoverage:
@@ -76,30 +95,80 @@ def revised(
 
     Args:
         before: of all nodes.
-        kept: shape (n,), indices of the nodes that remain.
-        changed: shape (n,), whether the region of such a node has changed.
-        fresh: rows of the changed nodes.
+        number: of each of them, its new index, or -1 if it was dropped.
+        changed: shape (n,), whether the region of a node that remains has changed.
+        fresh: the edge frontiers of the changed nodes, with their new indices, and all UNKNOWN.
         regions: of the nodes that remain.
         slack: as in `with_newest`.
     """
-    counts = np.array([len(rows) for rows in before.rows])
-    starts = np.concatenate(([0], np.cumsum(counts)))
-    number = np.full(len(counts) + 1, UNKNOWN, np.int32)  # the last is of UNCOVERED
-    number[kept[~changed]] = np.flatnonzero(~changed)
-    number[-1] = UNCOVERED
-    known = number[before.covered_by]
-    rows, parts, ahead = [], [], iter(fresh)
-    for old, new in zip(kept.tolist(), changed.tolist(), strict=True):
-        rows.append(next(ahead) if new else before.rows[old])
-        parts.append(np.full(len(rows[-1]), UNKNOWN, np.int32) if new else known[starts[old] : starts[old + 1]])
-    covered_by = np.concatenate(parts) if parts else np.zeros(0, np.int32)
-    pending = np.flatnonzero(covered_by < 0)
-    first = np.concatenate(([0], np.cumsum([len(each) for each in rows])))
-    node = np.searchsorted(first[1:], pending, side="right")
-    places = np.concatenate(rows)[pending] if rows else np.zeros((0, 4))
-    unknown = covered_by[pending] == UNKNOWN  # what was uncovered is compared with the changed regions alone
-    for members, among in ((unknown, regions.every), (~unknown, selection(changed))):
-        points, own = places[members, 2:], node[members]
-        covered_by[pending[members]] = some_near(regions, points, slack, own, among)
-    still = covered_by[pending] < 0
-    return EdgeCoverage(tuple(rows), covered_by, pending[still], places[still])
+    return EdgeCoverage.of(*_revised(before.arrays, number, changed, fresh.arrays, regions, selection(changed), slack))
+
+
+@njit(cache=True)
+def _with_newest(rows, covered_before, open_before, regions, slack):
+    """The loop of `with_newest`: what covers each row, and which are open."""
+    u = regions
+    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
+    known, newest = len(covered_before), len(reach) - 1
+    covered_by, still_open = np.empty(len(rows), np.int32), np.empty(len(open_before) + len(rows) - known, np.int64)
+    covered_by[:known] = covered_before
+    n = 0
+    for k in open_before:
+        if covers_within(center, bearing_0, values, reach, newest, rows[k, 2], rows[k, 3], slack):
+            covered_by[k] = newest
+        else:
+            still_open[n] = k
+            n += 1
+    last = -1
+    for k in range(known, len(rows)):
+        x, y = rows[k, 2], rows[k, 3]
+        if last < 0 or not covers_within(center, bearing_0, values, reach, last, x, y, slack):
+            last = newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, newest, u.every)
+        covered_by[k] = last
+        if last < 0:
+            still_open[n] = k
+            n += 1
+    return covered_by, still_open[:n]
+
+
+@njit(cache=True)
+def _revised(before, number, changed, fresh, regions, news, slack):
+    """The loop of `revised`; `news` selects the changed regions."""
+    u = regions
+    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
+    old_owner, new_owner = before[1], fresh[1]
+    most = len(old_owner) + len(new_owner)
+    rows, owner = np.empty((most, 4)), np.empty(most, np.int64)
+    covered_by, still_open = np.empty(most, np.int32), np.empty(most, np.int64)
+    n = m = old_end = new_end = 0
+    last = -1
+    for old in range(len(number)):
+        node, old_begin, new_begin = number[old], old_end, new_end
+        while old_end < len(old_owner) and old_owner[old_end] == old:
+            old_end += 1
+        if node < 0:
+            continue
+        while new_end < len(new_owner) and new_owner[new_end] == node:
+            new_end += 1
+        source, begin, end = (fresh, new_begin, new_end) if changed[node] else (before, old_begin, old_end)
+        source_rows, source_covered_by = source[0], source[2]
+        for k in range(begin, end):
+            x, y = source_rows[k, 2], source_rows[k, 3]
+            by = source_covered_by[k]
+            new = number[by] if by >= 0 else -1
+            if by == UNCOVERED:  # only the changed regions can cover it now
+                by = newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, node, news)
+            elif new >= 0 and not changed[new]:
+                by = new
+            else:
+                by = new if new >= 0 else last  # it probably does
+                if by < 0 or by == node or not covers_within(center, bearing_0, values, reach, by, x, y, slack):
+                    by = newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, node, u.every)
+                last = by
+            rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3] = source_rows[k, 0], source_rows[k, 1], x, y
+            owner[n], covered_by[n] = node, by
+            if by < 0:
+                still_open[m] = n
+                m += 1
+            n += 1
+    return rows[:n], owner[:n], covered_by[:n], still_open[:m]

@@ -14,9 +14,10 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.edge_coverage import revised
+from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.edge_coverage import UNKNOWN, EdgeCoverage, revised
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import WORD, IndexedRegions, marks_at, top_bit
+from drake_starnav.planning.region_index import WORD, marks_at, top_bit
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
     DRIVEN_EDGE_PENALTY,
@@ -277,6 +278,8 @@ def _remade(
     found anew only where a region has changed; frontiers of other kinds are dropped.
     """
     kept = np.array([k for k, region in enumerate(nodes) if region is not None], np.int64)
+    number = np.full(len(nodes), -1)
+    number[kept] = np.arange(len(kept))
     regions = [region for region in nodes if region is not None]
     scans = tuple(roadmap.scans[k] for k in kept)
     changed = np.array([new is not roadmap.regions[old] for new, old in zip(regions, kept, strict=True)], bool)
@@ -290,9 +293,9 @@ def _remade(
     stack = _revised_stack(roadmap.stack, kept, changed, regions)
     index = roadmap.index.revised(kept, changed, stack)
     union = index.of(stack)
-    edges, lengths = _revised_edges(roadmap, kept, changed, union)
-    fresh = [edge_rows(regions[k], hits, robot_radius) for k in np.flatnonzero(changed).tolist()]
-    coverage = revised(roadmap.coverage, kept, changed, fresh, union, COVER_SLACK)
+    edges, lengths = _revised_edges(roadmap.edges, roadmap.lengths, roadmap.stack.center, number, changed, union)
+    fresh = _edge_frontiers(regions, np.flatnonzero(changed), hits, robot_radius)
+    coverage = revised(roadmap.coverage, number, changed, fresh, union, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
         regions=tuple(regions),
@@ -315,34 +318,48 @@ def _revised_stack(
     stack: RegionStack, kept: np.ndarray, changed: np.ndarray, regions: Sequence[StarRegion]
 ) -> RegionStack:
     """The rows of the regions that remain, shape (n,), with those of the changed ones replaced."""
-    out = RegionStack(
-        stack.center[kept], stack.bearing_0[kept], stack.values[kept], stack.slopes[kept], stack.reach[kept]
-    )
+    out = stack.selected(kept)
     for k in np.flatnonzero(changed).tolist():
         fit = regions[k].boundary
         out.values[k], out.slopes[k], out.reach[k] = fit.values, fit.slopes, regions[k].reach
     return out
 
 
-def _revised_edges(
-    roadmap: StarRoadmap, kept: np.ndarray, changed: np.ndarray, regions: IndexedRegions
-) -> tuple[np.ndarray, np.ndarray]:
-    """Edges and lengths as `with_node` finds them, anew only at changed regions."""
-    number = np.full(len(roadmap), -1)
-    number[kept] = np.arange(len(kept))
-    ends = roadmap.edges.T
-    between = roadmap.stack.center[ends[0]] - roadmap.stack.center[ends[1]]
-    certified = roadmap.lengths < np.hypot(*between.T) + 0.5 * DRIVEN_EDGE_PENALTY
-    unchanged = np.append(~changed, False)[number]  # of a dropped node the number is -1
-    known = number[roadmap.edges[certified & unchanged[ends[0]] & unchanged[ends[1]]]]
-    edges, driven = _edges_where_changed(regions, known, changed)
-    between = regions.center[edges[:, 0]] - regions.center[edges[:, 1]]
-    return edges, np.hypot(*between.T) + np.where(driven, DRIVEN_EDGE_PENALTY, 0.0)
+def _edge_frontiers(
+    regions: Sequence[StarRegion], nodes: np.ndarray, hits: DistanceGrid, robot_radius: float
+) -> EdgeCoverage:
+    """The edge frontiers of some nodes, of which it is unknown what covers them."""
+    rows = [edge_rows(regions[k], hits, robot_radius) for k in nodes.tolist()]
+    owner = np.repeat(nodes, [len(each) for each in rows])
+    together = np.concatenate(rows) if rows else np.zeros((0, 4))
+    return EdgeCoverage.of(together, owner, np.full(len(owner), UNKNOWN, np.int32), np.zeros(0, np.int64))
+
+
+@njit(cache=True)
+def _revised_edges(edges, lengths, center, number, changed, regions):
+    """Edges and lengths as `with_node` finds them, anew only at changed regions.
+
+    Args:
+        edges, lengths, center: of the roadmap before.
+        number: of each of its nodes, its new index, or -1 if it was dropped.
+        changed: shape (n,), whether the region of a node that remains has changed.
+        regions: of the nodes that remain.
+    """
+    known, n = np.empty((len(edges), 2), np.int64), 0
+    for e in range(len(edges)):
+        a, b = edges[e]
+        i, j = number[a], number[b]
+        straight = math.hypot(center[a, 0] - center[b, 0], center[a, 1] - center[b, 1])
+        certified = lengths[e] < straight + 0.5 * DRIVEN_EDGE_PENALTY
+        if certified and i >= 0 and j >= 0 and not changed[i] and not changed[j]:
+            known[n, 0], known[n, 1] = i, j
+            n += 1
+    return _edges_where_changed(regions, known[:n], changed)
 
 
 @njit(cache=True)
 def _edges_where_changed(regions, known, changed):
-    """The known edges, sorted by their newer node, with those of changed nodes; and which of them were only driven."""
+    """The known edges, sorted by their newer node, with those of changed nodes; and the lengths of all, m."""
     center, bearing_0, values, reach = regions.center, regions.bearing_0, regions.values, regions.reach
     count = len(reach)
     may_cover = np.empty((count, len(regions.every)), np.uint64)  # the centre of each
@@ -350,11 +367,12 @@ def _edges_where_changed(regions, known, changed):
         may_cover[k] = marks_at(regions, center[k, 0], center[k, 1])
     news = np.flatnonzero(changed)
     out = np.empty((len(known) + count * (len(news) + 1), 2), np.int64)
-    driven = np.zeros(len(out), np.bool_)
+    lengths = np.empty(len(out))
+    marked = np.zeros(count, np.bool_)
     n = e = 0
     for j in range(count):
         begin = n
-        marked = np.zeros(j, np.bool_)
+        marked[:j] = False
         while e < len(known) and known[e, 1] == j:
             marked[known[e, 0]] = True
             e += 1
@@ -365,12 +383,14 @@ def _edges_where_changed(regions, known, changed):
         for i in range(j):
             if marked[i]:
                 out[n, 0], out[n, 1] = i, j
+                lengths[n] = math.hypot(center[i, 0] - center[j, 0], center[i, 1] - center[j, 1])
                 n += 1
         if j and n == begin:
-            out[n, 0], out[n, 1] = least_outside(center[:j], bearing_0[:j], values[:j], center[j, 0], center[j, 1]), j
-            driven[n] = True
+            i = least_outside(center[:j], bearing_0[:j], values[:j], center[j, 0], center[j, 1])
+            out[n, 0], out[n, 1] = i, j
+            lengths[n] = math.hypot(center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]) + DRIVEN_EDGE_PENALTY
             n += 1
-    return out[:n].copy(), driven[:n].copy()
+    return out[:n].copy(), lengths[:n].copy()
 
 
 @njit(cache=True)
@@ -381,11 +401,15 @@ def _has(words, k):
 @njit(cache=True)
 def _away_from_nodes(stand, owner, center, distance):
     """Whether each stand is farther than `distance` from its node and all newer ones."""
+    order = np.argsort(center[:, 0])
+    x = center[order, 0]
     out = np.ones(len(stand), np.bool_)
     for i in range(len(stand)):
-        for k in range(owner[i], len(center)):
-            dx, dy = stand[i, 0] - center[k, 0], stand[i, 1] - center[k, 1]
-            if dx * dx + dy * dy <= distance * distance:
+        k = np.searchsorted(x, stand[i, 0] - 1.001 * distance)
+        while k < len(x) and x[k] <= stand[i, 0] + 1.001 * distance:
+            dx, dy = stand[i, 0] - x[k], stand[i, 1] - center[order[k], 1]
+            if order[k] >= owner[i] and dx * dx + dy * dy <= distance * distance:
                 out[i] = False
                 break
+            k += 1
     return out

@@ -196,48 +196,32 @@ def newest_cover(regions, x, y):
 
 
 @njit(cache=True)
-def some_cover(regions, first, x, y):
-    """A region that contains (x, y), first of all `first` if it is one (-1: none); or -1."""
-    if first >= 0:
-        dx, dy = x - regions.center[first, 0], y - regions.center[first, 1]
-        if covers_offset(regions.bearing_0, regions.values, first, dx, dy):
-            return first
-    return newest_cover(regions, x, y)
+def some_of(center, bearing_0, values, reach, marks, corner, cell, every, first, x, y):
+    """A region that contains (x, y), first of all `first` if it is one (-1: none), or -1; for loops, as `newest_of`."""
+    if first >= 0 and covers_offset(bearing_0, values, first, x - center[first, 0], y - center[first, 1]):
+        return first
+    return newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every)
 
 
 @njit(cache=True)
 def newest_near(regions, x, y, slack, other, among):
     """As `newest_cover`, but up to `slack` (< SLACK) beyond its boundary, not `other`, and of a `selection`."""
     u = regions
-    return _newest(u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner, u.cell, x, y, slack, other, among)
+    return newest_of(u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner, u.cell, x, y, slack, other, among)
+
+
+@njit(cache=True, inline="always")  # most places are out of reach: a call with so many arrays would cost more
+def covers_within(center, bearing_0, values, reach, k, x, y, slack):
+    """Whether region k covers (x, y) up to `slack` beyond its boundary, m."""
+    dx, dy = x - center[k, 0], y - center[k, 1]
+    if dx * dx + dy * dy > (reach[k] + slack) ** 2:
+        return False
+    return covers_nearly(center, bearing_0, values, k, dx, dy, slack)
 
 
 @njit(cache=True)
-def some_near(regions, points, slack, others, among):
-    """Some region as `newest_near` of each of many points (n, 2), but for one each, others (n,); int32, shape (n,).
-
-    The one that was found last is asked first.
-    """
-    u = regions
-    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
-    out = np.empty(len(points), np.int32)
-    last = -1
-    for i in range(len(points)):
-        x, y, other = points[i, 0], points[i, 1], others[i]
-        if last >= 0 and last != other:
-            dx, dy = x - center[last, 0], y - center[last, 1]
-            if covers_nearly(center, bearing_0, values, last, dx, dy, slack):
-                out[i] = last
-                continue
-        out[i] = _newest(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, other, among)
-        if out[i] >= 0:
-            last = out[i]
-    return out
-
-
-@njit(cache=True)
-def _newest(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, other, among):
-    """The loop of `newest_near`; to read arrays from a tuple in a loop would cost more than the rest."""
+def newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, other, among):
+    """As `newest_near`, for use in loops, where to read arrays from a tuple each time would cost more than the rest."""
     i, j = math.floor((x - corner[0]) / cell), math.floor((y - corner[1]) / cell)
     if i < 0 or j < 0 or i >= marks.shape[0] or j >= marks.shape[1]:
         return -1

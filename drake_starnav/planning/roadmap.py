@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.distance_grid import DistanceGrid, distances
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
-from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers, uncovered
+from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, some_cover
+from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, covers_within, some_of
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import RegionStack, StarRegion, covers_offset, least_outside, scan_region
 from drake_starnav.utils.snapshot import snapshot
@@ -72,7 +72,7 @@ class StarRoadmap:
     blacklisted_probes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    coverage: EdgeCoverage = EdgeCoverage()
+    coverage: EdgeCoverage = field(default_factory=EdgeCoverage.none)
 
     def __len__(self) -> int:
         return len(self.regions)
@@ -107,32 +107,27 @@ def extended(
     if stamp:
         hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
-    rows, old = edge_rows(region, hits, robot_radius), roadmap.frontiers
+    rows = edge_rows(region, hits, robot_radius)
     coverage = with_newest(roadmap.coverage, rows, grown.union, COVER_SLACK)
-    newest = (array[-1:] for array in grown.stack.arrays)
-    still = old.where(uncovered(old.probe, tuple(newest), slack=COVER_SLACK))
-    frontiers = still.joined(coverage.newest_frontiers)
-    frontiers = frontiers.where(enterable(frontiers, grown, robot_radius))
-    return dataclasses.replace(grown, frontiers=frontiers, coverage=coverage)
+    old = roadmap.frontiers
+    frontiers = _grown_frontiers(
+        (old.stand, old.probe, old.owner), coverage.arrays, _bars(grown, robot_radius), grown.union, COVER_SLACK
+    )
+    return dataclasses.replace(grown, frontiers=Frontiers(*frontiers), coverage=coverage)
 
 
 def edge_rows(region: StarRegion, hits: DistanceGrid, robot_radius: float) -> np.ndarray:
     """Stands and probes of a region's edge frontiers that are not at a hit, shape (n, 4), W, m."""
     edges = edge_frontiers(region, 0)
-    return np.hstack((edges.stand, edges.probe))[hits.distance(edges.probe) > robot_radius - PROBE_SLACK]
+    return _away_from_hits(edges.stand, edges.probe, hits.arrays, robot_radius - PROBE_SLACK)
 
 
 def with_node(
     roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, hits: DistanceGrid
 ) -> StarRoadmap:
     """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
-    newest = len(roadmap)
-    stack = roadmap.stack.appended(region) if newest else RegionStack.of((region,))
-    neighbours = _neighbours(*stack.arrays)
-    lengths = np.hypot(*(stack.center[neighbours] - region.center).T)
-    if newest and not len(neighbours):  # the robot has come from the region that it exceeds least
-        neighbours = np.array([least_outside(*roadmap.stack.arrays[:3], *region.center)])
-        lengths = np.hypot(*(stack.center[neighbours] - region.center).T) + DRIVEN_EDGE_PENALTY
+    stack = roadmap.stack.appended(region) if len(roadmap) else RegionStack.of((region,))
+    edges, lengths = _edges_of_last(*stack.arrays)
     index = roadmap.index.appended(stack)
     return dataclasses.replace(
         roadmap,
@@ -141,7 +136,7 @@ def with_node(
         index=index,
         union=index.of(stack),
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
-        edges=np.vstack((roadmap.edges, np.column_stack((neighbours, np.full(len(neighbours), newest))))),
+        edges=np.concatenate((roadmap.edges, edges)),
         lengths=np.concatenate((roadmap.lengths, lengths)),
         hits=hits,
     )
@@ -222,17 +217,79 @@ def uncovered_share(region: StarRegion, others: IndexedRegions) -> float:
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
     """Frontiers that are not at the newest node, in a retired place, or at a hit or blocked place; shape (n,)."""
-    keep = np.hypot(*(frontiers.stand - roadmap.stack.center[-1]).T) > STANDING_THERE
-    keep &= roadmap.hits.distance(frontiers.probe) > robot_radius - PROBE_SLACK
-    for x, y in roadmap.stall_points:
-        keep &= np.hypot(frontiers.probe[:, 0] - x, frontiers.probe[:, 1] - y) > robot_radius
-    for x, y, radius in roadmap.blacklisted_targets:
-        keep &= np.hypot(frontiers.stand[:, 0] - x, frontiers.stand[:, 1] - y) > radius
-    return keep
+    return _enterable(frontiers.stand, frontiers.probe, _bars(roadmap, robot_radius))
+
+
+def _bars(roadmap: StarRoadmap, robot_radius: float) -> tuple:
+    """What bars frontiers, for compiled loops."""
+    places = roadmap.stall_points, roadmap.blacklisted_targets
+    return roadmap.stack.center[-1], roadmap.hits.arrays, *places, robot_radius
+
+
+@njit(cache=True)
+def _enterable(stand, probe, bars):
+    """The loop of `enterable`."""
+    newest, grid, stall_points, blacklisted, robot_radius = bars
+    out = np.empty(len(stand), np.bool_)
+    for i in range(len(stand)):
+        x, y = stand[i, 0], stand[i, 1]
+        out[i] = math.hypot(x - newest[0], y - newest[1]) > STANDING_THERE
+        for k in range(len(blacklisted)):
+            out[i] &= math.hypot(x - blacklisted[k, 0], y - blacklisted[k, 1]) > blacklisted[k, 2]
+        x, y = probe[i, 0], probe[i, 1]
+        for k in range(len(stall_points)):
+            out[i] &= math.hypot(x - stall_points[k, 0], y - stall_points[k, 1]) > robot_radius
+    away = distances(grid, probe)
+    for i in range(len(stand)):
+        out[i] &= away[i] > robot_radius - PROBE_SLACK
+    return out
+
+
+@njit(cache=True)
+def _grown_frontiers(old, coverage, bars, regions, slack):
+    """Stands, probes and owners of the old frontiers that the newest region does not cover, and of its own open ones.
+
+    Only those that are `enterable`.
+    """
+    old_stand, old_probe, old_owner = old
+    center, bearing_0, values, reach = regions.center, regions.bearing_0, regions.values, regions.reach
+    (rows, row_owner, _, is_open), newest = coverage, len(reach) - 1
+    first = len(is_open)
+    while first > 0 and row_owner[is_open[first - 1]] == newest:
+        first -= 1
+    most = len(old_owner) + len(is_open) - first
+    stand, probe, owner = np.empty((most, 2)), np.empty((most, 2)), np.empty(most, np.int64)
+    n = 0
+    for i in range(len(old_owner)):
+        x, y = old_probe[i, 0], old_probe[i, 1]
+        if not covers_within(center, bearing_0, values, reach, newest, x, y, slack):
+            stand[n, 0], stand[n, 1], probe[n, 0], probe[n, 1] = old_stand[i, 0], old_stand[i, 1], x, y
+            owner[n] = old_owner[i]
+            n += 1
+    for k in is_open[first:]:
+        stand[n, 0], stand[n, 1], probe[n, 0], probe[n, 1] = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+        owner[n] = newest
+        n += 1
+    keep = _enterable(stand[:n], probe[:n], bars)
+    return stand[:n][keep], probe[:n][keep], owner[:n][keep]
+
+
+@njit(cache=True)
+def _away_from_hits(stand, probe, grid, distance):
+    """The rows of `edge_rows`."""
+    away = distances(grid, probe)
+    out, n = np.empty((len(stand), 4)), 0
+    for i in range(len(stand)):
+        if away[i] > distance:
+            out[n, 0], out[n, 1], out[n, 2], out[n, 3] = stand[i, 0], stand[i, 1], probe[i, 0], probe[i, 1]
+            n += 1
+    return out[:n].copy()
 
 
 @njit(cache=True)
 def _uncovered_share(own_center, own_bearing_0, own_values, others):
+    u = others
+    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
     samples = len(own_values)
     area = new = 0.0
     last = -1
@@ -246,7 +303,7 @@ def _uncovered_share(own_center, own_bearing_0, own_values, others):
             piece = distance * phi / count
             area += piece
             x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
-            last = some_cover(others, last, x, y)
+            last = some_of(center, bearing_0, values, reach, marks, corner, u.cell, u.every, last, x, y)
             if last < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0
@@ -262,16 +319,25 @@ def overlap(center, bearing_0, values, reach, i, j):
 
 
 @njit(cache=True)
-def _neighbours(center, bearing_0, values, reach):
-    """Nodes whose centre the last region contains, or whose region contains the last centre."""
+def _edges_of_last(center, bearing_0, values, reach):
+    """Edges (older node, last) to the nodes whose centre the last region contains, or whose region contains its centre.
+
+    Without one, the robot has come from the region that the last centre exceeds least. Also their lengths, m.
+    """
     last = len(reach) - 1
-    out = np.empty(last, np.int64)
+    edges, lengths = np.empty((last, 2), np.int64), np.empty(last)
     n = 0
     for k in range(last):
         if overlap(center, bearing_0, values, reach, k, last):
-            out[n] = k
+            edges[n, 0], edges[n, 1] = k, last
+            lengths[n] = math.hypot(center[k, 0] - center[last, 0], center[k, 1] - center[last, 1])
             n += 1
-    return out[:n].copy()
+    if n == 0 and last > 0:
+        k = least_outside(center[:last], bearing_0[:last], values[:last], center[last, 0], center[last, 1])
+        edges[0, 0], edges[0, 1] = k, last
+        lengths[0] = math.hypot(center[k, 0] - center[last, 0], center[k, 1] - center[last, 1]) + DRIVEN_EDGE_PENALTY
+        n = 1
+    return edges[:n].copy(), lengths[:n].copy()
 
 
 @njit(cache=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.planning.region_index import IndexedRegions, newest_cover, some_cover
+from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_of, some_of
 from drake_starnav.regions.star_region import LINE_STEP
 
 FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
@@ -62,17 +62,21 @@ def blocked_at(regions, x0, y0, x1, y1, guess):
     The samples are those of `segment_covered`, first the one at `guess`. Many at once are found in one region, if the
     least of its values between the bearings of the first and the last is no less than the distances of both.
     """
+    u = regions
+    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
+    cell, every = u.cell, u.every
     length = math.hypot(x1 - x0, y1 - y0)
     count = int(length / LINE_STEP) + 1
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
-        if some_cover(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) < 0:
+        x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+        if newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every) < 0:
             return max(length * i / count, 1e-9)
     last, i, step = -1, 0, 1
     while i <= count:
         x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         before = last
-        last = some_cover(regions, last, x, y)
+        last = some_of(center, bearing_0, values, reach, marks, corner, cell, every, last, x, y)
         if last < 0:
             return max(length * _within_gap(regions, x0, y0, x1, y1, i, count) / count, 1e-9)
         if last != before:
@@ -80,17 +84,10 @@ def blocked_at(regions, x0, y0, x1, y1, guess):
         i += 1
         while step > 1 and i <= count:
             ahead = min(i + step, count)
-            if _covers_all(
-                regions.center[last],
-                regions.bearing_0[last],
-                regions.values[last],
-                x,
-                y,
-                x0 + (x1 - x0) * ahead / count,
-                y0 + (y1 - y0) * ahead / count,
-            ):
+            far_x, far_y = x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count
+            if _covers_all(center, bearing_0, values, last, x, y, far_x, far_y):
                 i = ahead + 1
-                x, y = x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count
+                x, y = far_x, far_y
                 step *= 2
             else:
                 step //= 2
@@ -103,28 +100,28 @@ def _within_gap(regions, x0, y0, x1, y1, first, count):
     are not covered there either."""
     i = first + 1
     while i <= min(count, first + GAP_SAMPLES):
-        if some_cover(regions, -1, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) >= 0:
+        if newest_cover(regions, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) >= 0:
             break
         i += 1
     return (first + i - 1) // 2
 
 
 @njit(cache=True)
-def _covers_all(center, bearing_0, values, x0, y0, x1, y1):
-    """Whether a region certainly covers the segment: its values between the bearings of both ends are large enough."""
-    ax, ay, bx, by = x0 - center[0], y0 - center[1], x1 - center[0], y1 - center[1]
+def _covers_all(center, bearing_0, values, k, x0, y0, x1, y1):
+    """Whether region k certainly covers the segment: its values between the bearings of both ends are large enough."""
+    ax, ay, bx, by = x0 - center[k, 0], y0 - center[k, 1], x1 - center[k, 0], y1 - center[k, 1]
     if ax * ax + ay * ay < 1e-12:  # no bearing
         ax, ay = bx, by
     farthest = math.sqrt(max(ax * ax + ay * ay, bx * bx + by * by)) + 1e-9
     turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
     if not abs(turn) < 3.0:
         return False
-    samples = len(values)
+    samples = values.shape[1]
     step = 2.0 * math.pi / samples
-    begin = math.atan2(ay, ax) - bearing_0
+    begin = math.atan2(ay, ax) - bearing_0[k]
     low, high = min(begin, begin + turn), max(begin, begin + turn)
-    for k in range(int(math.floor(low / step - 1e-6)), int(math.floor(high / step + 1e-6)) + 2):
-        if values[k % samples] < farthest:
+    for m in range(int(math.floor(low / step - 1e-6)), int(math.floor(high / step + 1e-6)) + 2):
+        if values[k, m % samples] < farthest:
             return False
     return True
 

@@ -227,14 +227,17 @@ class RegionStack:
         n = len(self)
         storage = self.storage
         if storage is None or storage.used != n or n == len(storage.arrays[0]):
-            storage = _Storage.grown((self.center, self.bearing_0, self.values, self.slopes, self.reach), 2 * n + 16)
+            storage = _Storage.grown(self.with_slopes, np.arange(n))
         fit = region.boundary
         row = (region.center, region.bearing_0, fit.values, fit.slopes, region.reach)
         for array, value in zip(storage.arrays, row, strict=True):
             array[n] = value
         storage.used = n + 1
-        center, bearing_0, values, slopes, reach = (array[: n + 1] for array in storage.arrays)
-        return RegionStack(center, bearing_0, values, slopes, reach, storage)
+        return storage.stack()
+
+    def selected(self, rows: np.ndarray) -> "RegionStack":
+        """A copy of some of the regions; rows of shape (n,). Nothing else uses its memory yet."""
+        return _Storage.grown(self.with_slopes, rows).stack()
 
     def moved(self, frame: np.ndarray) -> "RegionStack":
         """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -259,13 +262,18 @@ class _Storage:
         self.arrays, self.used = arrays, used
 
     @staticmethod
-    def grown(arrays: tuple[np.ndarray, ...], rows: int) -> "_Storage":
-        """Copies of the arrays with room for `rows` rows."""
-        used = len(arrays[0])
-        larger = tuple(np.empty((rows, *array.shape[1:])) for array in arrays)
+    def grown(arrays: tuple[np.ndarray, ...], rows: np.ndarray) -> "_Storage":
+        """Copies of some rows of the arrays with room for as many again."""
+        used = len(rows)
+        larger = tuple(np.empty((2 * used + 16, *array.shape[1:])) for array in arrays)
         for new, old in zip(larger, arrays, strict=True):
-            new[:used] = old
+            np.take(old, rows, axis=0, out=new[:used], mode="clip")
         return _Storage(larger, used)
+
+    def stack(self) -> RegionStack:
+        """The rows in use."""
+        center, bearing_0, values, slopes, reach = (array[: self.used] for array in self.arrays)
+        return RegionStack(center, bearing_0, values, slopes, reach, self)
 
 
 @njit(cache=True)
