@@ -41,6 +41,7 @@ from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -83,6 +84,7 @@ def all_systems() -> list[System]:
         StarPerception(robot, planner, controller, lidar, offset=0.005),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate, offset=0.01),
         StarRoadmapPlanner(robot, planner, offset=0.01),
+        FixedPath(np.zeros((1, 2))),
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
         TwistShield(robot, controller, offset=0.01, obstacles=defaults.obstacles),
