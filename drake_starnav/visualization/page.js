@@ -148,8 +148,9 @@ const starnav = (function () {
   element('legend').open = window.innerWidth > 700;
   element('controls').append(viewer.gui.domElement);
   if (settings.live) {
+    document.body.classList.add('live');
     viewer.gui.open();
-    Object.values(viewer.gui.__folders).forEach(folder => folder.close());  // or the goal's sliders were far below
+    Object.values(viewer.gui.__folders).forEach(folder => folder.close());
   }
   element('controls').open = settings.live;
   bar.hidden = settings.live;
