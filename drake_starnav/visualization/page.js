@@ -147,10 +147,10 @@ const starnav = (function () {
   }
   element('legend').open = window.innerWidth > 700;
   element('controls').append(viewer.gui.domElement);
+  viewer.gui.open();  // the panel folds it
   if (settings.live) {
     document.body.classList.add('live');
-    viewer.gui.open();
-    Object.values(viewer.gui.__folders).forEach(folder => folder.close());
+    Object.values(viewer.gui.__folders).forEach(folder => folder.close());  // or the goal's sliders were far below
   }
   element('controls').open = settings.live;
   bar.hidden = settings.live;
