@@ -13,8 +13,7 @@ from drake_starnav.systems.release import weakly
 SPACING = 0.05
 """Of the way points, m."""
 NEAR, FAR = 0.7, 3.5
-"""How far ahead along the path the way point lies that it heads for: at least, as nearer ones would make it oscillate
-about the path, and at most, to come back behind what stands in the way, m."""
+"""How far ahead along the path the way point lies that it heads for, and at most, behind what stands in it, m."""
 PERIOD = 0.05
 """Of the updates, s: a few centimetres at walking speed."""
 
