@@ -9,7 +9,8 @@ from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, 
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
 from drake_starnav.errors import shown
 from drake_starnav.evaluation import TrialFile, compare, make_cases, make_header, run_batch
-from drake_starnav.evaluation.jobs import Record
+from drake_starnav.evaluation.batch import announcement
+from drake_starnav.evaluation.jobs import Record, make_jobs
 from drake_starnav.evaluation.summary import number, rate_text
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.parameters import unknown_name
@@ -109,6 +110,10 @@ def _run_variants(
         batches.append((name, overrides, make_cases(options.scenario, [method], overrides)))
     results: Results = {}
     with chosen_pool(options) as pool:
+        if len(batches) > 1 and not options.quiet:
+            jobs = [job for _, _, cases in batches for job in make_jobs(cases, options.trials, options.seed, set())]
+            less = ", less what has run" if options.resume else ""
+            print(f"{len(batches)} rows, {announcement(jobs, pool.workers)}{less}", file=sys.stderr, flush=True)
         for name, overrides, cases in batches:
             header = make_header(cases, options.seed, overrides)
             with TrialFile(options.out / f"{name}.jsonl", header, resume=options.resume) as file:

@@ -18,7 +18,7 @@ from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.visualization.live_page import LivePage, LiveState
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
-from drake_starnav.visualization.meshes import LAYERS, with_scene
+from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption
 from drake_starnav.visualization.recorder import (
     add_visualizers,
@@ -121,7 +121,8 @@ class LiveRun:
         self._scenario, self._html, self._say = scenario, html, say
         self._said = ""
         self._cameras = Cameras(world.extent, "top", robot_path(self._navigation.station), world.start[:2])
-        self._caption = Caption(scenario.name, (f"method {method}, seed {seed}, live",), with_scene(LAYERS, world))
+        layers = layers_of_run(scenario.robot.max_speed, world)
+        self._caption = Caption(scenario.name, (f"method {method}, seed {seed}, live",), layers)
         self._state = LiveState(0.0, said="press start")
         self.page = LivePage(self.meshcat, self._caption, self._cameras, lambda: self._state)
 

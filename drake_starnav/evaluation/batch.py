@@ -12,7 +12,7 @@ from drake_starnav.evaluation.summary import UNSUPPORTED
 from drake_starnav.evaluation.trial_file import TrialFile, record_key
 from drake_starnav.evaluation.workers import Pool, run_jobs
 
-TYPICAL_WALL_S = {"star": 2.0}
+TYPICAL_WALL_S = {"star": 1.0}
 OTHER_WALL_S = 12.0
 """Time of a trial on one core, s: what `star` took in forests, mazes and rooms, and what took methods that often run
 into the time limit."""
@@ -23,7 +23,8 @@ def announcement(jobs: Sequence[Job], workers: int) -> str:
     seconds = sum(TYPICAL_WALL_S.get(job.case.method, OTHER_WALL_S) for job in jobs) / max(min(workers, len(jobs)), 1)
     amount, unit = next((seconds / s, unit) for s, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s")) if seconds >= s)
     cases = len({(job.case.scenario, job.case.method) for job in jobs})
-    return f"{len(jobs)} trials of {cases} cases, {workers} at a time: about {max(amount, 1.0):.2g} {unit}"
+    count = f"{len(jobs)} trial{'s' * (len(jobs) > 1)} of {cases} case{'s' * (cases > 1)}"
+    return f"{count}, {workers} at a time: about {max(amount, 1.0):.2g} {unit}"
 
 
 def run_batch(

@@ -1,9 +1,11 @@
 """Summarise many trials by the figures that compare methods, as tables."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
@@ -27,12 +29,15 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
     """
-    from scipy.stats import binomtest  # late: it takes half the time that a command needs to start
-
     if trials == 0:
         return 0.0, 1.0
-    interval = binomtest(successes, trials).proportion_ci(CONFIDENCE, method="wilson")
-    return float(interval.low), float(interval.high)
+    z = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
+    rate, spread = successes / trials, z * z / trials
+    middle = rate + 0.5 * spread
+    half = math.sqrt(spread * (rate * (1.0 - rate) + 0.25 * spread))
+    low = (middle - half) / (1.0 + spread) if successes else 0.0
+    high = (middle + half) / (1.0 + spread) if successes < trials else 1.0
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -179,7 +184,7 @@ def outcome_table(summaries: Sequence[Summary]) -> Table:
 
 
 def cost_table(summaries: Sequence[Summary]) -> Table:
-    """Path length, time and clearance on the way to the goal, and computation times."""
+    """Path length, time and clearance on the way to the goal, and computation times; scores if there are any."""
     rows = [
         (
             s.scenario, s.method, number(s.path_mean, 3), number(s.path_median, 3), number(s.path_p95, 2),
@@ -194,7 +199,9 @@ def cost_table(summaries: Sequence[Summary]) -> Table:
         "scenario", "method", "path/shortest", "median", "p95", "time s", "speed m/s", "score",
         "clearance mm", "command us p50 / p99", "scan us", "plan us", "wall/simulated",
     )  # fmt: skip
-    return head, rows
+    if any(s.score is not None for s in summaries):
+        return head, rows
+    return (*head[:7], *head[8:]), [(*row[:7], *row[8:]) for row in rows]
 
 
 def rate_text(successes: int, trials: int) -> str:

@@ -2,8 +2,8 @@
 
 A scenario has the sections `world, robot, lidar, localization, drive, planner, controller, obstacles, simulation,
 recording` and one for each baseline; each is a dataclass with defaults, so that a file only contains what differs. The
-world is chosen by a tag, e.g. `world: !Forest {width: 20}`. `plant_config` and `simulator_config` hold what Drake's
-structs of these names hold.
+world is chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!Model` may stand in `directives`.
+`plant_config` and `simulator_config` hold what Drake's structs of these names hold.
 """
 
 import dataclasses
@@ -32,7 +32,7 @@ from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.files import read_text, reason_of, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import LARGEST_TEXT, PlainLoader, load_yaml
-from drake_starnav.worlds import WORLD_KINDS
+from drake_starnav.worlds import WORLD_KINDS, Model
 from drake_starnav.worlds.formats.world_file import shipped_file
 
 
@@ -80,7 +80,7 @@ SECTIONS: dict[str, Any] = {
     if part.name not in ("name", "world", *DRAKE_CONFIGS)
 }
 KEYS = ("world", *SECTIONS, *DRAKE_CONFIGS)
-"""Of a scenario's mapping."""
+"""Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
 
 class _Tagged(dict):
@@ -206,6 +206,8 @@ def parse_scenario(
             is None, are relative to the working directory.
     """
     sections = _read(text, place)
+    if "directives" in sections:
+        _move_directives(sections, place)
     if folder is not None:
         _make_paths_absolute(sections, Path(folder))
     for override in overrides:
@@ -214,7 +216,7 @@ def parse_scenario(
     _check_known(method)
     for key in sections:
         if key not in KEYS:
-            raise unknown_name(f"key {key} in {place}", name_now(str(key)), KEYS)
+            raise unknown_name(f"key {key} in {place}", name_now(str(key)), (*KEYS, "directives"))
     parts = {
         key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key), nearest=name_now)
         for key, cls in SECTIONS.items()
@@ -282,8 +284,29 @@ def _flow(values: dict[str, Any]) -> str:
 def _read(text: str, place: str) -> dict[str, Any]:
     sections = load_yaml(text, place, _Loader)
     if not isinstance(sections, dict):
-        raise StarnavError(f"{place} holds {shown(sections)}; allowed: a mapping with {', '.join(KEYS)}")
+        raise StarnavError(f"{place} holds {shown(sections)}; allowed: a mapping with {', '.join(KEYS)}, directives")
     return sections
+
+
+def _move_directives(sections: dict[str, Any], place: str) -> None:
+    directives, world = sections.pop("directives"), sections.get("world")
+    if not isinstance(directives, list):
+        raise StarnavError(f"directives in {place} is {shown(directives)}; allowed: a list of Drake's model directives")
+    if not isinstance(world, _Tagged):
+        raise _misplaced(place, "no world" if world is None else f"world: {shown(world)}")
+    check_takes_directives(world.tag, world.get("directives"), place)
+    world["directives"] = directives
+
+
+def check_takes_directives(kind: str, directives: Any, place: str) -> None:
+    """Raise a `StarnavError` unless a world of a kind, with such directives of its own, takes those of its scenario."""
+    if kind != Model.__name__ or directives:
+        raise _misplaced(place, f"world: !{kind}" if kind != Model.__name__ else "world.directives")
+
+
+def _misplaced(place: str, beside: str) -> StarnavError:
+    allowed = "beside world: !Model {start: [x, y, yaw], goal: [x, y]}"
+    return StarnavError(f"directives in {place} beside {beside}; allowed: {allowed}")
 
 
 def _override(sections: dict[str, Any], text: str) -> None:
@@ -337,6 +360,6 @@ def _world(mapping: Any, place: str) -> Any:
     if mapping.tag not in WORLD_KINDS:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
     values = dict(mapping)
-    if mapping.tag == "Model" and isinstance(values.get("directives"), list):
+    if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
         values["directives"] = yaml.dump({"directives": values["directives"]}, Dumper=_TaggedDumper, sort_keys=False)
     return build(WORLD_KINDS[mapping.tag], values, "world", nearest=name_now)

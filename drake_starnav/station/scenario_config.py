@@ -4,9 +4,12 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, Union
 
+from pydrake.common.yaml import yaml_dump_typed
+from pydrake.multibody.parsing import ModelDirective, ModelDirectives
+
 from drake_starnav.parameters import build, declared, plain_struct
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import DRAKE_CONFIGS, SECTIONS
+from drake_starnav.scenario.schema import DRAKE_CONFIGS, SECTIONS, check_takes_directives
 from drake_starnav.worlds import WORLD_KINDS
 
 Setting = Union[str, bool, int, float]  # noqa: UP007, Drake asks for this form
@@ -22,6 +25,7 @@ _Sections: Any = dataclasses.make_dataclass(
             (key, plain_struct(cls), dataclasses.field(default_factory=plain_struct(cls)))
             for key, cls in SECTIONS.items()
         ),
+        ("directives", list[ModelDirective], dataclasses.field(default_factory=list)),
         *((key, dict[str, Setting], dataclasses.field(default_factory=dict)) for key in DRAKE_CONFIGS),
     ],
 )
@@ -36,8 +40,8 @@ class ScenarioConfig(_Sections):
         trial = run_trial(config.scenario())
         print(yaml_dump_typed(ScenarioConfig.of(trial_scenario)))
 
-    `world` is one of the kinds of worlds, by its tag; `plant_config` and `simulator_config` hold keys of
-    `MultibodyPlantConfig` and `SimulatorConfig`. Values are checked by `scenario`.
+    `world` is one of the kinds of worlds, by its tag; `directives` are those of a `!Model`; `plant_config` and
+    `simulator_config` hold keys of `MultibodyPlantConfig` and `SimulatorConfig`. Values are checked by `scenario`.
     """
 
     def scenario(self) -> Scenario:
@@ -46,10 +50,13 @@ class ScenarioConfig(_Sections):
         Raises:
             StarnavError: a value is not allowed.
         """
-        kind = WORLD_KINDS[type(self.world).__name__]
+        kind, world = type(self.world).__name__, _values(self.world)
+        if self.directives:
+            check_takes_directives(kind, world.get("directives"), self.name)
+            world["directives"] = yaml_dump_typed(ModelDirectives(directives=self.directives))
         parts: dict[str, Any] = {key: build(cls, _values(getattr(self, key)), key) for key, cls in SECTIONS.items()}
         parts |= {key: dict(getattr(self, key)) for key in DRAKE_CONFIGS}
-        return Scenario(self.name, build(kind, _values(self.world), "world"), **parts)
+        return Scenario(self.name, build(WORLD_KINDS[kind], world, "world"), **parts)
 
     @classmethod
     def of(cls, scenario: Scenario) -> "ScenarioConfig":

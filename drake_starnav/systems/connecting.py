@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.systems.release import RELEASED
 
 ALIKE = 0.8
 """An unconnected port whose name is this similar to a known one is taken for a slip of the pen."""
@@ -15,10 +16,12 @@ def add_system(builder: DiagramBuilder, name: str, system: System, role: str) ->
     """The system in the builder: as it is if it is there already, and else added under a name.
 
     Raises:
-        StarnavError: it is no system of Drake, or belongs to another diagram.
+        StarnavError: it is no system of Drake, or belongs to another diagram, be it released.
     """
     if not isinstance(system, System):
         raise StarnavError(f"{role} is {type(system).__name__}; allowed: a System of Drake, e.g. a LeafSystem")
+    if hasattr(system, RELEASED):
+        raise StarnavError(f"{role} has served for a trial or a diagram that was released; allowed: a new one")
     if system in builder.GetSystems():
         return system
     try:

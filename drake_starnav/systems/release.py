@@ -11,6 +11,9 @@ from typing import Any, ParamSpec, TypeVar
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+RELEASED = "_starnav_released"
+"""Attribute of a system whose diagram was released: to touch more of it would crash Python."""
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -33,4 +36,5 @@ def release(made: Diagram | DiagramBuilder) -> None:
             release(system)
         else:
             vars(system).clear()
+            setattr(system, RELEASED, True)
     vars(made).clear()

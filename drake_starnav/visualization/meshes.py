@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,7 +47,7 @@ LAYERS = {
     "certificate": Layer("certified braking motion", (0.00, 0.62, 0.45), "area", 0.03),
     "roadmap/edges": Layer("roadmap edge", (0.60, 0.60, 0.60), "line", 0.04),
     "roadmap/nodes": Layer("roadmap node", (0.15, 0.15, 0.15), "disc", 0.05),
-    "trail": Layer("trail, slow to fast", (0.50, 0.01, 0.66), "gradient", 0.06),
+    "trail": Layer("trail", (0.50, 0.01, 0.66), "gradient", 0.06),
     "path": Layer("path", (0.00, 0.32, 0.75), "line", 0.07),
     "frontiers/covered": Layer("frontier, covered since", (0.62, 0.62, 0.62), "dot", 0.08),
     "frontiers/extendable": Layer("frontier, may lead on", (0.90, 0.60, 0.00), "square", 0.09),
@@ -71,6 +71,12 @@ MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0
 
 SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
+
+
+def layers_of_run(max_speed: float, world: World) -> dict[str, Layer]:
+    """The layers of a run's legend, whose trail names its speeds, in m/s."""
+    trail = replace(LAYERS["trail"], label=f"trail, 0 to {max_speed:g} m/s")
+    return with_scene({**LAYERS, "trail": trail}, world)
 
 
 def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:

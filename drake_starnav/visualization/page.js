@@ -147,8 +147,9 @@ const starnav = (function () {
   }
   element('legend').open = window.innerWidth > 700;
   element('controls').append(viewer.gui.domElement);
+  viewer.gui.open();  // the panel folds it
   if (settings.live) {
-    viewer.gui.open();
+    document.body.classList.add('live');
     Object.values(viewer.gui.__folders).forEach(folder => folder.close());  // or the goal's sliders were far below
   }
   element('controls').open = settings.live;

@@ -1,6 +1,5 @@
 """Records a run of a navigation diagram: the look of the scene, the page, the file."""
 
-import dataclasses
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +20,7 @@ from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, cam
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
-from drake_starnav.visualization.meshes import LAYERS, with_scene
+from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
@@ -89,8 +88,7 @@ class Recorder:
             StarnavError: the file cannot be written.
         """
         world, station = self._navigation.world, self._navigation.station
-        trail = dataclasses.replace(LAYERS["trail"], label=f"trail, 0 to {self._scenario.robot.max_speed:g} m/s")
-        layers = with_scene({**LAYERS, "trail": trail}, world)
+        layers = layers_of_run(self._scenario.robot.max_speed, world)
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)

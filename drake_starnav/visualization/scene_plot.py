@@ -32,6 +32,8 @@ SHADES = 16
 """A layer whose vertices have colours is drawn in so many shades of each channel."""
 MOST_OUTLINES = 300
 """More obstacles are drawn as pixels in vector graphics, to keep them small."""
+SEAM = 0.5
+"""Width of rims that close the seams between the faces of an opaque line, points."""
 ROW_HEIGHT = 21.0
 """Of the legend, points."""
 
@@ -115,7 +117,8 @@ def _draw_shape(axes: Axes, shape: Shape, time: float, to_axes: ToAxes, dots: fl
         kinds.setdefault(tuple(color), []).append(Path(points[[*loop, loop[0]]], closed=True))
     for color, paths in kinds.items():
         area, opacity = Path.make_compound_path(*paths), shape.value("opacity", time, 1.0)
-        axes.add_artist(PathPatch(area, color=color, alpha=opacity, linewidth=0.0, zorder=order))
+        seam = SEAM if opacity >= 1.0 else 0.0
+        axes.add_artist(PathPatch(area, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
 
 
 def _shade(color: np.ndarray) -> np.ndarray:

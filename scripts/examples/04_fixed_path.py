@@ -1,7 +1,7 @@
 """Our controller behind a fixed path in place of our planner: it follows the path and drives round what stands in it.
 
-Whatever outputs a `Guidance` may stand before the controller. Here it holds the part of a given path that is still
-ahead, and the star-shaped region of the latest scan, along whose boundary the controller bends its way.
+Whatever outputs a `Guidance` may stand before the controller. That of `FixedPath` holds the part of a given path that
+is still ahead, and the star-shaped region of the latest scan, along whose boundary the controller bends its way.
 
 Run: python scripts/examples/04_fixed_path.py [--png FILE]
 """
@@ -10,18 +10,16 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
     CertifiedController,
     CollisionMonitor,
-    Guidance,
+    FixedPath,
     NavigationStation,
-    Observation,
     StarPerception,
     World,
     draw_goal,
@@ -33,41 +31,8 @@ from drake_starnav import (
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 STEP = 0.005  # of the plant, s
-LOOKAHEAD, FARTHEST = 0.7, 3.5  # of the way point it heads for, along the path, m
 ANGLE = np.linspace(0.6, 6.1, 200)
 ROUTE = np.column_stack((3.0 * np.sin(ANGLE), 1.5 * np.sin(2.0 * ANGLE)))  # most of an eight, m
-
-
-class FixedPath(LeafSystem):
-    """Guidance along a path: to the first way point beyond the lookahead that the robot sees to be free."""
-
-    def __init__(self, path: np.ndarray) -> None:
-        super().__init__()
-        self._path = path
-        self._along = np.concatenate(([0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()))
-        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
-        self._pose = self.DeclareVectorInputPort("pose", 3)
-        self._passed = self.DeclareDiscreteState(1)  # index of the way point it has come to, as paths may cross
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance)
-        self.DeclarePeriodicDiscreteUpdateEvent(0.05, 0.0, self._update)
-
-    def _between(self, context: Context, near: float, far: float) -> slice:
-        """Way points from `near` to `far` metres along the path from the one passed; at least one."""
-        along = self._along[int(context.get_discrete_state(self._passed).value()[0])]
-        first, last = np.searchsorted(self._along, (along + near, along + far))
-        return slice(min(first, len(self._path) - 1), last + 1)
-
-    def _update(self, context: Context, values: DiscreteValues) -> None:
-        window = self._between(context, 0.0, LOOKAHEAD)
-        distances = np.hypot(*(self._path[window] - self._pose.Eval(context)[:2]).T)
-        values.set_value(self._passed, [window.start + int(distances.argmin())])
-
-    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        region = self._star.Eval(context).region
-        if region is not None:
-            window = self._between(context, LOOKAHEAD, FARTHEST)
-            path = self._path[window.start + int(region.contains(self._path[window]).argmax()) :]
-            output.set_value(Guidance.along(path, [region]))
 
 
 def main(png: Path | None) -> None:

@@ -13,19 +13,17 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry.optimization import GraphOfConvexSetsOptions, Point
 from pydrake.planning import GcsTrajectoryOptimization
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
-    Guidance,
+    FixedPath,
     Motion,
-    Observation,
     Recorder,
     Scenario,
     StarRegion,
@@ -41,26 +39,8 @@ from drake_starnav import (
 )
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
-SEED, SETS, LOOKAHEAD = 7, 2, 4
-"""Of the room; convex sets of each region, as regions overlap and edges cost time; way points that it looks ahead."""
-
-
-class HomeTrajectory(LeafSystem):
-    """Guidance along a trajectory: to the farthest way point within the lookahead that the robot sees to be free."""
-
-    def __init__(self, path: np.ndarray) -> None:
-        super().__init__()
-        self._path = path
-        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
-        self._pose = self.DeclareVectorInputPort("pose", 3)
-        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), self._calc_guidance)
-
-    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        region = self._star.Eval(context).region
-        if region is not None:
-            nearest = np.hypot(*(self._path - self._pose.Eval(context)[:2]).T).argmin()
-            free = np.flatnonzero(region.contains(self._path[nearest : nearest + LOOKAHEAD + 1]))
-            output.set_value(Guidance.along(self._path[nearest + max(free, default=0) :], [region]))
+SEED, SETS = 7, 2
+"""Of the room; convex sets of each region, as regions overlap and edges cost time."""
 
 
 def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.ndarray]:
@@ -73,7 +53,7 @@ def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.nda
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(60.0)
 
-    def value(system: LeafSystem, port: str):
+    def value(system: System, port: str):
         return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(simulator.get_context()))
 
     pose = navigation.localization("pose")
@@ -110,8 +90,7 @@ def main(html: Path, png: Path | None) -> None:
 
     back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
     builder = DiagramBuilder()
-    planner = builder.AddNamedSystem("home_trajectory", HomeTrajectory(path))
-    navigation = add_navigation(builder, scenario, world=back, planner=planner)
+    navigation = add_navigation(builder, scenario, world=back, planner=FixedPath(path))
     station = navigation.station
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
 
 from drake_starnav.baselines.paper.perception import fit_slopes
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -99,7 +100,7 @@ def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, fl
 def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> list[Deviation]:
     """Every method on the same free ranges, one `Deviation` a row."""
     results: list[list[tuple]] = [[] for _ in rows]
-    for view in views:
+    for view in tqdm(views, unit="scan", disable=None, leave=False):
         plain = StarParameters()
         samples = free_range(view.scan, smoothed_distances(view.scan), robot_radius, plain).values
         fits = [row.fit(samples) for row in rows]

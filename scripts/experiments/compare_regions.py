@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry.optimization import HPolyhedron, Hyperellipsoid, Iris, IrisOptions, Point, VPolytope
+from tqdm import tqdm
 
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -202,9 +203,8 @@ def measure_regions(options: argparse.Namespace) -> Measured:
     """The table, and what draws its picture."""
     lidar, radius = LidarParameters(), RobotParameters().radius
     parameters = StarParameters()
-    comparisons = [
-        compare(view, parameters) for view in sample_views(options.scans, options.seed, lidar, radius)
-    ]  # fmt: skip
+    views = sample_views(options.scans, options.seed, lidar, radius)
+    comparisons = [compare(view, parameters) for view in tqdm(views, unit="scan", disable=None, leave=False)]
     text = (
         f"{sample_text(options)}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
         f"Star of the ranges themselves: all three regions are of a point robot.\n{OBSTACLES}\n"

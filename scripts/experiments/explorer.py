@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from numba import njit
+from tqdm import tqdm
 
 from drake_starnav.cli.options import run_command
 from drake_starnav.errors import StarnavError
@@ -164,7 +165,7 @@ def comparison(file: Path, scenario: str) -> str:
     declared = parse_scenario(cases[0]["text"], name=scenario)
     radius, range_max = declared.robot.radius, declared.lidar.range_max
     package, explorer, notable = [], [], []
-    for trial in trials:
+    for trial in tqdm(trials, unit="trial", disable=None, leave=False):
         world = make_world(declared.world, trial["seed"], radius)
         way = explored_way(world, radius, declared.simulation.goal_tolerance, range_max)
         package.append(trial["path_length_m"] / trial["shortest_path_m"])

@@ -8,6 +8,7 @@ import time
 
 import gymnasium
 import numpy as np
+from tqdm import tqdm
 
 HOLD = 20
 """An action is held for up to so many steps, as otherwise the robot would hardly leave its place."""
@@ -27,7 +28,7 @@ def random_steps(environment: gymnasium.Env, steps: int, seed: int) -> dict[str,
     counts = {"contacts": 0.0, "goals": 0.0, "episodes": 1.0, "driven_m": 0.0}
     _, info = environment.reset(seed=seed)
     start, hold = time.perf_counter(), 0
-    for _ in range(steps):
+    for _ in tqdm(range(steps), unit="step", disable=None, leave=False):
         if hold == 0:
             hold, action = int(rng.integers(1, HOLD)), rng.uniform(space.low, space.high).astype(np.float32)
         hold -= 1

@@ -121,6 +121,8 @@ def tune(method: str, trials: int) -> str:
     rows = []
     grid = GRIDS[method]
     choices = list(itertools.product(*([f"{key}={value}" for value in values] for key, values in grid.items())))
+    size = f"{len(choices)} combinations of {trials * len(SCENARIOS)} trials each"
+    print(f"{method}: {size}", file=sys.stderr, flush=True)
     for chosen in tqdm(choices, desc=method, disable=None, leave=False):
         with replaced_constants(chosen) as overrides:
             scenarios = [load_scenario(name, method=method, overrides=overrides) for name in SCENARIOS]

@@ -41,6 +41,7 @@ from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -83,6 +84,7 @@ def all_systems() -> list[System]:
         StarPerception(robot, planner, controller, lidar),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate),
         StarRoadmapPlanner(robot, planner, offset=0.01),
+        FixedPath(np.zeros((1, 2))),
         CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
         BaselineController(robot, controller, defaults.foa, offset=0.01),
         TwistShield(robot, controller, offset=0.01, obstacles=defaults.obstacles),
@@ -255,6 +257,10 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
     parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
+    parts.append(
+        "## directives\n\nA list of Drake's model directives: the bodies of a `!Model`, see\n"
+        "[worlds.md](worlds.md#drake-models).\n"
+    )
     parts.append(
         "## plant_config, simulator_config\n\n"
         "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over our settings of the plant (but for\n"

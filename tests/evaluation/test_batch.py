@@ -194,9 +194,9 @@ def test_an_ended_benchmark_leaves_no_process_and_goes_on(number: int, tiny: Pat
 @pytest.mark.parametrize(
     ("method", "count", "workers", "words"),
     [
-        ("star", 4, 2, "4 trials of 1 cases, 2 at a time: about 4 s"),
-        ("dwa", 480, 8, "480 trials of 1 cases, 8 at a time: about 12 min"),
-        ("dwa", 4800, 4, "4800 trials of 1 cases, 4 at a time: about 4 h"),
+        ("star", 4, 2, "4 trials of 1 case, 2 at a time: about 2 s"),
+        ("dwa", 480, 8, "480 trials of 1 case, 8 at a time: about 12 min"),
+        ("dwa", 4800, 4, "4800 trials of 1 case, 4 at a time: about 4 h"),
     ],
 )
 def test_size_and_estimate_are_said_first(method: str, count: int, workers: int, words: str) -> None:
@@ -208,7 +208,7 @@ def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path
     path = tmp_path / "trials.jsonl"
     command = [str(tiny), "--trials", "1", "--jobs", "1", "--json", str(path)]
     assert benchmark(command) == 0
-    assert capsys.readouterr().err.startswith("1 trials of 1 cases, 1 at a time: about 2 s\n")
+    assert capsys.readouterr().err.startswith("1 trial of 1 case, 1 at a time: about 1 s\n")
     assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
     assert benchmark([*command, "--resume"]) == 0  # nothing to say
     assert "trials of" not in capsys.readouterr().err

@@ -78,9 +78,11 @@ def test_score_is_the_mean_over_all_trials_of_a_benchmark() -> None:
     error = {"scenario": "forest", "method": "star", "trial": 2, "seed": 2, "outcome": "error", "message": "no world"}
     (summary,) = summarise([record(0, score=0.5), record(1, "collision", score=0.0), error, record(3, score=0.25)])
     assert summary.score == pytest.approx(0.75 / 4)
+    assert "| score  |" in summary_tables([summary])
     assert "0.1875" in summary_tables([summary])
     (summary,) = summarise([record(0, score=None), record(1)])
     assert summary.score is None
+    assert "score" not in summary_tables([summary])
 
 
 def test_an_outcome_of_later_days_has_its_column() -> None:

@@ -184,3 +184,39 @@ def test_paths_of_shipped_files_stay_as_they_are(tmp_path: Path) -> None:
 def test_worlds_of_one_kind_do_not_differ_where_one_of_them_says_nothing() -> None:
     assert differences("world: !Room {}", "world: !Room {width: 6.0}", ["world"]) == []
     assert differences("world: !Room {}", "world: !Maze {}", ["world"]) == ["world !Room and !Maze"]
+
+
+DIRECTIVES = """
+directives:
+- add_model: {name: barrel, file: "package://drake_starnav/worlds/barrel.urdf"}
+- add_weld: {parent: world, child: "barrel::barrel", X_PC: {translation: [3, 2, 0], rotation: !Rpy {deg: [0, 0, 30]}}}
+"""
+
+
+def test_directives_at_the_top_are_those_of_the_model(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("world: !Model {goal: [4, 0]}" + DIRECTIVES)
+    scenario = load_scenario(file, overrides=["world.start=[0, 1, 0]"])
+    inside = "world: !Model" + DIRECTIVES.replace("\n", "\n  ") + "\n  start: [0, 1, 0]\n  goal: [4, 0]"
+    assert scenario == parse_scenario(inside, name="mine")
+    assert parse_scenario(scenario_text(scenario), name="mine") == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (DIRECTIVES, r" beside no world; allowed: beside world: !Model \{start: \[x, y, yaw\], goal: \[x, y\]\}"),
+        ("world: !Forest {}" + DIRECTIVES, " beside world: !Forest; allowed: beside world: !Model"),
+        ("world: {goal: [4, 0]}" + DIRECTIVES, r" beside world: \{'goal': \[4, 0\]\}; allowed: beside world: !Model"),
+        ("world: !Model {goal: [4, 0], directives: a.sdf}" + DIRECTIVES, " beside world.directives; allowed: "),
+        ("world: !Model {goal: [4, 0]}\ndirectives: a.sdf", " is 'a.sdf'; allowed: a list of Drake's model directives"),
+    ],
+)
+def test_directives_at_the_top_that_no_model_takes_are_refused(text: str, message: str) -> None:
+    with pytest.raises(StarnavError, match="directives in scenario" + message):
+        parse_scenario(text, name="x")
+
+
+def test_directives_are_not_overridden() -> None:
+    with pytest.raises(StarnavError, match="unknown key directives.file"):
+        parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x", overrides=["directives.file=a.sdf"])

@@ -233,18 +233,16 @@ def test_a_path_that_is_no_model_is_drake_s_error() -> None:
 
 
 INLINE = """
-world: !Model
-  start: [0.6, 0.6, 0.0]
-  goal: [5.4, 3.3]
-  directives:
-  - add_model:
-      name: furniture
-      file: package://drake_starnav/worlds/furniture.sdf
-  - add_model: {name: barrel, file: "package://drake_starnav/worlds/barrel.urdf"}
-  - add_weld:
-      parent: world
-      child: barrel::barrel
-      X_PC: {translation: [3.0, 2.0, 0.0], rotation: !Rpy {deg: [0, 0, 30]}}
+world: !Model {start: [0.6, 0.6, 0.0], goal: [5.4, 3.3]}
+directives:
+- add_model:
+    name: furniture
+    file: package://drake_starnav/worlds/furniture.sdf
+- add_model: {name: barrel, file: "package://drake_starnav/worlds/barrel.urdf"}
+- add_weld:
+    parent: world
+    child: barrel::barrel
+    X_PC: {translation: [3.0, 2.0, 0.0], rotation: !Rpy {deg: [0, 0, 30]}}
 """
 
 

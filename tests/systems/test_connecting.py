@@ -7,6 +7,7 @@ from pydrake.systems.primitives import ConstantVectorSource, PassThrough
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.systems.connecting import add_system, connect_inputs, output_port, outputs
+from drake_starnav.systems.release import release
 
 
 class Ports(LeafSystem):
@@ -71,3 +72,10 @@ def test_a_system_is_added_once() -> None:
     assert system.get_name() == "mine"
     with pytest.raises(StarnavError, match="goal is str; allowed: a System of Drake"):
         add_system(builder, "x", "room", "goal")  # type: ignore[arg-type]
+
+
+def test_a_system_of_a_diagram_that_was_released_is_refused() -> None:
+    builder, system = wired()
+    release(builder.Build())
+    with pytest.raises(StarnavError, match="controller has served for a trial or a diagram that was released; allowed"):
+        add_system(DiagramBuilder(), "controller", system, "controller")

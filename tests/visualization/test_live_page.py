@@ -11,6 +11,9 @@ from drake_starnav.scenario import parse_scenario
 from drake_starnav.visualization.browser import FLAGS, PATIENCE, browser_missing, find_chromium
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.0, 0.0]}\n"
+RIGHT_EDGES = """
+[...document.querySelectorAll('#starnav-panel, #starnav-panel *')].map(part => part.getBoundingClientRect().right)
+"""
 
 
 @pytest.fixture
@@ -45,9 +48,17 @@ def test_a_browser_starts_pauses_and_sees_the_run(run) -> None:
         page.wait_for_function("viewer.connection.readyState === 1")
         for part in ("post", "method star, seed 3, live", "robot", "laser scan"):
             assert part in page.inner_text("#starnav-panel")
-        for control in ("stop", "goal y"):  # in sight without scrolling
-            box = page.get_by_text(control, exact=True).bounding_box()
-            assert box is not None and box["y"] + box["height"] <= 800
+        assert "trail, 0 to 0.8 m/s" in page.inner_text("#starnav-panel")
+        for width, height in ((1600, 900), (1100, 800), (420, 800)):
+            page.set_viewport_size({"width": width, "height": height})
+            page.reload()
+            page.wait_for_function("viewer.connection.readyState === 1")
+            for control in ("stop", "goal y"):  # in sight without scrolling
+                box = page.get_by_text(control, exact=True).bounding_box()
+                assert box is not None and box["y"] + box["height"] <= height, width
+            panel, *parts = page.evaluate(RIGHT_EDGES)
+            assert max(parts) <= panel, width  # or they would cover the scene
+        page.set_viewport_size({"width": 1100, "height": 800})
 
         def press_and_step(drives: bool) -> None:
             page.click("#starnav-play")

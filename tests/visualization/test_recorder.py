@@ -438,6 +438,23 @@ def test_the_legend_folds_and_its_rows_hide_and_show(page):
     assert page.evaluate(SHOWN, "scan")
 
 
+@pytest.mark.parametrize("width", [1600, 1100, 420])
+def test_meshcat_s_controls_unfold_inside_the_panel(page, width):
+    page.set_viewport_size({"width": width, "height": 800})
+    scene = page.locator("#starnav-controls").get_by_text("Scene", exact=True)
+    assert not scene.is_visible()
+    page.click("#starnav-controls summary")
+    assert scene.is_visible()
+    edges = (
+        "[...document.querySelectorAll('#starnav-panel, #starnav-panel *')].map(x => x.getBoundingClientRect().right)"
+    )
+    panel, *parts = page.evaluate(edges)
+    assert max(parts) <= panel
+    page.click("#starnav-controls summary")
+    page.set_viewport_size({"width": 1100, "height": 800})
+    page.wait_for_timeout(300)
+
+
 def test_the_scale_bar_is_as_long_as_it_says(page):
     page.evaluate("starnav.look('top'); starnav.show(1)")
     box = page.locator("#starnav-scale").bounding_box()

@@ -1,5 +1,6 @@
 """Figures for papers: vectors, axes in metres, only the chosen layers, small, the same each time."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,6 +34,29 @@ def test_axes_are_in_metres_and_equal(film) -> None:
     assert width / height == pytest.approx(np.ptp(axes.get_xlim()) / np.ptp(axes.get_ylim()))
     middles = [patch.center for patch in axes.patches if hasattr(patch, "radius")]
     assert any(np.allclose(middle, film.actors[0].motion.at(2.0)[:2]) for middle in middles)
+
+
+def test_both_axes_have_the_same_ticks(film) -> None:
+    axes = moment_figure(film, 2.0).axes[0]
+    assert np.diff(axes.get_xticks())[0] == np.diff(axes.get_yticks())[0] == 1.0
+
+
+def test_trails_have_no_seams(film) -> None:
+    axes = moment_figure(film, 3.0).axes[0]
+    trail = [patch for patch in axes.patches if patch.get_zorder() == 100.0 * LAYERS["trail"].height]
+    assert trail and all(patch.get_linewidth() > 0.0 for patch in trail)
+    region = [patch for patch in axes.patches if patch.get_zorder() == 100.0 * LAYERS["regions"].height]
+    assert region and not any(patch.get_linewidth() for patch in region if patch.get_alpha() < 1.0)
+
+
+def test_the_legend_is_as_wide_as_its_text(film, tmp_path) -> None:
+    widths = []
+    for label in ("goal", "goal, which the robot shall come to within its tolerance"):
+        layers = {**film.caption.legend, "goal": replace(LAYERS["goal"], label=label)}
+        write_figure(tmp_path / "a.svg", replace(film, caption=replace(film.caption, layers=layers)), 2.0)
+        text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+        widths.append(float(re.search(r'width="([\d.]+)pt"', text)[1]))
+    assert widths[0] < 720.0 and widths[1] > widths[0] + 100.0
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".pdf"])

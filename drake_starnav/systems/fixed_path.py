@@ -1,0 +1,85 @@
+"""A path given in advance in the place of a planner, e.g. a trajectory from Drake's own planners."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.polyline import resampled
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.observation import Observation
+from drake_starnav.systems.release import weakly
+
+SPACING = 0.05
+"""Of the way points, m."""
+NEAR, FAR = 0.7, 3.5
+"""How far ahead along the path the way point lies that it heads for, and at most, behind what stands in it, m."""
+PERIOD = 0.05
+"""Of the updates, s: a few centimetres at walking speed."""
+
+
+class FixedPath(LeafSystem):
+    """Leads along a given path: to the first way point a little ahead that the robot sees to be free.
+
+    ```
+             ┌───────────┐
+    star ───>│ FixedPath ├──> guidance
+    pose ───>│           ├──> short_term_goal
+             └───────────┘
+    ```
+
+    Ports:
+        star: abstract, `Observation` of the latest scan.
+        pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
+        guidance: abstract, `Guidance` for the controller, with the region of that scan.
+        short_term_goal: vector (x, y) in W, m; the robot's own position before the first scan.
+
+    What of the path is passed is discrete state, as a path may cross itself.
+    """
+
+    def __init__(self, path: np.ndarray) -> None:
+        """
+        Args:
+            path: shape (n, 2), from about where the robot starts to where it shall stop, W, m.
+
+        Raises:
+            StarnavError: the path has another shape, no point, or is not finite.
+        """
+        super().__init__()
+        way = Guidance.along(path).path
+        if not len(way):
+            raise StarnavError("path has no way point; allowed: shape (n, 2) with n >= 1")
+        self._path = resampled(way, SPACING)
+        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self._pose = self.DeclareVectorInputPort("pose", 3)
+        self._passed = self.DeclareDiscreteState(1)
+        self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance))
+        self.DeclareVectorOutputPort("short_term_goal", 2, weakly(self._calc_short_term_goal))
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+
+    def _between(self, context: Context, near: float, far: float) -> slice:
+        """Way points from `near` to `far` beyond the one passed, m; at least one."""
+        passed = int(context.get_discrete_state(self._passed)[0])
+        first, last = (passed + round(distance / SPACING) for distance in (near, far))
+        return slice(min(first, len(self._path) - 1), last + 1)
+
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        window = self._between(context, 0.0, NEAR)
+        distances = np.hypot(*(self._path[window] - self._pose.Eval(context)[:2]).T)
+        values.set_value(self._passed, [window.start + int(distances.argmin())])
+        return EventStatus.Succeeded()
+
+    def _guidance(self, context: Context) -> Guidance:
+        region = self._star.Eval(context).region
+        if region is None:
+            return Guidance.none()
+        window = self._between(context, NEAR, FAR)
+        free = int(region.contains(self._path[window]).argmax())  # the nearest one where none is
+        return Guidance.along(self._path[window.start + free :], [region])
+
+    def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._guidance(context))
+
+    def _calc_short_term_goal(self, context: Context, output: BasicVector) -> None:
+        path = self._guidance(context).path
+        output.SetFromVector(path[0] if len(path) else self._pose.Eval(context)[:2])
