@@ -6,7 +6,6 @@ import pytest
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
@@ -15,7 +14,6 @@ from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
-from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.tracking import DynamicObstacleParameters
@@ -25,14 +23,15 @@ ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerP
 WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
 }
-WITH_RATE = {
+WITH_RATE_ALONE = {
     "ObstacleTracker": lambda **times: ObstacleTracker(DynamicObstacleParameters(), **times),
     "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
+}
+WITH_RATE = {
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
     "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
 }
 WITH_OFFSET = {
-    "StarPerception": lambda **times: StarPerception(ROBOT, PLANNER, CONTROLLER, LidarParameters(), **times),
     "StarRoadmapPlanner": lambda **times: StarRoadmapPlanner(ROBOT, PLANNER, **times),
     "CertifiedController": lambda **times: CertifiedController(ROBOT, CONTROLLER, **times),
 }
@@ -40,7 +39,11 @@ WITH_OFFSET = {
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_a_period_is_a_positive_time(value: float) -> None:
-    for times, systems in (({"period": value}, WITH_PERIOD), ({"rate": value, "offset": 0.0}, WITH_RATE)):
+    for times, systems in (
+        ({"period": value}, WITH_PERIOD),
+        ({"rate": value}, WITH_RATE_ALONE),
+        ({"rate": value, "offset": 0.0}, WITH_RATE),
+    ):
         for name, make in systems.items():
             with pytest.raises(StarnavError, match=rf"^{name}: (period|rate) is {value}; allowed: 0 < x, finite$"):
                 make(**times)
