@@ -10,9 +10,9 @@ from numba import njit
 from drake_starnav.planning.bucket_search import NEIGHBOURHOOD, UNREACHED, bucket_dijkstra, heuristic
 from drake_starnav.planning.distance_grid import (
     STRIDE,
-    TILE,
     DistanceGrid,
     coarse_cells,
+    coarse_overlap,
     coarsened,
     distances,
     freest,
@@ -156,16 +156,15 @@ def _weights(grid, corner, count, limits, closed):
     blocked, soft, near_wall_cost = limits
     out = np.zeros((count[0] + 2, count[1] + 2), np.uint8)
     out[1:-1, 1:-1] = _cell_weight(np.float32(cap), blocked, soft, near_wall_cost)
-    side = TILE // STRIDE
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
-            row = rows[t, u]
-            if row < 0:
+            if rows[t, u] < 0:
                 continue
-            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
-            for i in range(max(-p, 0), min(side, count[0] - p)):
-                for j in range(max(-q, 0), min(side, count[1] - q)):
-                    out[p + i + 1, q + j + 1] = _cell_weight(freest(tiles, row, i, j), blocked, soft, near_wall_cost)
+            p, q, i_low, i_high, j_low, j_high = coarse_overlap(first, corner, count, t, u)
+            for i in range(i_low, i_high):
+                for j in range(j_low, j_high):
+                    free = freest(tiles, rows[t, u], i, j)
+                    out[p + i + 1, q + j + 1] = _cell_weight(free, blocked, soft, near_wall_cost)
     places, radius = closed
     for k in range(len(places)):
         _close(out, grid, corner, places[k], radius)

@@ -213,14 +213,20 @@ def coarsened(grid, corner, count):
     """The distances of `window` from the cell `corner` on."""
     tiles, rows, first, _, cap = grid
     out = np.full((count[0], count[1]), np.float32(cap))
-    side = TILE // STRIDE
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
-            row = rows[t, u]
-            if row < 0:
+            if rows[t, u] < 0:
                 continue
-            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
-            for i in range(max(-p, 0), min(side, count[0] - p)):
-                for j in range(max(-q, 0), min(side, count[1] - q)):
-                    out[p + i, q + j] = freest(tiles, row, i, j)
+            p, q, i_low, i_high, j_low, j_high = coarse_overlap(first, corner, count, t, u)
+            for i in range(i_low, i_high):
+                for j in range(j_low, j_high):
+                    out[p + i, q + j] = freest(tiles, rows[t, u], i, j)
     return out
+
+
+@njit(cache=True)
+def coarse_overlap(first, corner, count, t, u):
+    """Where tile (t, u) begins in coarse cells from `corner` on, and which of its own lie among the first `count`."""
+    side = TILE // STRIDE
+    p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
+    return p, q, max(-p, 0), min(side, count[0] - p), max(-q, 0), min(side, count[1] - q)

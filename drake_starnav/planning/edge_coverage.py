@@ -7,21 +7,9 @@ from numba import njit
 
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.region_index import IndexedRegions, covers_within, newest_of, selection
+from drake_starnav.utils.shared_rows import SharedRows
 
 UNCOVERED, UNKNOWN = -1, -2
-
-
-class _Storage:
-    """Rows and owners that coverages share which extend one another; the first to use a row owns it."""
-
-    def __init__(self, rows: np.ndarray, owner: np.ndarray, used: int) -> None:
-        self.rows, self.owner, self.used = rows, owner, used
-
-    def grown(self, count: int) -> "_Storage":
-        """A copy of the rows in use with room for `count` in all, and as many again."""
-        rows, owner = np.empty((2 * count, 4)), np.empty(2 * count, np.int64)
-        rows[: self.used], owner[: self.used] = self.rows[: self.used], self.owner[: self.used]
-        return _Storage(rows, owner, self.used)
 
 
 @dataclass(frozen=True)
@@ -39,12 +27,12 @@ class EdgeCoverage:
     owner: np.ndarray
     covered_by: np.ndarray
     open: np.ndarray
-    storage: _Storage = field(repr=False, compare=False)
+    storage: SharedRows = field(repr=False, compare=False)
 
     @staticmethod
     def of(rows: np.ndarray, owner: np.ndarray, covered_by: np.ndarray, still_open: np.ndarray) -> "EdgeCoverage":
         """With these arrays, which nothing else uses."""
-        return EdgeCoverage(rows, owner, covered_by, still_open, _Storage(rows, owner, len(rows)))
+        return EdgeCoverage(rows, owner, covered_by, still_open, SharedRows((rows, owner), len(rows)))
 
     @staticmethod
     def none() -> "EdgeCoverage":
@@ -73,14 +61,10 @@ def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions,
         regions: all, with the new one.
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
-    known, storage = len(before.rows), before.storage
-    count = known + len(rows)
-    if storage.used != known or count > len(storage.rows):
-        storage = _Storage(before.rows, before.owner, known).grown(count)
-    storage.rows[known:count], storage.owner[known:count], storage.used = rows, len(regions.reach) - 1, count
-    all_rows = storage.rows[:count]
+    storage = before.storage.extended(len(before.rows), len(rows), (rows, len(regions.reach) - 1))
+    all_rows, owner = storage.in_use
     covered_by, still_open = _with_newest(all_rows, before.covered_by, before.open, regions, slack)
-    return EdgeCoverage(all_rows, storage.owner[:count], covered_by, still_open, storage)
+    return EdgeCoverage(all_rows, owner, covered_by, still_open, storage)
 
 
 def revised(

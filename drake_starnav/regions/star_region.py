@@ -28,6 +28,7 @@ from drake_starnav.regions.erosion import (
 )
 from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.piecewise_cubic import TOLERANCE, PiecewiseCubic, adaptive_fit, fit_piecewise_cubic
+from drake_starnav.utils.shared_rows import SharedRows
 from drake_starnav.utils.snapshot import snapshot
 
 ROUGH = 0.01
@@ -190,7 +191,7 @@ class RegionStack:
     values: np.ndarray
     slopes: np.ndarray
     reach: np.ndarray
-    storage: "_Storage | None" = field(default=None, repr=False, compare=False)
+    storage: SharedRows | None = field(default=None, repr=False, compare=False)
 
     @staticmethod
     def of(regions: "list[StarRegion] | tuple[StarRegion, ...]", samples: int = 0) -> "RegionStack":
@@ -219,25 +220,24 @@ class RegionStack:
             np.array([region.reach]),
         )
 
+    @staticmethod
+    def _of_rows(storage: SharedRows) -> "RegionStack":
+        center, bearing_0, values, slopes, reach = storage.in_use
+        return RegionStack(center, bearing_0, values, slopes, reach, storage)
+
     def __len__(self) -> int:
         return len(self.reach)
 
     def appended(self, region: StarRegion) -> "RegionStack":
         """This stack with one more region; memory is shared with `self` if the row behind it is still unused."""
-        n = len(self)
-        storage = self.storage
-        if storage is None or storage.used != n or n == len(storage.arrays[0]):
-            storage = _Storage.grown(self.with_slopes, np.arange(n))
-        fit = region.boundary
-        row = (region.center, region.bearing_0, fit.values, fit.slopes, region.reach)
-        for array, value in zip(storage.arrays, row, strict=True):
-            array[n] = value
-        storage.used = n + 1
-        return storage.stack()
+        fit, n = region.boundary, len(self)
+        storage = self.storage or SharedRows(self.with_slopes, n)
+        row = region.center, region.bearing_0, fit.values, fit.slopes, region.reach
+        return RegionStack._of_rows(storage.extended(n, 1, row))
 
     def selected(self, rows: np.ndarray) -> "RegionStack":
         """A copy of some of the regions; rows of shape (n,). Nothing else uses its memory yet."""
-        return _Storage.grown(self.with_slopes, rows).stack()
+        return RegionStack._of_rows(SharedRows.copied(self.with_slopes, rows))
 
     def moved(self, frame: np.ndarray) -> "RegionStack":
         """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -253,27 +253,6 @@ class RegionStack:
     def with_slopes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """All arrays, for the modulation: center, bearing_0, values, slopes, reach."""
         return self.center, self.bearing_0, self.values, self.slopes, self.reach
-
-
-class _Storage:
-    """Arrays with spare rows, shared by stacks that extend one another; the first to use a row owns it."""
-
-    def __init__(self, arrays: tuple[np.ndarray, ...], used: int) -> None:
-        self.arrays, self.used = arrays, used
-
-    @staticmethod
-    def grown(arrays: tuple[np.ndarray, ...], rows: np.ndarray) -> "_Storage":
-        """Copies of some rows of the arrays with room for as many again."""
-        used = len(rows)
-        larger = tuple(np.empty((2 * used + 16, *array.shape[1:])) for array in arrays)
-        for new, old in zip(larger, arrays, strict=True):
-            np.take(old, rows, axis=0, out=new[:used], mode="clip")
-        return _Storage(larger, used)
-
-    def stack(self) -> RegionStack:
-        """The rows in use."""
-        center, bearing_0, values, slopes, reach = (array[: self.used] for array in self.arrays)
-        return RegionStack(center, bearing_0, values, slopes, reach, self)
 
 
 @njit(cache=True)
