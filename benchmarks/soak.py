@@ -98,8 +98,7 @@ class Soak:
             goal = random_place(self.world, radius + MARGIN, self.rng)
             trip = dataclasses.replace(self.world, start=(*position, 0.0), goal=tuple(goal))
             way = omniscient_path(trip, radius)
-        context = navigation.goal.GetMyMutableContextFromRoot(root)
-        navigation.goal.get_mutable_source_value(context).set_value(goal)
+        navigation.goal.GetMyMutableContextFromRoot(root).SetDiscreteState(goal)
         self.stopwatch.seconds["plan"].clear()
         outcome, limit = "timeout", start + way[0] / SLOWEST + ALLOWANCE
         planner = navigation.planner.GetMyContextFromRoot(root)

@@ -64,6 +64,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
     from drake_starnav.systems.certified_controller import CertifiedController as CertifiedController
     from drake_starnav.systems.convex_sets import convex_cover as convex_cover
+    from drake_starnav.systems.fixed_goal import FixedGoal as FixedGoal
     from drake_starnav.systems.fixed_path import FixedPath as FixedPath
     from drake_starnav.systems.obstacle_tracker import ObstacleTracker as ObstacleTracker
     from drake_starnav.systems.release import release as release
@@ -116,6 +117,7 @@ _PUBLIC = {
     "LidarConfig": "station.lidar_config",
     "ApplyLidarConfig": "station.lidar_config",
     "convex_cover": "systems.convex_sets",
+    "FixedGoal": "systems.fixed_goal",
     "FixedPath": "systems.fixed_path",
     "ObstacleTracker": "systems.obstacle_tracker",
     "StarPerception": "systems.star_perception",

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
+from pydrake.systems.primitives import ConstantValueSource
 
 from drake_starnav.baselines import known_obstacles, paper
 from drake_starnav.baselines.sampling_mpc import predictive_step
@@ -24,6 +24,7 @@ from drake_starnav.station.robot_interface import RobotInterface, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
+from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -190,7 +191,7 @@ def add_navigation(
                 seed=seed,
             ),
         )
-    goal = add_system(builder, "goal", goal or ConstantVectorSource(world.goal), "goal")
+    goal = add_system(builder, "goal", goal or FixedGoal(world.goal), "goal")
     if scenario.controller.kind in GUIDED or scenario.controller.target == "short_term_goal":
         made = _add_planning(builder, scenario, Navigation(world, station, goal), planner, stopwatch)
     else:
@@ -222,11 +223,6 @@ def _check_own_systems(scenario: Scenario, planner: System | None, controller: S
             f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
             "allowed: controller.target short_term_goal"
         )
-
-
-def command_offset(scenario: Scenario) -> float:
-    """When planner and controller are first updated, s: two ticks after the lidar."""
-    return 2 * scenario.simulation.time_step
 
 
 def _add_planning(
@@ -277,8 +273,8 @@ def _add_planning(
         planner = StarRoadmapPlanner(
             scenario.robot,
             scenario.planner,
+            lidar,
             goal_tolerance=scenario.simulation.goal_tolerance,
-            offset=command_offset(scenario),
             step=method.step,
             stopwatch=stopwatch,
         )
@@ -321,7 +317,6 @@ def _add_certified_controller(
         CertifiedController(
             scenario.robot,
             scenario.controller,
-            offset=command_offset(scenario),
             law=METHODS[scenario.controller.kind].law,
             obstacles=scenario.obstacles if made.tracker is not None else None,
             lead=_lead(scenario),
@@ -351,7 +346,6 @@ def _add_own_controller(
         TwistShield(
             scenario.robot,
             scenario.controller,
-            offset=command_offset(scenario),
             obstacles=scenario.obstacles if made.tracker is not None else None,
             lead=_lead(scenario),
         ),
@@ -369,18 +363,18 @@ def _lead(scenario: Scenario) -> float:
 def _connect_certifier(builder: DiagramBuilder, scenario: Scenario, made: Navigation, certifier: System) -> None:
     """Connect what the certificate needs: the safety star, the state when a command takes effect, and the tracks."""
     assert made.perception is not None
-    offset, rate = command_offset(scenario), scenario.controller.rate
+    rate = scenario.controller.rate
     if made.tracker is not None:
         builder.Connect(made.tracker.GetOutputPort("tracks"), certifier.GetInputPort("tracks"))
     star, state = made.perception.GetOutputPort("safety_star"), made.station.GetOutputPort("localization.state")
     if scenario.localization.jump > 0.0:
-        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, offset=offset, rolling=scenario.lidar.rolling)
+        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, rolling=scenario.lidar.rolling)
         guard = builder.AddNamedSystem("jump_guard", guard)
         builder.Connect(star, guard.GetInputPort("safety_star"))
         builder.Connect(state, guard.GetInputPort("state"))
         star = guard.get_output_port()
     if scenario.drive.delay > 0.0:
-        predictor = StatePredictor(delay=_lead(scenario), rate=rate, offset=offset)
+        predictor = StatePredictor(delay=_lead(scenario), rate=rate)
         predictor = builder.AddNamedSystem("predictor", predictor)
         builder.Connect(state, predictor.GetInputPort("state"))
         builder.Connect(certifier.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
@@ -394,11 +388,11 @@ def _add_baseline(
 ) -> Navigation:
     """Add a baseline; it reads the same scans at the same times as the star controller."""
     world, station, goal, planner = made.world, made.station, made.goal, made.planner
-    kind, offset = scenario.controller.kind, command_offset(scenario)
+    kind = scenario.controller.kind
     settings = getattr(scenario, kind)
     controller = builder.AddNamedSystem(
         "controller",
-        BaselineController(scenario.robot, scenario.controller, settings, offset=offset, stopwatch=stopwatch),
+        BaselineController(scenario.robot, scenario.controller, settings, stopwatch=stopwatch),
     )
     builder.Connect(goal.get_output_port(), controller.GetInputPort("goal"))
     for name, port in (

@@ -17,7 +17,7 @@ from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import Motion, evenly_sampled
 from drake_starnav.geometry.trajectory_metrics import motion_metrics
-from drake_starnav.navigation import Navigation, add_navigation, command_offset
+from drake_starnav.navigation import Navigation, add_navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
@@ -240,10 +240,10 @@ class _Run:
 def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
     """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
     # both look when the controller does: this causes no steps either, and its state is calculated once
-    period, offset = 1.0 / scenario.controller.rate, command_offset(scenario)
-    add_collision_monitor(builder, navigation, period=period, offset=offset)
+    period = 1.0 / scenario.controller.rate
+    add_collision_monitor(builder, navigation, period=period)
     tolerance = scenario.simulation.goal_tolerance
-    _add_arrival_monitor(builder, navigation, ArrivalMonitor(tolerance=tolerance, period=period, offset=offset))
+    _add_arrival_monitor(builder, navigation, ArrivalMonitor(tolerance=tolerance, period=period))
     state = navigation.station.GetOutputPort("cheat.robot_state")
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
@@ -357,19 +357,17 @@ def caption_lines(trial: Trial) -> tuple[str, ...]:
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
-def add_collision_monitor(
-    builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02, offset: float = 0.0
-) -> None:
+def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02) -> None:
     """End the simulation at the robot's first contact with anything but the ground.
 
     Args:
         builder: of the diagram.
         navigation: in it.
-        period, offset: of the checks, s; where obstacles move, every step of the plant is checked.
+        period: of the checks, s; where obstacles move, every step of the plant is checked.
     """
     station = navigation.station
     if station.moving_obstacle_geometries:
-        period, offset = station.equipment.time_step, 0.0
+        period = station.equipment.time_step
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
@@ -377,7 +375,6 @@ def add_collision_monitor(
             ground=station.floor,
             moving_obstacles=station.moving_obstacle_geometries,
             period=period,
-            offset=offset,
         ),
     )
     builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))

@@ -15,6 +15,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Navigation, add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.station.navigation_station import NavigationStation
@@ -275,9 +276,10 @@ def test_python_systems_live_as_long_as_the_diagram() -> None:
     planner = diagram.GetSubsystemByName("planner")
     del diagram, station
     gc.collect()
-    status = planner.GetOutputPort("status")
     context = planner.CreateDefaultContext()
-    assert status.Eval(context) is PlannerStatus.WAITING
+    planner.GetInputPort("star").FixValue(context, Value(Observation.none()))
+    planner.GetInputPort("goal").FixValue(context, np.zeros(2))
+    assert planner.GetOutputPort("status").Eval(context) is PlannerStatus.WAITING
 
 
 def test_python_systems_live_inside_an_outer_diagram() -> None:
@@ -303,7 +305,7 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     perception = builder.AddSystem(
         StarPerception(scenario.robot, scenario.planner, scenario.controller, scenario.lidar)
     )
-    controller = builder.AddSystem(CertifiedController(scenario.robot, scenario.controller, offset=0.01))
+    controller = builder.AddSystem(CertifiedController(scenario.robot, scenario.controller))
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),

@@ -87,9 +87,9 @@ class LidarParameters:
 
     @property
     def release_offset(self) -> float:
-        """Time from a multiple of the period to the release of delayed scans, s, without RELEASE_LAG."""
+        """Time from a multiple of the period to the release of delayed scans, s."""
         rest = math.fmod(self.delay, 1.0 / self.rate)
-        return rest if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
+        return rest + RELEASE_LAG if 1e-9 < rest < 1.0 / self.rate - 1e-9 else 0.0
 
     @property
     def waiting_scans(self) -> int:

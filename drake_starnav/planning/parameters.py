@@ -47,7 +47,6 @@ class PlannerParameters(StarParameters):
         high=0.5,
         when="raise it for worlds of more than 100 m: faster searches",
     )
-    rate: float = parameter(20.0, "updates of the planner", unit="Hz", low=0.1, high=1000.0)
 
     def __post_init__(self) -> None:
         check_parameters(self, "planner")

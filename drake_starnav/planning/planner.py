@@ -21,7 +21,7 @@ PROGRESS_DISTANCE = 0.15
 AT_GOAL = 0.3
 """A robot this near to its goal may stand there without counting as stalled, m."""
 SILENT_SHARE = 0.5
-"""The sensor counts as silent when the latest scan is older than this share of `progress_timeout`."""
+"""The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
 GIVING_WAY = 1.5
 """While a moving obstacle is this near, the robot may be giving way, m."""
 NEW_SHARE = 0.01
@@ -114,9 +114,9 @@ def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]
 
 
 def _may_stand(state: PlannerState, now: PlannerInput) -> bool:
-    """Whether the robot is at its goal, without scans, or may be giving way to a moving obstacle."""
+    """Whether the robot is at its goal, was without scans, or may be giving way to a moving obstacle."""
     scan = now.seen.scan
-    if now.time - scan.time > SILENT_SHARE * now.parameters.progress_timeout:
+    if now.interval > SILENT_SHARE * now.parameters.progress_timeout:
         return True
     if scan.motion is not None and bool((scan.distances[scan.moving] < GIVING_WAY).any()):
         return True

@@ -109,12 +109,13 @@ class PlannerInput(NamedTuple):
 
     Attributes:
         seen: the latest observation.
-        position: current position of the robot, shape (2,), W, m.
+        position: of the robot then, shape (2,), W, m.
         goal: shape (2,), W, m.
-        time: s.
+        time: then, s.
         parameters: of the roadmap.
         robot_radius: m.
         goal_tolerance: a robot this near to the goal has reached it, m.
+        interval: time since the update before, s.
     """
 
     seen: Observation
@@ -124,6 +125,7 @@ class PlannerInput(NamedTuple):
     parameters: PlannerParameters
     robot_radius: float
     goal_tolerance: float = 0.0
+    interval: float = 0.0
 
 
 PlanStep = Callable[[PlannerState, PlannerInput], PlannerState]

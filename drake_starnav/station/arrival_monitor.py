@@ -31,18 +31,18 @@ class ArrivalMonitor(LeafSystem):
     The simulator stops with status "reached termination" and the message "reached" or "unreachable".
     """
 
-    def __init__(self, *, tolerance: float, period: float, offset: float = 0.0) -> None:
+    def __init__(self, *, tolerance: float, period: float) -> None:
         """
         Args:
             tolerance: distance from the goal within which it counts as reached, m.
-            period, offset: of the checks, s.
+            period: of the checks, s.
         """
         super().__init__()
         self._tolerance = tolerance
         self._state = self.DeclareVectorInputPort("state", 5)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period, offset=offset), offset, self._check)
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context).tolist()

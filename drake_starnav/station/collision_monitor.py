@@ -41,14 +41,13 @@ class CollisionMonitor(LeafSystem):
         ground: Collection[GeometryId],
         moving_obstacles: Collection[GeometryId] = (),
         period: float = 0.02,
-        offset: float = 0.0,
     ) -> None:
         """
         Args:
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
-            period, offset: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
+            period: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
                 where obstacles move, the period is to be the step of the plant.
         """
         super().__init__()
@@ -59,7 +58,7 @@ class CollisionMonitor(LeafSystem):
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
         # an update, for publish events see old geometry, see make_simulator
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period, offset=offset), offset, self._check)
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""

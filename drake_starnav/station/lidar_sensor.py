@@ -10,12 +10,12 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import FrameId, QueryObject, Role, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.perception import PointCloud
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State, ValueProducer
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.raycast import Fan
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.sensor_model import RELEASE_LAG, LidarParameters, arrives, measure, released, scan_index
+from drake_starnav.lidar.sensor_model import LidarParameters, arrives, measure, released, scan_index
 from drake_starnav.station.scene_slices import SceneSlices
 from drake_starnav.systems.release import weakly
 from drake_starnav.utils.timing import begins_run
@@ -60,6 +60,7 @@ class LidarSensor(LeafSystem):
     geometry_query ──>│ LidarSensor ├──> ranges
                       │             ├──> point_cloud
                       │             ├──> X_WS
+                      │             ├──> pose
                       └─────────────┘
     ```
 
@@ -70,6 +71,7 @@ class LidarSensor(LeafSystem):
         point_cloud: abstract, `pydrake.perception.PointCloud` of the finite ranges, m, in S, or in the world frame W
             with `point_cloud_frame="W"`.
         X_WS: abstract, `RigidTransform` of S in the world frame W at the time of the scan.
+        pose: vector (x, y, yaw) of S in W at the time of the scan, m and rad.
 
     S is fixed to a parent frame P by the mount's `X_PS` and may be mounted at any height and tilt; bearings are
     counter-clockwise about S's z axis from its x axis. Shapes of P itself are invisible (unless P is the world frame),
@@ -78,9 +80,9 @@ class LidarSensor(LeafSystem):
     geometry is not seen.
 
     With `sampled=True` a scan is taken when a run begins and at each multiple of 1/rate, and held in between as
-    discrete state: its ranges, its time and `X_WS`. With `sampled=False` the outputs follow the inputs continuously and
-    there is direct feedthrough; the noise still changes only at multiples of 1/rate. The noise depends only on the seed
-    and the number of the scan.
+    discrete state: its ranges, its time and `X_WS`. Discrete updates of the same instant see it already. With
+    `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still changes
+    only at multiples of 1/rate. The noise depends only on the seed and the number of the scan.
 
     A sampled scan appears at the outputs `delay` seconds after it was taken, with the time and `X_WS` at acquisition;
     if a scan is lost, the outputs keep the last one.
@@ -167,11 +169,12 @@ class LidarSensor(LeafSystem):
                 self.DeclareDiscreteState(np.concatenate((unseen, nothing.scan.ranges)))
                 for _ in range(parameters.waiting_scans)
             ]
-            self.DeclareInitializationDiscreteUpdateEvent(self._begin)
-            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
+            self.DeclareInitializationUnrestrictedUpdateEvent(self._begin)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
             if parameters.delay > 0.0:
-                release = parameters.release_offset + RELEASE_LAG
-                self.DeclarePeriodicDiscreteUpdateEvent(1.0 / parameters.rate, release, self._release)
+                self.DeclarePeriodicUnrestrictedUpdateEvent(
+                    1.0 / parameters.rate, parameters.release_offset, self._release
+                )
             calc, needs = weakly(self._recall), {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
         else:
             calc, needs = weakly(self._measure), {self._query_port.ticket(), self.time_ticket()}
@@ -191,6 +194,7 @@ class LidarSensor(LeafSystem):
         self.DeclareAbstractOutputPort(
             "X_WS", lambda: AbstractValue.Make(RigidTransform()), weakly(self._calc_X_WS), needs
         )
+        self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), needs)
 
     @property
     def parameters(self) -> LidarParameters:
@@ -213,12 +217,12 @@ class LidarSensor(LeafSystem):
         scan = self._before.measured_at(time, self._cast(context, query, X_WS))
         return _Measurement(scan, _packed(time, X_WS))
 
-    def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _begin(self, context: Context, state: State) -> EventStatus:
         if not begins_run(context.get_time(), context.get_discrete_state(self._swept)[0]):
             return EventStatus.DidNothing()
-        return self._update(context, values)
+        return self._update(context, state)
 
-    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _update(self, context: Context, state: State) -> EventStatus:
         query = self._query_port.Eval(context)
         X_WS, X_WS_begin = self._pose(query), None
         if self._parameters.rolling:
@@ -226,6 +230,7 @@ class LidarSensor(LeafSystem):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
             if last < context.get_time():
                 X_WS_begin = X_WS_last
+        values = state.get_mutable_discrete_state()
         taken = _packed(context.get_time(), X_WS)
         values.set_value(self._swept, taken)
         index = scan_index(context.get_time(), self._parameters.rate)
@@ -239,12 +244,13 @@ class LidarSensor(LeafSystem):
             values.set_value(self._taken, taken)
         return EventStatus.Succeeded()
 
-    def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _release(self, context: Context, state: State) -> EventStatus:
         """Let the scan that was taken `delay` ago appear, if it arrives."""
         index = released(self._parameters, self._seed, context.get_time())
         if index is None:
             return EventStatus.DidNothing()
         scan = context.get_discrete_state(self._waiting[index % len(self._waiting)]).value().copy()
+        values = state.get_mutable_discrete_state()
         values.set_value(self._taken, scan[:TAKEN])
         values.set_value(self._ranges, scan[TAKEN:])
         return EventStatus.Succeeded()
@@ -272,6 +278,10 @@ class LidarSensor(LeafSystem):
 
     def _calc_X_WS(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._measurement.Eval(context).X_WS)
+
+    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+        R_WS, p_WS = np.split(self._measurement.Eval(context).taken[1:].reshape(3, 4), (3,), axis=1)
+        output.SetFromVector((p_WS[0, 0], p_WS[1, 0], math.atan2(R_WS[1, 0], R_WS[0, 0])))
 
 
 def _packed(time: float, X_WS: RigidTransform) -> np.ndarray:

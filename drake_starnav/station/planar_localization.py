@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem, State
 
 from drake_starnav.geometry.se2 import composed, now_in
-from drake_starnav.lidar.sensor_model import RELEASE_LAG, LidarParameters, arrives, released, scan_index
+from drake_starnav.lidar.sensor_model import LidarParameters, arrives, released, scan_index
 from drake_starnav.scenario.faults import LocalizationParameters
 from drake_starnav.station.fault_models import drifted, jumped
 from drake_starnav.systems.release import weakly
@@ -71,17 +71,17 @@ class PlanarLocalization(LeafSystem):
         self._waiting = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
         self._updated = self.DeclareDiscreteState([math.nan])
-        self.DeclareInitializationDiscreteUpdateEvent(self._begin)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._begin)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / lidar.rate, 0.0, self._hold)
         if lidar.delay > 0.0:
-            release = lidar.release_offset + RELEASE_LAG
-            self.DeclarePeriodicDiscreteUpdateEvent(1.0 / lidar.rate, release, self._release)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / lidar.rate, lidar.release_offset, self._release)
         if not self._error.exact:
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
-    def _begin(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _begin(self, context: Context, state: State) -> EventStatus:
         if not begins_run(context.get_time(), context.get_discrete_state(self._updated)[0]):
             return EventStatus.DidNothing()
+        values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
         pose = self._true_pose(context)
         if not self._error.exact:
@@ -90,7 +90,8 @@ class PlanarLocalization(LeafSystem):
             values.set_value(group, pose)
         return EventStatus.Succeeded()
 
-    def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _hold(self, context: Context, state: State) -> EventStatus:
+        values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
         index = scan_index(context.get_time(), self._lidar.rate)
         if not arrives(self._lidar, self._seed, index):
@@ -99,11 +100,12 @@ class PlanarLocalization(LeafSystem):
         values.set_value(group, self._believed_pose(context))
         return EventStatus.Succeeded()
 
-    def _release(self, context: Context, values: DiscreteValues) -> EventStatus:
+    def _release(self, context: Context, state: State) -> EventStatus:
         index = released(self._lidar, self._seed, context.get_time())
         if index is None:
             return EventStatus.DidNothing()
         group = self._waiting[index % len(self._waiting)]
+        values = state.get_mutable_discrete_state()
         values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())
         return EventStatus.Succeeded()
 

@@ -52,7 +52,6 @@ class BaselineController(LeafSystem):
         controller: ControllerParameters,
         settings: BaselineParameters,
         *,
-        offset: float,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
@@ -60,7 +59,6 @@ class BaselineController(LeafSystem):
             robot: its radius and limits.
             controller: rate, turning and slowing down, as of `CertifiedController`.
             settings: of the baseline; their type selects it.
-            offset: of the first update, s.
             stopwatch: records `command` times, if given.
         """
         super().__init__()
@@ -76,8 +74,8 @@ class BaselineController(LeafSystem):
         self.DeclareStateOutputPort("twist_command", self._twist)
         self.DeclareStateOutputPort("guiding_vector", self._vector)
         self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
-        period = checked_period(self, rate=controller.rate, offset=offset)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+        period = checked_period(self, rate=controller.rate)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         goal = self._goal.Eval(context).copy()

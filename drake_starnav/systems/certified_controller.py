@@ -53,7 +53,6 @@ class CertifiedController(LeafSystem):
         robot: RobotParameters,
         controller: ControllerParameters,
         *,
-        offset: float,
         law: Law = control_step,
         obstacles: DynamicObstacleParameters | None = None,
         lead: float = 0.0,
@@ -63,7 +62,6 @@ class CertifiedController(LeafSystem):
         Args:
             robot: its radius and limits.
             controller: parameters.
-            offset: of the first update, s.
             law: one period as a pure function: `control_step`, dynamical system modulation, or another.
             obstacles: what is declared about dynamic obstacles; None: the world is static.
             lead: how far in the future the state of the port lies, s; see `StatePredictor`.
@@ -83,8 +81,8 @@ class CertifiedController(LeafSystem):
         self.DeclareDiscreteState(2)
         self.DeclareDiscreteState(1)
         self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
-        period = checked_period(self, rate=controller.rate, offset=offset)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+        period = checked_period(self, rate=controller.rate)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         guidance = self._guidance.Eval(context)

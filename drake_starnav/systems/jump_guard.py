@@ -27,21 +27,21 @@ class JumpGuard(LeafSystem):
     The last position and the time of the last jump are discrete state, brought up to date before each command.
     """
 
-    def __init__(self, *, tolerance: float, rate: float, offset: float, rolling: bool = False) -> None:
+    def __init__(self, *, tolerance: float, rate: float, rolling: bool = False) -> None:
         """
         Args:
             tolerance: a step that differs by more than this from the one predicted from the speed is a jump, m.
-            rate, offset: of the check, Hz and s: those of the controller's updates.
+            rate: of the check, Hz: that of the controller's updates.
             rolling: whether the pose of the previous scan also places this one, and so must be later, too.
         """
         super().__init__()
-        self._period = checked_period(self, rate=rate, offset=offset)
+        self._period = checked_period(self, rate=rate)
         self._tolerance, self._rolling = tolerance, rolling
         self._star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
         self.DeclareAbstractOutputPort("safety_star", lambda: Value(SafetyStar.none()), weakly(self._calc_star))
-        self.DeclarePeriodicDiscreteUpdateEvent(self._period, offset, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         values.set_value(0, self._watched(context))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem, State, ValueProducer
 
 from drake_starnav.systems.release import weakly
@@ -16,8 +16,7 @@ class ScanState(Generic[T]):
     """What a system knows from the scans that came so far: abstract state, and beside it the scan that came last.
 
     A scan is processed when something asks for it first, and the result is cached. The state takes it over at the next
-    multiple of the lidar's period, when the next scan is taken and none is lost: no consumer waits for that, and none
-    needs an offset.
+    multiple of the lidar's period, when the next scan is taken and none is lost: no consumer waits for that.
     """
 
     def __init__(
@@ -41,12 +40,9 @@ class ScanState(Generic[T]):
         period = checked_period(system, rate=rate)
         self._state = system.DeclareAbstractState(Value[object](initial))
         self._after = weakly(after)
-        calc = weakly(self._calc)
         self._known = system.DeclareCacheEntry(
-            "the state with the latest scan",
-            ValueProducer(
-                allocate=lambda: Value[object](initial), calc=lambda context, value: value.set_value(calc(context))
-            ),
+            "the state before and with the latest scan",
+            ValueProducer(allocate=lambda: Value[object]((initial, initial)), calc=weakly(self._calc)),
             {system.abstract_state_ticket(self._state), *(port.ticket() for port in inputs)},
         )
         self.ticket = self._known.ticket()
@@ -54,10 +50,17 @@ class ScanState(Generic[T]):
 
     def Eval(self, context: Context) -> T:
         """What is known, the latest scan included."""
-        return self._known.Eval(context)
+        return self._known.Eval(context)[1]
 
-    def _calc(self, context: Context) -> T:
-        return self._after(context, self._held(context))
+    def _calc(self, context: Context, pair: AbstractValue) -> None:
+        held = self._held(context)
+        base, known = pair.get_value()
+        # a port may have been calculated again without a change: what is known then follows from the same inputs
+        before = known if base is held else held
+        after = self._after(context, before)
+        if after is not before and before is not held:
+            after = self._after(context, held)
+        pair.set_value((held, after))
 
     def _held(self, context: Context) -> T:
         return context.get_abstract_state(self._state).get_value()

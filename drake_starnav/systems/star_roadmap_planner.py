@@ -1,17 +1,30 @@
 """The star roadmap as a Drake system."""
 
+from dataclasses import field
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlanStep, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
+from drake_starnav.systems.scan_state import ScanState
+from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.utils.timing import EARLY, begins_run, checked_period
+
+
+@snapshot
+class _Plan:
+    """The planner's state, and what it was planned with last: the goal, W, m, and the time of the scan, s."""
+
+    state: PlannerState
+    goal: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    time: float = 0.0
 
 
 class StarRoadmapPlanner(LeafSystem):
@@ -35,9 +48,8 @@ class StarRoadmapPlanner(LeafSystem):
         roadmap: abstract, `PlannerState`: the roadmap and what the planner is about to do.
         status: abstract, `PlannerStatus`.
 
-    One periodic update, which does nothing while nothing changes. The roadmap is an immutable snapshot in abstract
-    state; the short-term goal, and goal and time of the last change, are discrete state. When the goal has moved the
-    next update searches the roadmap anew, even after having given up. A goal that is not finite raises a
+    Each scan, and each new goal, is planned with at once, see `ScanState`; what is known is an immutable snapshot. When
+    the goal has moved the roadmap is searched anew, even after having given up. A goal that is not finite raises a
     `StarnavError`.
     """
 
@@ -45,9 +57,9 @@ class StarRoadmapPlanner(LeafSystem):
         self,
         robot: RobotParameters,
         planner: PlannerParameters,
+        lidar: LidarParameters,
         *,
         goal_tolerance: float = 0.0,
-        offset: float,
         step: PlanStep = plan_step,
         stopwatch: Stopwatch | None = None,
     ) -> None:
@@ -55,8 +67,8 @@ class StarRoadmapPlanner(LeafSystem):
         Args:
             robot: its radius.
             planner: parameters.
+            lidar: its rate.
             goal_tolerance: a robot this near to the goal has reached it, m.
-            offset: of the first update, s; at least one step of the plant after the lidar's.
             step: one update as a pure function.
             stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
         """
@@ -67,58 +79,52 @@ class StarRoadmapPlanner(LeafSystem):
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         initial = PlannerState.initial(planner, robot.radius)
-        self._plan = self.DeclareAbstractState(Value(initial))
-        goal_state = self.DeclareDiscreteState(2)
-        self._changed = self.DeclareDiscreteState(np.full(3, np.nan))  # the goal of the last change, and its time
-        depends = {self.abstract_state_ticket(self._plan)}
+        inputs = self._star, self._goal
+        self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
+        depends = {self._plans.ticket}
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), depends)
-        self.DeclareStateOutputPort("short_term_goal", goal_state)
+        self.DeclareVectorOutputPort(
+            "short_term_goal", 2, weakly(self._calc_short_term_goal), depends | {self._pose.ticket()}
+        )
         self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), weakly(self._calc_roadmap), depends)
         self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), weakly(self._calc_status), depends)
-        self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
-        period = checked_period(self, rate=planner.rate, offset=offset)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
-    def _initialize(self, context: Context, state: State) -> EventStatus:
-        if not begins_run(context.get_time(), context.get_discrete_state(self._changed)[2]):
-            return EventStatus.DidNothing()
-        pose = self._pose.Eval(context)
-        state.get_mutable_discrete_state(0).set_value(pose[:2])
-        state.get_mutable_discrete_state(self._changed).set_value((np.nan, np.nan, context.get_time()))
-        return EventStatus.Succeeded()
-
-    def _update(self, context: Context, state: State) -> EventStatus:
-        seen, time = self._star.Eval(context), context.get_time()
-        if seen.region is None or seen.scan.time > time + EARLY:  # of the run before time was set back
-            return EventStatus.DidNothing()
-        position = self._pose.Eval(context)[:2].copy()
-        goal = self._goal.Eval(context).copy()
-        before = context.get_abstract_state(self._plan).get_value()
-        if time < before.progress_time:  # time was set back: another run begins
-            before = PlannerState.initial(self._planner, self._robot.radius)
-        moved = goal.tolist() != context.get_discrete_state(self._changed).value()[:2].tolist()
+    def _after(self, context: Context, before: _Plan) -> _Plan:
+        seen, goal = self._star.Eval(context), self._goal.Eval(context)
+        if seen.region is None:
+            return before
+        time = seen.scan.time
+        moved = goal.tolist() != before.goal.tolist()
+        if time == before.time and not moved:
+            return before
+        state, interval = before.state, time - before.time
+        if interval < 0.0:  # time was set back: another run begins
+            state, interval, moved = PlannerState.initial(self._planner, self._robot.radius), 0.0, True
         if moved:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
-            before = before.with_new_goal()
+            state = state.with_new_goal()
+        now = PlannerInput(
+            seen, seen.pose[:2], goal.copy(), time, self._planner, self._robot.radius, self._goal_tolerance, interval
+        )
         with self._stopwatch.measure("update"):
-            now = PlannerInput(seen, position, goal, time, self._planner, self._robot.radius, self._goal_tolerance)
-            after = self._step(before, now)
-        if after.plans > before.plans:
+            after = self._step(state, now)
+        if after.plans > state.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
-        if after is before and len(after.path):
-            return EventStatus.DidNothing()
-        state.get_mutable_abstract_state(self._plan).set_value(after)
-        state.get_mutable_discrete_state(self._changed).set_value((*goal, time))
-        path = after.guidance.path
-        state.get_mutable_discrete_state(0).set_value(path[0] if len(path) else position)
-        return EventStatus.Succeeded()
+        return _Plan(after, now.goal, time)
+
+    def _state(self, context: Context) -> PlannerState:
+        return self._plans.Eval(context).state
 
     def _calc_guidance(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._plan).get_value().guidance)
+        output.set_value(self._state(context).guidance)
+
+    def _calc_short_term_goal(self, context: Context, output: BasicVector) -> None:
+        path = self._state(context).guidance.path
+        output.SetFromVector(path[0] if len(path) else self._pose.Eval(context)[:2])
 
     def _calc_roadmap(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._plan).get_value())
+        output.set_value(self._state(context))
 
     def _calc_status(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._plan).get_value().status)
+        output.set_value(self._state(context).status)

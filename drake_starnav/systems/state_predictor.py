@@ -26,20 +26,20 @@ class StatePredictor(LeafSystem):
     The commands before the last are discrete state, updated together with the controller.
     """
 
-    def __init__(self, *, delay: float, rate: float, offset: float) -> None:
+    def __init__(self, *, delay: float, rate: float) -> None:
         """
         Args:
             delay: from a command to its effect, s; more than 0.
-            rate, offset: of the controller's updates, Hz and s.
+            rate: of the controller's updates, Hz.
         """
         super().__init__()
-        self._delay, self._period = delay, checked_period(self, rate=rate, offset=offset)
+        self._delay, self._period = delay, checked_period(self, rate=rate)
         self._count = commands_in_delay(delay, self._period)
         self._now = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", 2)
         self.DeclareDiscreteState(2 * self._count)
         self.DeclareVectorOutputPort("predicted_state", 5, weakly(self._calc_state))
-        self.DeclarePeriodicDiscreteUpdateEvent(self._period, offset, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _twists(self, context: Context) -> np.ndarray:
         """The last commands, oldest first; the newest is still that of the period that ends now."""

@@ -47,7 +47,6 @@ class TwistShield(LeafSystem):
         robot: RobotParameters,
         controller: ControllerParameters,
         *,
-        offset: float,
         obstacles: DynamicObstacleParameters | None = None,
         lead: float = 0.0,
     ) -> None:
@@ -55,7 +54,6 @@ class TwistShield(LeafSystem):
         Args:
             robot: its radius and limits.
             controller: rate, delay and the certificate's parameters.
-            offset: of the first update, s.
             obstacles: what is declared about dynamic obstacles; None: the world is static.
             lead: how far in the future the state of the port lies, s; see `StatePredictor`.
         """
@@ -69,8 +67,8 @@ class TwistShield(LeafSystem):
         self._twist, self._certified = self.DeclareDiscreteState(2), self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("twist_command", self._twist)
         self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
-        period = checked_period(self, rate=controller.rate, offset=offset)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+        period = checked_period(self, rate=controller.rate)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         desired, pose = self._desired.Eval(context).copy(), self._state.Eval(context)[:3].copy()

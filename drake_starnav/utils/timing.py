@@ -8,24 +8,19 @@ EARLY = 1e-6
 """By rounding, a scan's time may be this far in the future, s."""
 
 
-def checked_period(
-    system: object, *, period: float | None = None, rate: float | None = None, offset: float = 0.0
-) -> float:
+def checked_period(system: object, *, period: float | None = None, rate: float | None = None) -> float:
     """The period of a system's updates, s.
 
     Args:
         system: named in messages.
         period, rate: one of them, s or Hz.
-        offset: of the first update, s.
 
     Raises:
-        StarnavError: Drake would end the process with these times, or never update the system.
+        StarnavError: Drake would end the process with this period, or never update the system.
     """
     name, value = ("period", period) if rate is None else ("rate", rate)
     if value is None or not (math.isfinite(value) and value > 0.0):
         raise StarnavError(f"{type(system).__name__}: {name} is {value}; allowed: 0 < x, finite")
-    if not (math.isfinite(offset) and offset >= 0.0):
-        raise StarnavError(f"{type(system).__name__}: offset is {offset} s; allowed: 0 <= x, finite")
     return value if rate is None else 1.0 / value
 
 

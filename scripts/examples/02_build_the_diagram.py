@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
     CertifiedController,
     CollisionMonitor,
     ControllerParameters,
+    FixedGoal,
     LidarParameters,
     NavigationStation,
     PlannerParameters,
@@ -52,11 +53,10 @@ def main(png: Path | None) -> None:
 
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, lidar, time_step=TIME_STEP))
-    goal = builder.AddSystem(ConstantVectorSource(world.goal))
-    # Events at one instant all see what was before it, so each stage updates a plant step after the one it reads.
+    goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, planner_parameters, controller_parameters, lidar))
-    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * TIME_STEP))
-    controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * TIME_STEP))
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, lidar))
+    controller = builder.AddSystem(CertifiedController(robot, controller_parameters))
 
     builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))

@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
     CertifiedController,
     CollisionMonitor,
+    FixedGoal,
     FixedPath,
     NavigationStation,
     StarPerception,
@@ -45,8 +46,8 @@ def main(png: Path | None) -> None:
     station = builder.AddSystem(NavigationStation(world, robot, scenario.lidar, time_step=STEP))
     perception = builder.AddSystem(StarPerception(robot, scenario.planner, controller_parameters, scenario.lidar))
     route = builder.AddSystem(FixedPath(ROUTE))
-    controller = builder.AddSystem(CertifiedController(robot, controller_parameters, offset=2 * STEP))
-    goal = builder.AddSystem(ConstantVectorSource(world.goal))
+    controller = builder.AddSystem(CertifiedController(robot, controller_parameters))
+    goal = builder.AddSystem(FixedGoal(world.goal))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
     for source, name, system, port in (

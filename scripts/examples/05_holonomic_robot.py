@@ -18,17 +18,16 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import (
-    ConstantVectorSource,
     FirstOrderLowPassFilter,
     LogVectorOutput,
     MatrixGain,
-    ZeroOrderHold,
 )
 
 from drake_starnav import (
     ArrivalMonitor,
     CertifiedController,
     CollisionMonitor,
+    FixedGoal,
     LidarMount,
     LidarSensor,
     StarPerception,
@@ -84,12 +83,11 @@ def main(png: Path | None) -> None:
     robot, lidar_parameters, planner_parameters = scenario.robot, scenario.lidar, scenario.planner
     lidar = builder.AddSystem(LidarSensor(lidar_parameters, LidarMount(body, RigidTransform())))
     pose = builder.AddSystem(MatrixGain(np.eye(3, 4) * [[1], [1], [0]]))  # of (x, y, v_x, v_y): it never turns
-    scan_pose = builder.AddSystem(ZeroOrderHold(1.0 / lidar_parameters.rate, 3))
     state = builder.AddSystem(MatrixGain(np.eye(5, 4) * [[1], [1], [0], [0], [0]]))
-    goal = builder.AddSystem(ConstantVectorSource(world.goal))
+    goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, planner_parameters, scenario.controller, lidar_parameters))
-    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, offset=2 * STEP))
-    controller = builder.AddSystem(CertifiedController(robot, scenario.controller, offset=2 * STEP))
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, lidar_parameters))
+    controller = builder.AddSystem(CertifiedController(robot, scenario.controller))
     speed = builder.AddSystem(MatrixGain(SPEED * np.eye(4, 2, -2)))  # (0, 0, v_x, v_y), as the servos want it
     smooth = builder.AddSystem(FirstOrderLowPassFilter(0.1, 2))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
@@ -99,9 +97,8 @@ def main(png: Path | None) -> None:
         (scene_graph.get_query_output_port(), lidar.GetInputPort("geometry_query")),
         (plant.get_state_output_port(model), pose.get_input_port()),
         (plant.get_state_output_port(model), state.get_input_port()),
-        (pose.get_output_port(), scan_pose.get_input_port()),
         (lidar.GetOutputPort("scan"), perception.GetInputPort("scan")),
-        (scan_pose.get_output_port(), perception.GetInputPort("pose")),
+        (lidar.GetOutputPort("pose"), perception.GetInputPort("pose")),
         (perception.GetOutputPort("star"), planner.GetInputPort("star")),
         (pose.get_output_port(), planner.GetInputPort("pose")),
         (goal.get_output_port(), planner.GetInputPort("goal")),

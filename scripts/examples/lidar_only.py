@@ -95,11 +95,13 @@ def main(png: Path | None) -> None:
     simulator = Simulator(diagram, root)
     query_port = scene_graph.get_query_output_port()
     clouds: dict[str, list[np.ndarray]] = {}
-    for time in (0.0, 0.25, 0.5, 0.75, 1.0):
-        simulator.AdvanceTo(time + 1e-3)  # just after a scan
+    for time in (0.2, 0.4, 0.6, 0.8, 1.0):
+        simulator.AdvanceTo(time)
+        scene = root.Clone()  # as the scan finds it
+        simulator.AdvanceTo(time + 1e-3)  # just after the scan
         seen = lidar.GetMyContextFromRoot(root)
         points = lidar.GetOutputPort("point_cloud").Eval(seen).xyzs().astype(float)
-        query = query_port.Eval(scene_graph.GetMyContextFromRoot(root))
+        query = query_port.Eval(scene_graph.GetMyContextFromRoot(scene))
         hits, off = Counter[str](), 0.0
         for p_WQ in points.T:
             nearest = min(query.ComputeSignedDistanceToPoint(p_WQ, 0.01), key=lambda found: abs(found.distance))

@@ -41,6 +41,7 @@ from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -83,15 +84,16 @@ def all_systems() -> list[System]:
         ObstacleTracker(defaults.obstacles, rate=lidar.rate),
         StarPerception(robot, planner, controller, lidar),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate),
-        StarRoadmapPlanner(robot, planner, offset=0.01),
+        StarRoadmapPlanner(robot, planner, lidar),
+        FixedGoal((1.0, 0.0)),
         FixedPath(np.zeros((1, 2))),
-        CertifiedController(robot, controller, offset=0.01, obstacles=defaults.obstacles),
-        BaselineController(robot, controller, defaults.foa, offset=0.01),
-        TwistShield(robot, controller, offset=0.01, obstacles=defaults.obstacles),
+        CertifiedController(robot, controller, obstacles=defaults.obstacles),
+        BaselineController(robot, controller, defaults.foa),
+        TwistShield(robot, controller, obstacles=defaults.obstacles),
         WheelServo(station.plant, station.robot_model),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
-        StatePredictor(delay=0.05, rate=controller.rate, offset=0.01),
-        JumpGuard(tolerance=0.05, rate=controller.rate, offset=0.01),
+        StatePredictor(delay=0.05, rate=controller.rate),
+        JumpGuard(tolerance=0.05, rate=controller.rate),
         WheelSlip(slip=0.05, seed=0),
         CollisionMonitor(robot=(), ground=()),
         MovingObstacleDrive(

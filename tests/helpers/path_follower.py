@@ -42,15 +42,14 @@ def drive(
     steps: int,
     speed: float = 0.8,
     refused: Callable[[np.ndarray], bool] = lambda place: False,
-    silent: bool = False,
     averted: float = 0.0,
     stop: bool = True,
     begin: PlannerState | None = None,
 ) -> list[PlannerState]:
     """The planner's states until the goal is reached (unless `stop` is False), it gives up, or the steps are used up.
 
-    The robot does not move to places that are `refused`; if `silent`, all scans but the first are missing; it looks
-    `averted` (rad) from its way, swaying. `begin` is the state to begin with, if it is not the first one.
+    The robot does not move to places that are `refused`; it looks `averted` (rad) from its way, swaying. `begin` is the
+    state to begin with, if it is not the first one.
     """
     position, goal = np.array(world.start[:2]), np.array(world.goal)
     state, states = begin or PlannerState.initial(parameters, RADIUS), []
@@ -59,9 +58,8 @@ def drive(
         path = state.guidance.path
         way = path[0] - position if len(path) else np.array((1.0, 0.0))
         pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
-        if k == first or not silent:
-            scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
-            seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
+        scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
+        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
         state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, parameters, RADIUS))
         states.append(state)
         if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):

@@ -48,6 +48,6 @@ def posts(**changes: Any) -> Scenario:
 def simulated(diagram: Diagram, goal=GOALS[0]) -> Simulator:
     """A simulator of its own context, in which the goal is set."""
     simulator = Simulator(diagram)
-    source = diagram.GetSubsystemByName("goal")
-    source.get_mutable_source_value(source.GetMyMutableContextFromRoot(simulator.get_mutable_context())).set_value(goal)
+    context = diagram.GetSubsystemByName("goal").GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    context.SetDiscreteState(goal)
     return simulator

@@ -212,7 +212,7 @@ def test_no_system_keeps_state_of_its_own() -> None:
         }
 
     before = held()
-    assert len(before) == 10
+    assert len(before) == 11
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5)
     assert stopwatch.summary("plan")["count"] >= 1
@@ -226,7 +226,7 @@ def test_structure_tells_hidden_state() -> None:
         pass
 
     scenario = posts()
-    hoarder = Hoarder(scenario.robot, scenario.controller, offset=0.0)
+    hoarder = Hoarder(scenario.robot, scenario.controller)
     hoarder.count, hoarder.seen, hoarder.last = 0, [], np.zeros(3)
     before = structure(vars(hoarder))
     assert structure(vars(hoarder)) == before

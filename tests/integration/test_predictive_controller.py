@@ -24,7 +24,7 @@ AHEAD = Guidance(np.array([[3.0, 0.5]]), False, REGIONS)
 
 def twists(star: SafetyStar = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
     """The commands of some periods with fixed inputs."""
-    system = CertifiedController(ROBOT, PARAMETERS, offset=0.0, law=predictive_step)
+    system = CertifiedController(ROBOT, PARAMETERS, law=predictive_step)
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     for name, value in (("guidance", Value(AHEAD)), ("safety_star", Value(star)), ("state", [0.0, 0.0, 0.0, *twist])):
@@ -44,8 +44,8 @@ def ports(system: LeafSystem) -> list[tuple[str, int]]:
 
 
 def test_ports_do_not_depend_on_the_law() -> None:
-    system = CertifiedController(ROBOT, PARAMETERS, offset=0.0, law=predictive_step)
-    assert ports(system) == ports(CertifiedController(ROBOT, PARAMETERS, offset=0.0))
+    system = CertifiedController(ROBOT, PARAMETERS, law=predictive_step)
+    assert ports(system) == ports(CertifiedController(ROBOT, PARAMETERS))
     assert not system.HasDirectFeedthrough(0)
 
 

@@ -114,12 +114,14 @@ def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_
 
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
-    unseen = drive(BAFFLES, PARAMETERS, steps=200, speed=0.0, silent=True)[-1]
-    assert (
-        len(unseen.roadmap) == 1
-        and not len(unseen.roadmap.blacklisted_targets)
-        and not len(unseen.roadmap.stall_points)
-    )
+    pause, pose = 2.5 * PARAMETERS.progress_timeout, np.array(BAFFLES.start)
+    first = drive(BAFFLES, PARAMETERS, steps=1, speed=0.0)[-1]
+    for interval, given_up in ((pause, False), (0.0, True)):  # without scans, or with scans that change nothing
+        scan = dataclasses.replace(cast(BAFFLES, pose), time=pause)
+        seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+        now = PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, RADIUS, interval=interval)
+        after = plan_step(first, now).roadmap
+        assert bool(len(after.blacklisted_targets) or len(after.stall_points)) == given_up
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
     assert len(arrived.roadmap) == 1 + int(1.0 / PARAMETERS.node_spacing) and not len(arrived.roadmap.stall_points)

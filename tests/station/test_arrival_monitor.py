@@ -42,13 +42,13 @@ def test_unreachable_ends_the_run_only_once_the_robot_stands() -> None:
         assert verdict(speed=speed, status=given_up) is None
 
 
-def test_checks_begin_at_the_offset_and_follow_the_inputs() -> None:
-    monitor = ArrivalMonitor(tolerance=0.3, period=0.1, offset=0.05)
+def test_checks_come_at_multiples_of_the_period_and_follow_the_inputs() -> None:
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.1)
     simulator = Simulator(monitor)
     context = simulator.get_mutable_context()
     monitor.GetInputPort("goal").FixValue(context, GOAL)
     monitor.GetInputPort("state").FixValue(context, [*FAR, 0.0, 0.0, 0.0])
-    assert simulator.AdvanceTo(0.2).reason() != REACHED
+    assert simulator.AdvanceTo(0.25).reason() != REACHED
     monitor.GetInputPort("state").FixValue(context, [*GOAL, 0.0, 0.0, 0.0])
-    assert simulator.AdvanceTo(0.3).message() == "reached"
-    assert simulator.get_context().get_time() == pytest.approx(0.25)
+    assert simulator.AdvanceTo(0.35).message() == "reached"
+    assert simulator.get_context().get_time() == pytest.approx(0.3)

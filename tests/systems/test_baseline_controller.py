@@ -46,7 +46,7 @@ class Controlling:
     """A baseline with a simulator; its inputs are fixed by hand, those not given are left unconnected."""
 
     def __init__(self, settings: BaselineParameters, *, stopwatch: Stopwatch | None = None, **inputs: object) -> None:
-        self.system = BaselineController(ROBOT, CONTROLLER, settings, offset=0.0, stopwatch=stopwatch)
+        self.system = BaselineController(ROBOT, CONTROLLER, settings, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         defaults = {"goal": [3.0, 0.0], "state": np.zeros(5), "scan": Value(scan()), "scan_pose": np.zeros(3)}
@@ -70,8 +70,8 @@ def known(discs: list[tuple[float, float, float]]) -> Value:
 
 
 def test_outputs_are_those_of_the_star_controller() -> None:
-    baseline = BaselineController(ROBOT, CONTROLLER, FoaParameters(), offset=0.0)
-    star = CertifiedController(ROBOT, CONTROLLER, offset=0.0)
+    baseline = BaselineController(ROBOT, CONTROLLER, FoaParameters())
+    star = CertifiedController(ROBOT, CONTROLLER)
     ports = [[system.get_output_port(k) for k in range(system.num_output_ports())] for system in (baseline, star)]
     assert [p.get_name() for p in ports[0]] == [p.get_name() for p in ports[1]]
     assert [p.size() for p in ports[0]] == [p.size() for p in ports[1]]

@@ -40,7 +40,7 @@ class Controlling:
         parameters: ControllerParameters = PARAMETERS,
         stopwatch: Stopwatch | None = None,
     ) -> None:
-        self.system = CertifiedController(ROBOT, parameters, offset=0.0, stopwatch=stopwatch)
+        self.system = CertifiedController(ROBOT, parameters, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("guidance", Value(guidance))
@@ -178,14 +178,13 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(lead: fl
 
     ages: list[float] = []
     monkeypatch.setattr(certified_controller, "dynamic_step", note)
-    system = CertifiedController(
-        ROBOT, PARAMETERS, offset=0.5, obstacles=DynamicObstacleParameters(max_speed=0.5), lead=lead
-    )
+    system = CertifiedController(ROBOT, PARAMETERS, obstacles=DynamicObstacleParameters(max_speed=0.5), lead=lead)
     simulator = Simulator(system)
-    inputs = {"guidance": Value(AHEAD), "safety_star": Value(WIDE), "state": np.zeros(5), "tracks": Value(Tracks(0.45))}
+    tracks = Value(Tracks(-0.05))
+    inputs = {"guidance": Value(AHEAD), "safety_star": Value(WIDE), "state": np.zeros(5), "tracks": tracks}
     for name, value in inputs.items():
         system.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
-    simulator.AdvanceTo(0.5 + 1.5 * PERIOD)
+    simulator.AdvanceTo(1.5 * PERIOD)
     assert ages == pytest.approx([0.05 + lead, 0.05 + PERIOD + lead])
 
 
@@ -198,7 +197,7 @@ def test_each_period_is_one_command() -> None:
 @pytest.mark.parametrize("lost", [math.nan, math.inf])
 @pytest.mark.parametrize("law", [control_step, predictive_step])
 def test_a_pose_that_is_not_finite_ends_the_simulation(law, lost) -> None:
-    system = CertifiedController(RobotParameters(), ControllerParameters(), offset=0.0, law=law)
+    system = CertifiedController(RobotParameters(), ControllerParameters(), law=law)
     context = system.CreateDefaultContext()
     hits = np.array([(2.0, 0.0)])
     star = SafetyStar(np.zeros(2), 0.0, np.ones(360), hits, hits, np.zeros(1), seen=True)

@@ -17,7 +17,7 @@ class Guarded:
     """A guard whose inputs are fixed by hand."""
 
     def __init__(self, rolling: bool = False) -> None:
-        self.system = JumpGuard(tolerance=0.02, rate=RATE, offset=0.0, rolling=rolling)
+        self.system = JumpGuard(tolerance=0.02, rate=RATE, rolling=rolling)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.scanned(0.0)

@@ -9,17 +9,17 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_starnav.systems.state_predictor import StatePredictor
 
-PERIOD, OFFSET = 0.02, 0.01
+PERIOD = 0.02
 
 
 def predicted(delay: float, time: float) -> np.ndarray:
-    """x and v of what is predicted at a time, by commands k = 1, 2, ... m/s sent at OFFSET, OFFSET + PERIOD, ..."""
+    """x and v of what is predicted at a time, by commands k = 1, 2, ... m/s sent at PERIOD, 2 PERIOD, ..."""
     builder = DiagramBuilder()
-    breaks = OFFSET + PERIOD * np.arange(-1, 51) + 1e-6  # what an update at a break sees is the command before it
+    breaks = PERIOD * np.arange(0, 52) + 1e-6  # what an update at a break sees is the command before it
     speeds = np.vstack((np.arange(52.0), np.zeros(52)))
     commands = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(breaks, speeds)))
     state = builder.AddSystem(ConstantVectorSource(np.zeros(5)))
-    system = builder.AddSystem(StatePredictor(delay=delay, rate=1.0 / PERIOD, offset=OFFSET))
+    system = builder.AddSystem(StatePredictor(delay=delay, rate=1.0 / PERIOD))
     builder.Connect(state.get_output_port(), system.GetInputPort("state"))
     builder.Connect(commands.get_output_port(), system.GetInputPort("twist_command"))
     diagram = builder.Build()
@@ -31,4 +31,4 @@ def predicted(delay: float, time: float) -> np.ndarray:
 @pytest.mark.parametrize("delay, way", [(0.02, 5 * 0.02), (0.03, 4 * 0.01 + 5 * 0.02), (0.06, (3 + 4 + 5) * 0.02)])
 def test_the_last_commands_are_still_to_come(delay, way):
     # just before the 6th command is sent
-    assert predicted(delay, OFFSET + 5 * PERIOD) == pytest.approx([way, 5.0])
+    assert predicted(delay, 6 * PERIOD) == pytest.approx([way, 5.0])

@@ -17,7 +17,7 @@ WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 
 
 def shielding(desired, star: SafetyStar = WIDE, pose=(0.0, 0.0, 0.0), **changes) -> Simulator:
-    system = TwistShield(RobotParameters(), ControllerParameters(), offset=0.0, **changes)
+    system = TwistShield(RobotParameters(), ControllerParameters(), **changes)
     simulator = Simulator(system)
     inputs = {
         "desired_twist": desired,
@@ -51,7 +51,7 @@ def test_before_anything_is_seen_it_stands() -> None:
 
 
 def test_a_twist_does_not_pass_in_the_same_instant() -> None:
-    system = TwistShield(RobotParameters(), ControllerParameters(), offset=0.0)
+    system = TwistShield(RobotParameters(), ControllerParameters())
     assert not system.HasDirectFeedthrough(0)
 
 

@@ -10,11 +10,9 @@ from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
-from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.timing import begins_run, checked_period
@@ -23,48 +21,26 @@ ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerP
 WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
 }
-WITH_RATE_ALONE = {
+WITH_RATE = {
     "ObstacleTracker": lambda **times: ObstacleTracker(DynamicObstacleParameters(), **times),
     "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
-}
-WITH_RATE = {
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
     "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
-}
-WITH_OFFSET = {
-    "StarRoadmapPlanner": lambda **times: StarRoadmapPlanner(ROBOT, PLANNER, **times),
-    "CertifiedController": lambda **times: CertifiedController(ROBOT, CONTROLLER, **times),
 }
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_a_period_is_a_positive_time(value: float) -> None:
-    for times, systems in (
-        ({"period": value}, WITH_PERIOD),
-        ({"rate": value}, WITH_RATE_ALONE),
-        ({"rate": value, "offset": 0.0}, WITH_RATE),
-    ):
+    for times, systems in (({"period": value}, WITH_PERIOD), ({"rate": value}, WITH_RATE)):
         for name, make in systems.items():
             with pytest.raises(StarnavError, match=rf"^{name}: (period|rate) is {value}; allowed: 0 < x, finite$"):
-                make(**times)
-
-
-@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
-def test_an_offset_is_a_time_from_0_on(value: float) -> None:
-    for times, systems in (
-        ({"period": 1.0, "offset": value}, WITH_PERIOD),
-        ({"rate": 1.0, "offset": value}, WITH_RATE),
-        ({"offset": value}, WITH_OFFSET),
-    ):
-        for name, make in systems.items():
-            with pytest.raises(StarnavError, match=rf"^{name}: offset is {value} s; allowed: 0 <= x, finite$"):
                 make(**times)
 
 
 def test_the_period_is_that_given_or_of_the_rate() -> None:
     monitor = ArrivalMonitor(tolerance=0.1, period=1.0)
     assert checked_period(monitor, period=0.25) == 0.25
-    assert checked_period(monitor, rate=4.0, offset=1.0) == 0.25
+    assert checked_period(monitor, rate=4.0) == 0.25
 
 
 @pytest.mark.parametrize(
