@@ -95,7 +95,7 @@ def main(png: Path | None) -> None:
     simulator = Simulator(diagram, root)
     query_port = scene_graph.get_query_output_port()
     clouds: dict[str, list[np.ndarray]] = {}
-    for time in (0.2, 0.4, 0.6, 0.8, 1.0):
+    for time in (0.25, 0.5, 0.75, 1.0, 1.25):
         simulator.AdvanceTo(time)
         scene = root.Clone()  # as the scan finds it
         simulator.AdvanceTo(time + 1e-3)  # just after the scan
