@@ -1,14 +1,14 @@
 """A planar lidar for any Drake diagram with a SceneGraph."""
 
+import dataclasses
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import FrameId, QueryObject, Role, SceneGraph
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform
 from pydrake.perception import PointCloud
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State, ValueProducer
 
@@ -18,10 +18,8 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters, arrives, measure, released, scan_index
 from drake_starnav.station.scene_slices import SceneSlices
 from drake_starnav.systems.release import weakly
+from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.timing import begins_run
-
-TAKEN = 13
-"""Size of the state that holds when and where a scan was taken."""
 
 
 class LidarMount(NamedTuple):
@@ -38,17 +36,28 @@ class LidarMount(NamedTuple):
     exclude_frames: Sequence[FrameId] = ()
 
 
-@dataclass(frozen=True)
-class _Measurement:
-    """One scan, and when and where it was taken, as `_packed`."""
+class _Measurement(NamedTuple):
+    """One scan, and where S was when it was taken: the upper rows of `X_WS`, shape (3, 4)."""
 
     scan: LaserScan
-    taken: np.ndarray
+    X_WS: np.ndarray
 
-    @property
-    def X_WS(self) -> RigidTransform:
-        """Pose of the sensor frame at acquisition."""
-        return _unpacked(self.taken)[1]
+
+@snapshot
+class _Held:
+    """What a sampled sensor knows.
+
+    Attributes:
+        shown: the scan at the outputs.
+        waiting: scans in transit, a ring by their index.
+        swept: when the last sweep ended, whether its scan arrives or not, s; NaN before the first.
+        X_WS_swept: where S was then, as in a measurement.
+    """
+
+    shown: _Measurement
+    waiting: tuple[_Measurement, ...]
+    swept: float
+    X_WS_swept: np.ndarray
 
 
 class LidarSensor(LeafSystem):
@@ -79,8 +88,8 @@ class LidarSensor(LeafSystem):
     A beam detects surfaces from either side. Meshes are seen as they are, not as their convex hulls; deformable
     geometry is not seen.
 
-    With `sampled=True` a scan is taken when a run begins and at each multiple of 1/rate, and held in between as
-    discrete state: its ranges, its time and `X_WS`. Discrete updates of the same instant see it already. With
+    With `sampled=True` a scan is taken when a run begins and at each multiple of 1/rate, and held in between as state,
+    an immutable snapshot. Discrete updates of the same instant see it already. With
     `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still changes
     only at multiples of 1/rate. The noise depends only on the seed and the number of the scan.
 
@@ -159,33 +168,24 @@ class LidarSensor(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        unseen = _packed(math.nan, RigidTransform())
-        nothing = _Measurement(self._before, unseen)
+        nothing = _Measurement(self._before, np.eye(3, 4))
         if sampled:
-            self._ranges = self.DeclareDiscreteState(nothing.scan.ranges)
-            self._taken = self.DeclareDiscreteState(unseen)
-            self._swept = self.DeclareDiscreteState(unseen)  # the end of the last sweep, whether it arrives or not
-            self._waiting = [
-                self.DeclareDiscreteState(np.concatenate((unseen, nothing.scan.ranges)))
-                for _ in range(parameters.waiting_scans)
-            ]
+            held = _Held(nothing, (nothing,) * parameters.waiting_scans, math.nan, nothing.X_WS)
+            self._state = self.DeclareAbstractState(Value[object](held))
             self.DeclareInitializationUnrestrictedUpdateEvent(self._begin)
-            self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / parameters.rate, 0.0, self._update)
+            period = 1.0 / parameters.rate
+            self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
             if parameters.delay > 0.0:
-                self.DeclarePeriodicUnrestrictedUpdateEvent(
-                    1.0 / parameters.rate, parameters.release_offset, self._release
-                )
-            calc, needs = weakly(self._recall), {self.discrete_state_ticket(k) for k in (self._ranges, self._taken)}
+                self.DeclarePeriodicUnrestrictedUpdateEvent(period, parameters.release_offset, self._release)
+            self._measured: Callable[[Context], _Measurement] = weakly(self._shown)
+            needs = {self.abstract_state_ticket(self._state)}
         else:
-            calc, needs = weakly(self._measure), {self._query_port.ticket(), self.time_ticket()}
-        self._measurement = self.DeclareCacheEntry(
-            "measurement",
-            ValueProducer(
-                allocate=lambda: Value[object](nothing), calc=lambda context, value: value.set_value(calc(context))
-            ),
-            needs,
-        )
-        needs = {self._measurement.ticket()}
+            measurement = self.DeclareCacheEntry(
+                "measurement",
+                ValueProducer(allocate=lambda: Value[object](nothing), calc=weakly(self._measure)),
+                {self._query_port.ticket(), self.time_ticket()},
+            )
+            self._measured, needs = measurement.Eval, {measurement.ticket()}
         self.DeclareAbstractOutputPort("scan", lambda: Value[object](nothing.scan), weakly(self._calc_scan), needs)
         self.DeclareVectorOutputPort("ranges", parameters.beams, weakly(self._calc_ranges), needs)
         self.DeclareAbstractOutputPort(
@@ -211,37 +211,39 @@ class LidarSensor(LeafSystem):
         distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
         return measure(distances, p, self._seed, scan_index(context.get_time(), p.rate))
 
-    def _measure(self, context: Context) -> _Measurement:
+    def _measure(self, context: Context, measurement: AbstractValue) -> None:
         query = self._query_port.Eval(context)
-        X_WS, time = self._pose(query), context.get_time()
-        scan = self._before.measured_at(time, self._cast(context, query, X_WS))
-        return _Measurement(scan, _packed(time, X_WS))
+        X_WS = self._pose(query)
+        ranges = self._cast(context, query, X_WS)
+        measurement.set_value(_Measurement(self._before.measured_at(context.get_time(), ranges), X_WS.GetAsMatrix34()))
+
+    def _held(self, context: Context) -> _Held:
+        return context.get_abstract_state(self._state).get_value()
+
+    def _shown(self, context: Context) -> _Measurement:
+        return self._held(context).shown
 
     def _begin(self, context: Context, state: State) -> EventStatus:
-        if not begins_run(context.get_time(), context.get_discrete_state(self._swept)[0]):
+        if not begins_run(context.get_time(), self._held(context).swept):
             return EventStatus.DidNothing()
         return self._update(context, state)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        query = self._query_port.Eval(context)
-        X_WS, X_WS_begin = self._pose(query), None
-        if self._parameters.rolling:
-            last, X_WS_last = _unpacked(context.get_discrete_state(self._swept).value())
+        held, query, time = self._held(context), self._query_port.Eval(context), context.get_time()
+        X_WS = self._pose(query)
+        at_end = X_WS.GetAsMatrix34()
+        shown, waiting, index = held.shown, held.waiting, scan_index(time, self._parameters.rate)
+        if arrives(self._parameters, self._seed, index):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
-            if last < context.get_time():
-                X_WS_begin = X_WS_last
-        values = state.get_mutable_discrete_state()
-        taken = _packed(context.get_time(), X_WS)
-        values.set_value(self._swept, taken)
-        index = scan_index(context.get_time(), self._parameters.rate)
-        if not arrives(self._parameters, self._seed, index):
-            return EventStatus.Succeeded()
-        ranges = self._cast(context, query, X_WS, X_WS_begin)
-        if self._waiting:
-            values.set_value(self._waiting[index % len(self._waiting)], np.concatenate((taken, ranges)))
-        else:
-            values.set_value(self._ranges, ranges)
-            values.set_value(self._taken, taken)
+            begin = RigidTransform(held.X_WS_swept) if self._parameters.rolling and held.swept < time else None
+            scan = self._before.measured_at(time, self._cast(context, query, X_WS, begin))
+            measured = _Measurement(scan, at_end)
+            if waiting:
+                at = index % len(waiting)
+                waiting = (*waiting[:at], measured, *waiting[at + 1 :])
+            else:
+                shown = measured
+        state.get_mutable_abstract_state(self._state).set_value(_Held(shown, waiting, time, at_end))
         return EventStatus.Succeeded()
 
     def _release(self, context: Context, state: State) -> EventStatus:
@@ -249,48 +251,30 @@ class LidarSensor(LeafSystem):
         index = released(self._parameters, self._seed, context.get_time())
         if index is None:
             return EventStatus.DidNothing()
-        scan = context.get_discrete_state(self._waiting[index % len(self._waiting)]).value().copy()
-        values = state.get_mutable_discrete_state()
-        values.set_value(self._taken, scan[:TAKEN])
-        values.set_value(self._ranges, scan[TAKEN:])
+        held = state.get_mutable_abstract_state(self._state)  # a scan may be taken at the same time
+        waiting = held.get_value().waiting
+        held.set_value(dataclasses.replace(held.get_value(), shown=waiting[index % len(waiting)]))
         return EventStatus.Succeeded()
 
-    def _recall(self, context: Context) -> _Measurement:
-        taken = context.get_discrete_state(self._taken).value().copy()
-        ranges, time = context.get_discrete_state(self._ranges).value().copy(), float(taken[0])
-        return _Measurement(self._before.measured_at(0.0 if math.isnan(time) else time, ranges), taken)
-
     def _calc_scan(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._measurement.Eval(context).scan)
+        output.set_value(self._measured(context).scan)
 
     def _calc_ranges(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._measurement.Eval(context).scan.ranges)
+        output.SetFromVector(self._measured(context).scan.ranges)
 
     def _calc_point_cloud(self, context: Context, output: AbstractValue) -> None:
-        measured = self._measurement.Eval(context)
+        measured = self._measured(context)
         ranges = measured.scan.ranges
         hit = np.isfinite(ranges)
         points = np.zeros((3, int(hit.sum())))
         points[:2] = (self._fan.directions[hit] * ranges[hit, None]).T
         cloud = PointCloud(points.shape[1])
-        cloud.mutable_xyzs()[:] = measured.X_WS @ points if self._cloud_in_W else points
+        cloud.mutable_xyzs()[:] = RigidTransform(measured.X_WS) @ points if self._cloud_in_W else points
         output.set_value(cloud)
 
     def _calc_X_WS(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._measurement.Eval(context).X_WS)
+        output.set_value(RigidTransform(self._measured(context).X_WS))
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        R_WS, p_WS = np.split(self._measurement.Eval(context).taken[1:].reshape(3, 4), (3,), axis=1)
-        output.SetFromVector((p_WS[0, 0], p_WS[1, 0], math.atan2(R_WS[1, 0], R_WS[0, 0])))
-
-
-def _packed(time: float, X_WS: RigidTransform) -> np.ndarray:
-    """When and where a scan was taken, as discrete state; no time, NaN, before the first."""
-    state = np.empty(TAKEN)
-    state[0], state[1:] = time, X_WS.GetAsMatrix34().ravel()
-    return state
-
-
-def _unpacked(state: np.ndarray) -> tuple[float, RigidTransform]:
-    matrix = state[1:].reshape(3, 4)
-    return float(state[0]), RigidTransform(RotationMatrix(matrix[:, :3]), matrix[:, 3])
+        (r_xx, _, _, x), (r_yx, _, _, y), _ = self._measured(context).X_WS.tolist()
+        output.SetFromVector((x, y, math.atan2(r_yx, r_xx)))
