@@ -127,6 +127,20 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], N
             yield progress
 
 
+@contextmanager
+def count_bar(label: str, unit: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar; the function it yields takes the number done and the number of all."""
+    from tqdm import tqdm
+
+    with tqdm(desc=label, unit=unit, disable=quiet or None, leave=False) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield progress
+
+
 def print_written(paths: Iterable[Path | None]) -> None:
     """Name the files that a command has written; None is none."""
     for path in paths:
