@@ -31,6 +31,7 @@ from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.connecting import outputs
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.utils.compilation import compilations
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import clearance
@@ -124,6 +125,7 @@ class OwnSystems(TypedDict, total=False):
     shield: bool
 
 
+@compilations()
 def run_trial(
     scenario: Scenario,
     *,
@@ -136,7 +138,7 @@ def run_trial(
     progress: Callable[[float, float], None] | None = None,
     **own: Unpack[OwnSystems],
 ) -> Trial:
-    """Simulate one trial.
+    """Simulate one trial; the first after an installation compiles for a minute, and says so on standard error.
 
     Args:
         scenario: the parameters; those of the method are already in them.

@@ -4,12 +4,10 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from tqdm import tqdm
 
 from drake_starnav.cli.options import (
     NOT_REACHED,
@@ -19,6 +17,7 @@ from drake_starnav.cli.options import (
     check_numbers,
     check_seed,
     command_name,
+    count_bar,
     print_written,
     run_command,
 )
@@ -241,27 +240,15 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
         write_text(options.csv, summary_csv(results))
     chosen = chosen_trials(results)
     if options.html is not None:
-        with _bar("drawing", "picture", options.quiet) as progress:
+        with count_bar("drawing", "picture", options.quiet) as progress:
             write_text(options.html, write_page(Report(results, chosen, options.panels), progress))
     if not options.quiet:
         print_written((options.markdown, options.csv, options.html))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
     if options.html is not None and options.recordings is not None:
         folder, failures = _recordings_folder(options.html), options.recordings
-        with _bar("recordings", "trial", options.quiet) as progress:
+        with count_bar("recordings", "trial", options.quiet) as progress:
             chosen = record_chosen(results, chosen, folder, failures=failures, jobs=options.jobs, progress=progress)
         write_text(options.html, write_page(Report(results, chosen, options.panels)))
         if not options.quiet:
             print(f"wrote recordings into {folder}, with links in {options.html}")
-
-
-@contextmanager
-def _bar(label: str, unit: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar; the function it yields takes the number done and the number of all."""
-    with tqdm(desc=label, unit=unit, disable=quiet or None, leave=False) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        yield progress

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import NoReturn
 
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
+from drake_starnav.utils.compilation import COMPILING, compilations, say_compiling
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit codes."""
 ENTRY_POINT = "starnav"
 """The installed command; `python -m drake_starnav` does the same."""
-COMPILING = "compiling, once"
-"""What a first run says before anything else."""
 
 
 def program_name() -> str:
@@ -116,7 +115,7 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], N
 
         def compiled(count: int) -> None:
             if count == 0 and bar.disable and not quiet:  # no terminal
-                print(COMPILING, file=sys.stderr, flush=True)
+                say_compiling()
             bar.set_description(f"{COMPILING}: {count} functions")
 
         def progress(now: float, limit: float) -> None:
@@ -129,24 +128,17 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], N
 
 
 @contextmanager
-def compilations(report: Callable[[int], None]) -> Iterator[None]:
-    """Call a function with the number of functions that Numba has compiled: with 0 when it begins, then with each."""
-    from numba.core import event
+def count_bar(label: str, unit: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar; the function it yields takes the number done and the number of all."""
+    from tqdm import tqdm
 
-    class Count(event.Listener):
-        begun = ended = 0
+    with tqdm(desc=label, unit=unit, disable=quiet or None, leave=False) as bar:
 
-        def on_start(self, _: event.Event) -> None:
-            if self.begun == 0:
-                report(0)
-            self.begun += 1
+        def progress(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
 
-        def on_end(self, _: event.Event) -> None:
-            self.ended += 1
-            report(self.ended)
-
-    with event.install_listener("numba:compile", Count()):
-        yield
+        yield progress
 
 
 def print_written(paths: Iterable[Path | None]) -> None:

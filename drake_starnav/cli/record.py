@@ -19,6 +19,7 @@ from drake_starnav.cli.options import (
     check_numbers,
     check_seed,
     command_name,
+    count_bar,
     print_written,
     progress_bar,
     run_command,
@@ -310,9 +311,11 @@ def _develop(
         pictures = trim([camera.picture(float(time)) for time in shown])
         if "gif" in clips:
             said = ", ".join((film.caption.heading, *film.caption.lines)).replace("\u00a0", " ")
-            write_gif(clips["gif"], pictures, options.rate, said)
+            with count_bar("gif", "picture", options.quiet) as progress:
+                write_gif(clips["gif"], pictures, options.rate, said, progress)
         if "mp4" in clips:
-            write_mp4(clips["mp4"], pictures, options.rate)
+            with count_bar("mp4", "picture", options.quiet) as progress:
+                write_mp4(clips["mp4"], pictures, options.rate, progress)
 
 
 def _stills(html: Path, options: argparse.Namespace) -> list[Still]:

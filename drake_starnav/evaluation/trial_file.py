@@ -316,7 +316,7 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     if before.keys() != now.keys():
         differences.append(f"cases {', '.join(before)}, now {', '.join(now)}")
     else:
-        differences += [f"other parameters of {name} ({_lines(before[name], now[name])})" for name in now if
+        differences += [f"other parameters of {name} ({_changed_sections(before[name], now[name])})" for name in now if
                         before[name] != now[name]]  # fmt: skip
     files, wanted_files = found.get("files", {}), wanted["files"]
     differences += [
@@ -328,7 +328,7 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
         )
 
 
-def _lines(before: str, now: str) -> str:
-    """Sections in which two scenario texts differ; each section is one line."""
-    changed = set(before.splitlines()) ^ set(now.splitlines())
-    return ", ".join(dict.fromkeys(line.partition(":")[0] for line in now.splitlines() if line in changed))
+def _changed_sections(before: str, now: str) -> str:
+    """Sections in which two texts as of `scenario_text` differ."""
+    old, new = ({part.partition(":")[0]: part for part in re.split(r"\n(?=\w)", text)} for text in (before, now))
+    return ", ".join(key for key in {**new, **old} if old.get(key) != new.get(key))

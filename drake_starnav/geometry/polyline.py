@@ -15,7 +15,8 @@ def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
     Returns:
         Shape (k, 2), 1 <= k <= n: a subset of the points with the first and the last.
 
-    Source: D. H. Douglas and T. K. Peucker, Algorithms for the reduction of the number of points, 1973.
+    Source: D. H. Douglas and T. K. Peucker, Algorithms for the reduction of the number of points required to represent
+    a digitized line or its caricature, 1973.
     """
     keep = np.zeros(len(points), dtype=bool)
     keep[[0, -1]] = True

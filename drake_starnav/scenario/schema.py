@@ -83,6 +83,10 @@ KEYS = ("world", *SECTIONS, *DRAKE_CONFIGS)
 """Of a scenario's mapping, where they may be overridden; it may also hold `directives`."""
 
 
+OTHER_BREAKS = "\x85\u2028\u2029"
+"""Line breaks of YAML that are only kept where they are escaped."""
+
+
 class _Tagged(dict):
     """A mapping of a YAML file with the tag it carried."""
 
@@ -118,6 +122,23 @@ class _TaggedDumper(yaml.SafeDumper):
     """Writes mappings with the tags that they were read with."""
 
 
+class _ScenarioDumper(yaml.SafeDumper):
+    """Writes a section in one line, but one with a text of several lines as a block, and that text line by line."""
+
+
+def _written_section(dumper: _ScenarioDumper, section: _Tagged) -> yaml.Node:
+    tag = f"!{section.tag}" if section.tag else "tag:yaml.org,2002:map"
+    block = any(isinstance(value, str) and "\n" in value for value in section.values())
+    return dumper.represent_mapping(tag, dict(section), flow_style=not block)
+
+
+def _written_text(dumper: _ScenarioDumper, text: str) -> yaml.Node:
+    style = '"' if set(OTHER_BREAKS) & set(text) else "|" if "\n" in text else None
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+_ScenarioDumper.add_representer(_Tagged, _written_section)
+_ScenarioDumper.add_representer(str, _written_text)
 _TaggedDumper.add_representer(_Tagged, lambda dumper, value: dumper.represent_mapping(f"!{value.tag}", dict(value)))
 _Loader.add_multi_constructor("!", _tagged)
 _Loader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
@@ -236,10 +257,18 @@ def save_scenario(scenario: Scenario, path: str | Path) -> None:
 
 def scenario_text(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
-    lines = [f"world: !{type(scenario.world).__name__} {_flow(_declared(scenario.world))}"]
-    lines += [f"{key}: {_flow(_declared(getattr(scenario, key)))}" for key in SECTIONS]
-    lines += [f"{key}: {_flow(getattr(scenario, key))}" for key in DRAKE_CONFIGS if getattr(scenario, key)]
-    return "\n".join(lines) + "\n"
+    sections = {"world": _section(_declared(scenario.world), type(scenario.world).__name__)}
+    sections |= {key: _section(_declared(getattr(scenario, key))) for key in SECTIONS}
+    sections |= {key: _section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
+    return yaml.dump(
+        sections, Dumper=_ScenarioDumper, default_flow_style=None, sort_keys=False, width=math.inf, allow_unicode=True
+    )
+
+
+def _section(values: dict[str, Any], tag: str = "") -> _Tagged:
+    section = _Tagged(values)
+    section.tag = tag
+    return section
 
 
 def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
@@ -275,10 +304,6 @@ def _without_folder(value: Any) -> Any:
 
 def _declared(part: Any) -> dict[str, Any]:
     return {field.name: getattr(part, field.name) for field in declared(part)}
-
-
-def _flow(values: dict[str, Any]) -> str:
-    return yaml.safe_dump(values, default_flow_style=True, sort_keys=False, width=math.inf).strip()
 
 
 def _read(text: str, place: str) -> dict[str, Any]:

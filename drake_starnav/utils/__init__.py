@@ -1,1 +1,1 @@
-"""Files, snapshots, wall-clock times and shipped resources: independent of the domain."""
+"""Files, snapshots, wall-clock times, compilation and shipped resources: independent of the domain."""

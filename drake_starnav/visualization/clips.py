@@ -3,7 +3,7 @@
 import contextlib
 import shutil
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,34 +47,37 @@ def write_png(path: Path, picture: Image.Image) -> None:
         picture.save(temporary, format="PNG", optimize=True)
 
 
-def write_gif(path: Path, pictures: Iterable[Image.Image], rate: int, caption: str = "") -> None:
+Progress = Callable[[int, int], None]
+"""Called after each picture with the number done and the number of all."""
+
+
+def write_gif(
+    path: Path, pictures: Sequence[Image.Image], rate: int, caption: str = "", progress: Progress | None = None
+) -> None:
     """Write pictures of equal size, `rate` a second (rounded to hundredths of seconds), as a repeating GIF.
 
     Its comment is the caption.
     """
-    kept = list(pictures)
-    chosen = [kept[round(at)] for at in np.linspace(0, len(kept) - 1, PALETTE_PICTURES)]
+    chosen = [pictures[round(at)] for at in np.linspace(0, len(pictures) - 1, PALETTE_PICTURES)]
     sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
     # The widest coverage keeps the colours of small things; k-means then makes those of large areas exact.
     palette = sample.quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE, kmeans=KMEANS, dither=Image.Dither.NONE)
-    first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in kept]
-    durations = [round(100.0 / rate) * 10] * len(others) + [round(1000.0 * FINAL_PAUSE)]
+    frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in _reported(pictures, progress))
+    durations = [round(100.0 / rate) * 10] * (len(pictures) - 1) + [round(1000.0 * FINAL_PAUSE)]
     with replacing(path) as temporary:
-        first.save(
-            temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True,
+        next(frames).save(
+            temporary, format="GIF", save_all=True, append_images=frames, duration=durations, loop=0, optimize=True,
             comment=caption.encode("utf-8"),
         )  # fmt: skip
 
 
-def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
+def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int, progress: Progress | None = None) -> None:
     """Write pictures of equal size, `rate` a second, as H.264 that all common players support.
 
     Raises:
         StarnavError: there is no ffmpeg, or it fails.
     """
-    pictures = iter(pictures)
-    first = next(pictures)
-    size = f"{first.width}x{first.height}"
+    size = f"{pictures[0].width}x{pictures[0].height}"
     with replacing(path) as temporary:
         command = [find_ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size]
         command += ["-r", str(rate), "-i", "-", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264"]
@@ -83,12 +86,10 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
         assert encoder.stdin is not None and encoder.stderr is not None
         try:
             with contextlib.suppress(BrokenPipeError):  # ffmpeg reports the reason itself
-                picture = first
-                encoder.stdin.write(picture.tobytes())
-                for picture in pictures:
+                for picture in _reported(pictures, progress):
                     encoder.stdin.write(picture.tobytes())
                 for _ in range(round(FINAL_PAUSE * rate) - 1):
-                    encoder.stdin.write(picture.tobytes())
+                    encoder.stdin.write(pictures[-1].tobytes())
             complaint = encoder.communicate()[1].decode(errors="replace").strip()
         finally:
             if encoder.poll() is None:
@@ -96,6 +97,14 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], rate: int) -> None:
                 encoder.wait()
         if encoder.returncode != 0:
             raise StarnavError(f"ffmpeg failed on {path}: {complaint.splitlines()[-1] if complaint else 'no reason'}")
+
+
+def _reported(pictures: Sequence[Image.Image], progress: Progress | None) -> Iterator[Image.Image]:
+    """The pictures in order; each is done when the next one is asked for."""
+    for done, picture in enumerate(pictures, start=1):
+        yield picture
+        if progress is not None:
+            progress(done, len(pictures))
 
 
 def find_ffmpeg() -> str:

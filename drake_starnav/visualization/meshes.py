@@ -39,7 +39,7 @@ class Layer:
     height: float
 
 
-# Colours distinguishable for colour-blind readers (Okabe and Ito, 2008); symbols differ as well.
+# Colours after those for colour-blind readers (Okabe and Ito, 2008), most of them darker; symbols differ as well.
 LINE_WIDTH = 0.07
 """Of path and trail, m; edges are wider, outlines narrower by half."""
 LAYERS = {

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.main import COMMANDS, benchmark, main, record, report, show_world, simulate
-from drake_starnav.cli.options import COMPILING
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
+from drake_starnav.utils.compilation import COMPILING
 from drake_starnav.worlds import WORLD_KINDS
 
 FIELDS = {

@@ -15,18 +15,17 @@ import pytest
 from drake_starnav.cli.main import main
 from drake_starnav.cli.options import (
     BAD_INPUT,
-    COMPILING,
     ENTRY_POINT,
     INTERRUPTED,
     check_numbers,
     command_name,
-    compilations,
     exit_code,
     program_name,
     progress_bar,
     typed_command,
 )
 from drake_starnav.errors import StarnavError
+from drake_starnav.utils.compilation import COMPILING, compilations, say_compiling
 
 
 def raising(error: BaseException) -> int:
@@ -115,20 +114,11 @@ def test_a_number_out_of_its_range_is_refused() -> None:
         check_numbers(options, speed=(1, math.inf))
 
 
-def test_what_numba_compiles_is_counted_and_nothing_else() -> None:
-    counts: list[int] = []
-    double = numba.njit(lambda x: 2 * x)
-    with compilations(counts.append):
-        assert double(1) == 2
-        assert double(2) == 4
-    double(1.5)
-    assert counts == [0, 1]
-
-
 def test_without_a_terminal_a_first_run_says_once_that_it_compiles(capsys) -> None:
     double, halve = numba.njit(lambda x: 2 * x), numba.njit(lambda x: x / 2)
+    say_compiling.cache_clear()
     for quiet, said in ((True, ""), (False, f"{COMPILING}\n")):
-        with progress_bar("x", quiet):
+        with progress_bar("x", quiet), compilations():  # the second is of `run_trial`
             double(1.0 if quiet else 1)
             halve(1.0 if quiet else 1)
         assert capsys.readouterr().err == said

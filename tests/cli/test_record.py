@@ -14,6 +14,7 @@ from drake_starnav.cli.record import Run, chosen_run, read_trial, record
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import make_cases, make_header
 from drake_starnav.visualization.browser import browser_missing
+from drake_starnav.visualization.clips import find_ffmpeg
 from tests.helpers.trials import record as trial_record
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 1.5}\n"
@@ -40,6 +41,20 @@ def test_a_scenario_leaves_a_recording_stills_and_a_clip(scenario, capsys) -> No
     with Image.open("out/mine-star-2-0s.png") as first, Image.open("out/mine-star-2-1.25s.png") as second:
         assert np.abs(np.asarray(first, float) - np.asarray(second, float)).max() > 50.0
     assert "mine-star-2.gif" in capsys.readouterr().out
+
+
+def test_encoding_has_bars_of_its_own(scenario, monkeypatch, capsys) -> None:
+    clips = ["--gif", "--mp4"]
+    try:
+        find_ffmpeg()
+    except StarnavError:
+        clips.remove("--mp4")
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    small = ["--width", "220", "--renderer", "matplotlib", "--rate", "4"]
+    assert record([scenario, *clips, *small]) == 0
+    shown = capsys.readouterr().err
+    for bar in ("driving", "pictures", *(clip[2:] for clip in clips)):
+        assert f"\r{bar}: " in shown
 
 
 def test_a_trial_is_repeated_with_its_own_settings(scenario, capsys) -> None:

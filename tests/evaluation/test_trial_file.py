@@ -1,5 +1,6 @@
 """Files of trials: nothing that is in them gets lost, and nothing gets in that does not belong."""
 
+import dataclasses
 import json
 import lzma
 import os
@@ -353,3 +354,12 @@ def test_the_hash_of_the_source_is_of_names_and_contents_in_all_folders(tmp_path
         (tmp_path / "notes.txt").write_text(str(names))
         assert trial_file.source_hash.__wrapped__() == hashes[-1]
     assert len(set(hashes)) == len(hashes)
+
+
+def test_of_sections_of_several_lines_only_the_key_is_named(tmp_path: Path) -> None:
+    text = "world: !Model\n  directives: |\n    directives:\n    - add_model:\n        name: a\nrobot: {}\n"
+    path, case = tmp_path / "trials.jsonl", Case("mine", "star", text)
+    TrialFile(path, make_header([case], 3)).close()
+    other = dataclasses.replace(case, text=text.replace("name: a", "name: b"))
+    with pytest.raises(StarnavError, match=r"other parameters of mine star \(world\);"):
+        TrialFile(path, make_header([other], 3), resume=True)

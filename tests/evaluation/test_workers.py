@@ -15,6 +15,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.workers import LONE_CRASHES, THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
+from drake_starnav.utils.compilation import say_compiling
 
 JOBS = [Job(Case("tiny", "star", ""), k, k) for k in range(8)]
 
@@ -172,3 +173,9 @@ def test_a_deadly_trial_is_given_up_after_so_many_crashes_alone(monkeypatch) -> 
 def test_workers_leave_an_interrupt_to_their_parent() -> None:
     with local_processes(1) as executor:
         assert executor.submit(signal.getsignal, signal.SIGINT).result() is signal.SIG_IGN
+
+
+def test_a_worker_does_not_say_that_it_compiles(capfd) -> None:
+    with local_processes(1) as executor:
+        executor.submit(say_compiling).result()
+    assert capfd.readouterr().err == ""

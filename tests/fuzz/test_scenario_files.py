@@ -1,5 +1,6 @@
 """Whatever a scenario says, the reader takes it or refuses it in one sentence, and runs nothing."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,16 @@ def test_any_mapping(sections):
 @given(st.sampled_from([*WORLD_KINDS, "Nowhere"]), st.dictionaries(keys, values, max_size=4))
 def test_any_world(kind, parameters):
     accepted(f"world: !{kind} " + yaml.safe_dump(parameters, default_flow_style=True, width=10**6))
+
+
+@fuzzed
+@given(
+    st.text(st.one_of(st.sampled_from("\n\n \t#:-.\x85\u2028"), st.characters(exclude_categories=["Cs"])), max_size=60)
+)
+def test_any_directives(text):
+    world = dataclasses.replace(WORLD_KINDS["Model"](), directives=f"{text}\n{text}")
+    scenario = dataclasses.replace(load_scenario("room"), world=world)
+    assert parse_scenario(scenario_text(scenario), name="room") == scenario
 
 
 @fuzzed

@@ -38,7 +38,7 @@ DRAKE = "numpy numba pydrake"
 TABLE = {
     "errors": Room(),
     "parameters": Room("errors", "numpy"),
-    "utils": Room("errors", "numpy yaml"),
+    "utils": Room("errors", "numpy numba yaml"),
     "geometry": Room("errors utils", ARRAYS),
     "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
     "robot": Room(f"{GROUND} geometry", "numpy"),

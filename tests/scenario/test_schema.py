@@ -220,3 +220,36 @@ def test_directives_at_the_top_that_no_model_takes_are_refused(text: str, messag
 def test_directives_are_not_overridden() -> None:
     with pytest.raises(StarnavError, match="unknown key directives.file"):
         parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x", overrides=["directives.file=a.sdf"])
+
+
+def test_directives_are_written_as_they_would_be_by_hand() -> None:
+    text = scenario_text(parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x"))
+    lines = [line.strip() for line in text.splitlines()]
+    for line in ("- add_model:", "name: barrel", "- add_weld:", "rotation: !Rpy", "goal: [4, 0]"):
+        assert line in lines
+    assert next(line for line in lines if line.startswith("robot:")).startswith("robot: {model: starbot, ")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "directives:\n# a table of 1 m\u00b2\n\n- add_model: {name: a, file: \u00e4.sdf}\n",
+        "directives: []\n\n\n",
+        "directives:\n- add_model:\n    name: a",
+        "  directives: []\n  # indented\n",
+        "\ndirectives: []\n...\n",
+    ],
+)
+def test_directives_as_text_are_written_as_they_are(text: str) -> None:
+    scenario = parse_scenario("world: !Model {goal: [4, 0]}", name="x")
+    scenario = dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, directives=text))
+    written = scenario_text(scenario)
+    assert all(line in map(str.strip, written.splitlines()) for line in map(str.strip, text.splitlines()))
+    assert parse_scenario(written, name="x") == scenario
+
+
+@pytest.mark.parametrize("text", ["/a\x85b", "/a\u2028", "a\x85\nb", "\n\u2029", "\ta\n", "a \nb", "\n"])
+def test_texts_that_yaml_cannot_show_read_back_equal(text: str) -> None:
+    scenario = parse_scenario("world: !Model {goal: [4, 0]}", name="x")
+    scenario = dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, directives=text))
+    assert parse_scenario(scenario_text(scenario), name="x") == scenario
