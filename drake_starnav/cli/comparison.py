@@ -122,7 +122,7 @@ def record_comparison(
     world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     layers = meshes.with_scene(comparison_layers(entries), world)
     del layers["robot"]  # there are several, each with a row of its own
-    caption = Caption(scenario.name, (f"{len(entries)} methods, seed {seed}",), layers, shown)
+    caption = Caption(scenario.name, (f"{len(entries)} method{'s' * (len(entries) > 1)}, seed {seed}",), layers, shown)
     return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
 
 
