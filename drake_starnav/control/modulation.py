@@ -13,6 +13,8 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
+
 SIGMA = 2.0
 """Exponent of Gamma, as of the paper: what is damped grows with the square of the way to the boundary."""
 CENTER = 0.02
@@ -37,7 +39,7 @@ def limited_turn(gx, gy, x, y, limit):
     return cosine * gx - sine * gy, sine * gx + cosine * gy
 
 
-@njit(cache=True)
+@leaf
 def boundary_at(values, slopes, bearing_0, theta):
     """Phi and Phi' at a bearing, linear between samples."""
     samples = len(values)
@@ -50,7 +52,7 @@ def boundary_at(values, slopes, bearing_0, theta):
     return phi, (1.0 - share) * slopes[left] + share * slopes[right]
 
 
-@njit(cache=True)
+@leaf
 def boundary_frame(x, y, center, bearing_0, values, slopes, reach, sigma):
     """Gamma, r_hat and t of a region at (x, y); Gamma is 0 where the region does not count, infinite at its centre."""
     dx, dy = x - center[0], y - center[1]

@@ -171,7 +171,7 @@ def way_point(x, y, path):
     """
     ahead_x = ahead_y = dx = dy = distance = 0.0
     for k in range(len(path)):
-        ahead_x, ahead_y = path[k]
+        ahead_x, ahead_y = path[k, 0], path[k, 1]
         dx, dy = ahead_x - x, ahead_y - y
         distance = math.hypot(dx, dy)
         if distance > PASSED_DISTANCE:

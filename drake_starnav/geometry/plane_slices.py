@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT
 from drake_starnav.geometry.raycast import COLUMNS
 
@@ -111,12 +112,12 @@ def scan_planes(X_WF, X_WS, known):
     return keys, planes, planar_poses(X_WF, X_WS, planes), changed[:count]
 
 
-@njit(cache=True)
+@leaf
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@leaf
 def _along(point, axis, origin):
     """The coordinate of a point along an axis."""
     x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
@@ -170,7 +171,7 @@ def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
     return count
 
 
-@njit(cache=True)
+@leaf
 def _put_segment(x1, y1, x2, y2, rows, count):
     row = rows[count]
     row[0], row[1], row[2], row[3] = (x1 + x2) / 2.0, (y1 + y2) / 2.0, math.hypot(x2 - x1, y2 - y1) / 2.0, SEGMENT
@@ -178,7 +179,7 @@ def _put_segment(x1, y1, x2, y2, rows, count):
     return count + 1
 
 
-@njit(cache=True)
+@leaf
 def _times(q, v):
     """M v, with the upper triangle of M in a quadric's columns 3 to 8."""
     return (
@@ -264,7 +265,7 @@ def _slice_quadric(q, plane, normal, rows, count):
     return count
 
 
-@njit(cache=True)
+@leaf
 def _put_conic(row, a00, a01, a11, b0, b1, c, px, py):
     """Write the conic's coefficients for d measured from (px, py)."""
     g0, g1 = a00 * px + a01 * py, a01 * px + a11 * py

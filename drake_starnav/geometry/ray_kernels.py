@@ -7,6 +7,8 @@ import math
 
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
+
 CIRCLE, SEGMENT, CONIC = 0.0, 1.0, 2.0
 _ANGLE_PAD = 1e-9  # rad; beams through a corner shared by two segments must not slip between them
 _LENGTH_PAD = 1e-9  # m; the same for the seam between a clipped conic and the segment that closes it
@@ -57,7 +59,7 @@ def cast_rows(rows, first, last, x, y, cy, sy, directions, angle_min, increment,
                 _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges)
 
 
-@njit(cache=True)
+@leaf
 def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
     for i in range(i0, i1 + 1):
         ux, uy = directions[i, 0], directions[i, 1]
@@ -73,7 +75,7 @@ def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
             ranges[i] = t
 
 
-@njit(cache=True)
+@leaf
 def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
     cross = ax * ey - ay * ex
     for i in range(i0, i1 + 1):
@@ -84,7 +86,7 @@ def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
                 ranges[i] = t
 
 
-@njit(cache=True)
+@leaf
 def _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges):
     # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
     a00, a01, a11 = row[4], row[5], row[6]

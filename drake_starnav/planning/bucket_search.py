@@ -38,38 +38,39 @@ def bucket_dijkstra(weight, cost, gi, gj, cost_to_come_grid, margin=NEIGHBOURHOO
     used = 1
     waiting = 1
     while waiting > 0:
-        while head[bucket] < 0:
-            bucket = (bucket + 1) & (buckets - 1)
-        e = head[bucket]
-        head[bucket] = entries[e, 2]
-        waiting -= 1
-        c, reached = entries[e, 0], entries[e, 1]
-        if reached > costs[c]:
-            continue
-        cost_to_go = reached + UNREACHED
-        if cost_to_come[c] < 0:
-            best = min(best, cost_to_go + cost_to_come[c] + UNREACHED)
-        i = np.int64(c) // ny
-        j = c - i * ny
-        f = cost_to_go + heuristic(i, j, si, sj)
-        if f > best + margin:
-            return f
         if used + 8 > len(entries):
             larger = np.empty((2 * len(entries), 3), np.int32)
             larger[:used] = entries[:used]
             entries = larger
-        for k in range(8):
-            n = c + rows[k] * ny + columns[k]
-            if w[n] == 0:
+        while waiting > 0 and used + 8 <= len(entries):  # apart: Numba would count references to what a loop replaces
+            while head[bucket] < 0:
+                bucket = (bucket + 1) & (buckets - 1)
+            e = head[bucket]
+            head[bucket] = entries[e, 2]
+            waiting -= 1
+            c, reached = entries[e, 0], entries[e, 1]
+            if reached > costs[c]:
                 continue
-            candidate = reached + w[n] * lengths[k]
-            if candidate < costs[n]:
-                costs[n] = candidate
-                b = (candidate + UNREACHED + heuristic(i + rows[k], j + columns[k], si, sj)) & (buckets - 1)
-                entries[used, 0], entries[used, 1], entries[used, 2] = n, candidate, head[b]
-                head[b] = used
-                used += 1
-                waiting += 1
+            cost_to_go = reached + UNREACHED
+            if cost_to_come[c] < 0:
+                best = min(best, cost_to_go + cost_to_come[c] + UNREACHED)
+            i = np.int64(c) // ny
+            j = c - i * ny
+            f = cost_to_go + heuristic(i, j, si, sj)
+            if f > best + margin:
+                return f
+            for k in range(8):
+                n = c + rows[k] * ny + columns[k]
+                if w[n] == 0:
+                    continue
+                candidate = reached + w[n] * lengths[k]
+                if candidate < costs[n]:
+                    costs[n] = candidate
+                    b = (candidate + UNREACHED + heuristic(i + rows[k], j + columns[k], si, sj)) & (buckets - 1)
+                    entries[used, 0], entries[used, 1], entries[used, 2] = n, candidate, head[b]
+                    head[b] = used
+                    used += 1
+                    waiting += 1
     return -1
 
 

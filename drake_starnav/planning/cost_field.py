@@ -198,10 +198,7 @@ def _searched(weight, costs, origin, cell, come, ends, margin):
     """Fill in the costs by `bucket_dijkstra`; its source, and what it returns."""
     cost, cost_to_come = costs
     goal, towards, has_source = ends
-    points, cost_to_point = come
-    for n in range(len(points)):
-        x, y = (points[n, 0] - origin[0]) / cell + 1.0, (points[n, 1] - origin[1]) / cell + 1.0
-        _come_by(cost_to_come, weight, x, y, 100.0 * cost_to_point[n] / cell)
+    _come_by(cost_to_come, weight, come, origin, cell)
     i = min(max(int(round((goal[0] - origin[0]) / cell)), 0), weight.shape[0] - 3)
     j = min(max(int(round((goal[1] - origin[1]) / cell)), 0), weight.shape[1] - 3)
     p = q = -1
@@ -211,20 +208,23 @@ def _searched(weight, costs, origin, cell, come, ends, margin):
 
 
 @njit(cache=True)
-def _come_by(out, weight, x, y, cost):
-    """Note the cost-to-come of a point at (x, y) in its cell, in hundredths of a cell less UNREACHED; 0 without points.
+def _come_by(out, weight, come, origin, cell):
+    """Note the cost-to-come of points in their cells, in hundredths of a cell less UNREACHED; 0 without points.
 
     A point in a blocked cell counts in the cells around it, as it does for `CostField.at`.
     """
+    points, cost_to_point = come
     nx, ny = out.shape
-    i, j = int(round(x)), int(round(y))
-    if not np.isfinite(cost) or i < 0 or j < 0 or i >= nx or j >= ny:
-        return
-    around = 1 if weight[i, j] == 0 else 0
-    for a in range(max(i - around, 0), min(i + around + 1, nx)):
-        for b in range(max(j - around, 0), min(j + around + 1, ny)):
-            there = int(round(cost + 100.0 * math.hypot(a - i, b - j)))
-            out[a, b] = min(out[a, b], there - UNREACHED)
+    for n in range(len(points)):
+        i, j = int(round((points[n, 0] - origin[0]) / cell + 1.0)), int(round((points[n, 1] - origin[1]) / cell + 1.0))
+        cost = 100.0 * cost_to_point[n] / cell
+        if not np.isfinite(cost) or i < 0 or j < 0 or i >= nx or j >= ny:
+            continue
+        around = 1 if weight[i, j] == 0 else 0
+        for a in range(max(i - around, 0), min(i + around + 1, nx)):
+            for b in range(max(j - around, 0), min(j + around + 1, ny)):
+                there = int(round(cost + 100.0 * math.hypot(a - i, b - j)))
+                out[a, b] = min(out[a, b], there - UNREACHED)
 
 
 @njit(cache=True)

@@ -100,8 +100,7 @@ def passed_points(x, y, path, regions):
     k = 0
     while k + 1 < len(path):
         near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
-        ahead_x, ahead_y = path[k + 1]
-        if not near and not in_sight(regions, x, y, ahead_x, ahead_y):
+        if not near and not in_sight(regions, x, y, path[k + 1, 0], path[k + 1, 1]):
             break
         k += 1
     return k

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.regions.star_region import RegionStack, covers_nearly, covers_offset
 
 CELL = 0.4
@@ -196,21 +197,13 @@ def newest_cover(regions, x, y):
 
 
 @njit(cache=True)
-def some_of(center, bearing_0, values, reach, marks, corner, cell, every, first, x, y):
-    """A region that contains (x, y), first of all `first` if it is one (-1: none), or -1; for loops, as `newest_of`."""
-    if first >= 0 and covers_offset(bearing_0, values, first, x - center[first, 0], y - center[first, 1]):
-        return first
-    return newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every)
-
-
-@njit(cache=True)
 def newest_near(regions, x, y, slack, other, among):
     """As `newest_cover`, but up to `slack` (< SLACK) beyond its boundary, not `other`, and of a `selection`."""
     u = regions
     return newest_of(u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner, u.cell, x, y, slack, other, among)
 
 
-@njit(cache=True, inline="always")  # most places are out of reach: a call with so many arrays would cost more
+@leaf
 def covers_within(center, bearing_0, values, reach, k, x, y, slack):
     """Whether region k covers (x, y) up to `slack` beyond its boundary, m."""
     dx, dy = x - center[k, 0], y - center[k, 1]
@@ -219,7 +212,7 @@ def covers_within(center, bearing_0, values, reach, k, x, y, slack):
     return covers_nearly(center, bearing_0, values, k, dx, dy, slack)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, slack, other, among):
     """As `newest_near`, for use in loops, where to read arrays from a tuple each time would cost more than the rest."""
     i, j = math.floor((x - corner[0]) / cell), math.floor((y - corner[1]) / cell)

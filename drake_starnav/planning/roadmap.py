@@ -13,7 +13,7 @@ from drake_starnav.planning.distance_grid import DistanceGrid, distances
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, covers_within, some_of
+from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, covers_within, newest_of
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import RegionStack, StarRegion, covers_offset, least_outside, scan_region
 from drake_starnav.utils.snapshot import snapshot
@@ -290,7 +290,7 @@ def _away_from_hits(stand, probe, grid, distance):
 def _uncovered_share(own_center, own_bearing_0, own_values, others):
     u = others
     center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
-    samples = len(own_values)
+    cell, every, samples = u.cell, u.every, len(own_values)
     area = new = 0.0
     last = -1
     for i in range(0, samples, AREA_BEARINGS):
@@ -303,7 +303,8 @@ def _uncovered_share(own_center, own_bearing_0, own_values, others):
             piece = distance * phi / count
             area += piece
             x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
-            last = some_of(center, bearing_0, values, reach, marks, corner, u.cell, u.every, last, x, y)
+            if last < 0 or not covers_offset(bearing_0, values, last, x - center[last, 0], y - center[last, 1]):
+                last = newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every)
             if last < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_of, some_of
-from drake_starnav.regions.star_region import LINE_STEP
+from drake_starnav.planning.region_index import IndexedRegions, newest_cover, newest_of
+from drake_starnav.regions.star_region import LINE_STEP, covers_offset
 
 FORWARD_STEP, BACKWARD_STEP = 0.2, 0.1
 """Spacing of the points that the path may skip to, in the first and in the second pass, m."""
@@ -76,7 +76,8 @@ def blocked_at(regions, x0, y0, x1, y1, guess):
     while i <= count:
         x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         before = last
-        last = some_of(center, bearing_0, values, reach, marks, corner, cell, every, last, x, y)
+        if last < 0 or not covers_offset(bearing_0, values, last, x - center[last, 0], y - center[last, 1]):
+            last = newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every)
         if last < 0:
             return max(length * _within_gap(regions, x0, y0, x1, y1, i, count) / count, 1e-9)
         if last != before:
@@ -98,9 +99,12 @@ def blocked_at(regions, x0, y0, x1, y1, guess):
 def _within_gap(regions, x0, y0, x1, y1, first, count):
     """The middle one of some samples of a segment from `first` on that are not covered: most neighbours of the segment
     are not covered there either."""
+    u = regions
+    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
     i = first + 1
     while i <= min(count, first + GAP_SAMPLES):
-        if newest_cover(regions, x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count) >= 0:
+        x, y = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+        if newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, 0.0, -1, u.every) >= 0:
             break
         i += 1
     return (first + i - 1) // 2

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numba import njit
 
+from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.erosion import (
@@ -255,7 +256,7 @@ class RegionStack:
         return self.center, self.bearing_0, self.values, self.slopes, self.reach
 
 
-@njit(cache=True)
+@leaf
 def covers(center, bearing_0, values, x, y):
     """Whether (x, y) is certainly inside the region: below the smaller of the two neighbouring samples."""
     dx, dy = x - center[0], y - center[1]
@@ -267,7 +268,7 @@ def covers(center, bearing_0, values, x, y):
     return squared <= phi * phi
 
 
-@njit(cache=True)
+@leaf
 def covers_offset(bearing_0, values, k, dx, dy):
     """As `covers`, for region k of a stack and an offset from its centre; no views of arrays, which cost more."""
     squared = dx * dx + dy * dy
@@ -278,7 +279,7 @@ def covers_offset(bearing_0, values, k, dx, dy):
     return squared <= phi * phi
 
 
-@njit(cache=True)
+@leaf
 def covers_nearly(center, bearing_0, values, k, dx, dy, slack):
     """As `covers_offset`, but up to `slack` beyond the boundary, m."""
     distance = math.sqrt(dx * dx + dy * dy)
@@ -287,7 +288,7 @@ def covers_nearly(center, bearing_0, values, k, dx, dy, slack):
     return covers_offset(bearing_0, values, k, dx, dy)
 
 
-@njit(cache=True)
+@leaf
 def samples_beside(bearing_0, samples, dx, dy):
     """Indices of the two samples beside the direction (dx, dy)."""
     turn = (rough_bearing(dy, dx) - bearing_0) / (2.0 * math.pi)
@@ -298,7 +299,7 @@ def samples_beside(bearing_0, samples, dx, dy):
     return left, left + 1 if left + 1 < samples else 0
 
 
-@njit(cache=True)
+@leaf
 def rough_bearing(y, x):
     """`atan2` up to 2e-5 rad, several times faster."""
     a, b = abs(x), abs(y)
