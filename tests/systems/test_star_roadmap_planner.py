@@ -168,6 +168,19 @@ def test_a_scan_is_planned_with_at_once_and_once() -> None:
     assert planning.out("roadmap") is first
 
 
+def test_the_plan_does_not_depend_on_who_asked_before() -> None:
+    often, once = Planning(goal=IN_SIGHT), Planning(goal=IN_SIGHT)
+    for planning in (often, once):
+        planning.see(SCREEN)
+    often.out("guidance")
+    often.put("goal", np.array([-1.0, 1.0]))
+    often.out("guidance")
+    for planning in (often, once):
+        planning.put("goal", BEHIND)
+    assert np.array_equal(often.out("guidance").path, once.out("guidance").path)
+    assert often.out("roadmap").plans == once.out("roadmap").plans == 1
+
+
 def test_a_pause_of_the_sensor_is_no_stall() -> None:
     for pause, nodes in ((0.4, 1), (0.6, 1), (1.2, 1)):
         planning = Planning(goal=BEHIND)
