@@ -73,8 +73,8 @@ def scan_processing(moment: ScanMoment) -> Perceived:
 def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:
     """The safety star with the scan added to the memory."""
     scan, pose, reach = moment.scan, moment.pose, CONTROLLER.safety_range
-    memory = moment.before.memory.remembered(scan, pose, reach + 2.0 * SAFE_RADIUS, SCAN_MEMORY)
-    return safety_star(memory, scan, distance, pose, SAFE_RADIUS, reach), memory
+    kept = reach + 2.0 * SAFE_RADIUS, SCAN_MEMORY
+    return safety_star(moment.before.memory, scan, distance, pose, SAFE_RADIUS, reach, kept)
 
 
 def command(moment: CommandMoment) -> np.ndarray:

@@ -132,11 +132,10 @@ def perceive(
             measured = np.where(near.hits, smooth, measured)
         safe_radius = robot_radius + controller.safety_margin
         kept = controller.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-        memory = known = before.memory.remembered(near, pose, *kept, measured)
+        looked = distance, pose, safe_radius, controller.safety_range, kept
+        safety, memory = safety_star(before.memory, near, *looked, measured, before.safety.time)
         if controller.average_scans and near.motion is None:
             near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
-            known = earlier.remembered(near, pose, *kept)
-        reach, previous = controller.safety_range, before.safety.time
-        safety = safety_star(known, near, distance, pose, safe_radius, reach, previous)
+            safety, _ = safety_star(earlier, near, *looked, previous=before.safety.time)
     return Perceived(Observation(region, scan, pose), safety, memory, history)

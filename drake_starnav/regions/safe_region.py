@@ -78,33 +78,11 @@ class ScanMemory:
         points: of all scans, shape (n, 2), W, m.
         half_gaps: shape (n,), half the chord from each to the neighbouring hit on the same surface, m.
         counts: number of hits of each scan.
-        reach: all hits of the last scan within this distance are kept, m.
     """
 
     points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
     counts: tuple[int, ...] = ()
-    reach: float = math.inf
-
-    def remembered(
-        self, scan: LaserScan, pose: np.ndarray, reach: float, count: int, measured: np.ndarray | None = None
-    ) -> "ScanMemory":
-        """The memory with one more scan and at most `count` scans.
-
-        Args:
-            scan: the latest, in S.
-            pose: (x, y, yaw) of S in W when it was taken.
-            reach: farther hits are dropped, m.
-            count: number of scans to keep.
-            measured: shape (n,), distances along its beams in place of the scan's, m.
-        """
-        reach = min(reach, scan.range_max)
-        forgotten = max(len(self.counts) + 1 - max(count, 1), 0)
-        first = sum(self.counts[:forgotten])
-        beams = scan.distances if measured is None else measured, scan.hits, scan.silent
-        points, gaps = _remembered(self.points, self.half_gaps, first, beams, scan.view, _place(pose), reach)
-        counts = *self.counts[forgotten:], len(points) - len(self.points) + first
-        return ScanMemory(points, gaps, counts, reach)
 
 
 def safety_star(
@@ -114,66 +92,80 @@ def safety_star(
     pose: np.ndarray,
     radius: float,
     reach: float,
+    kept: tuple[float, int],
+    measured: np.ndarray | None = None,
     previous: float = -math.inf,
-) -> SafetyStar:
-    """The safety star about the latest scan.
+) -> tuple[SafetyStar, ScanMemory]:
+    """The safety star about the latest scan, and the memory with this scan, in one compiled call.
 
     Args:
-        memory: the last scans, including the latest.
+        memory: the last scans, without the latest.
         scan: the latest, in the sensor frame S at the robot's centre.
         distance: shape (n,), its `smoothed_distances`, used for the near hits, m.
         pose: (x, y, yaw) of S in W when it was taken.
         radius: of the robot with the safety margin, m.
         reach: maximum extent of the star, m.
+        kept: farther hits of the scan are dropped, m; and the number of scans to keep.
+        measured: shape (n,), distances to remember in place of the scan's, m.
         previous: when the scan before was taken, s.
     """
-    points, gaps = memory.points, memory.half_gaps
-    if not scan.complete:  # space behind lost beams of the latest scan is not certified
-        bounded = scan.lost & (scan.distances < scan.range_max)
-        edge = scan.points_at(np.maximum(scan.distances, NEAREST), bounded, pose)
-        points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
-    center, bearing_0 = np.array(pose[:2], dtype=float), float(pose[2]) + scan.angle_min
-    beams = scan.distances, distance, scan.hits, scan.moving
-    bearings = bearing_0, *field_of_view(scan, BLIND_SIDE)
-    tables = bearing_tables(bearing_count(scan))
-    place = _place(pose)
-    values, near = _safety_star(points, gaps, beams, scan.view, place, bearings, radius, reach, tables)
-    return SafetyStar(center, bearing_0, values, near, points, gaps, True, scan.time, memory.reach, previous)
-
-
-def _place(pose: np.ndarray) -> tuple[float, float, float, float]:
-    """x, y, and cosine and sine of the yaw."""
-    x, y, yaw = pose
-    return x, y, math.cos(yaw), math.sin(yaw)
-
-
-@njit(cache=True)
-def _remembered(points, gaps, first, beams, view, place, reach):
-    """The points and half gaps from `first` on, and those of the scan."""
-    distance, hits, silent = beams
-    directions, range_max, increment, wrap = view
-    x, y, cosine, sine = place
-    near = (distance < reach) & hits
-    latest = placed_ends(directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
-    known = len(points) - first
-    all_points, all_gaps = np.empty((known + len(latest), 2)), np.empty(known + len(latest))
-    all_points[:known], all_points[known:] = points[first:], latest
-    all_gaps[:known], all_gaps[known:] = gaps[first:], half_chords(distance, silent, range_max, increment, wrap)[near]
-    return all_points, all_gaps
+    far, count = min(kept[0], scan.range_max), kept[1]
+    forgotten = max(len(memory.counts) + 1 - max(count, 1), 0)
+    first = sum(memory.counts[:forgotten])
+    beams = scan.distances, distance, scan.hits, scan.moving, scan.lost, scan.silent
+    bearings = float(pose[2]) + scan.angle_min, *field_of_view(scan, BLIND_SIDE)
+    place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
+    points, gaps, hits, hit_gaps, values, near = _safety_star(
+        (memory.points, memory.half_gaps, first, scan.distances if measured is None else measured, far),
+        beams,
+        scan.complete,
+        scan.view,
+        place,
+        bearings,
+        bearing_tables(bearing_count(scan)),
+        radius,
+        reach,
+    )
+    counts = *memory.counts[forgotten:], len(points) - len(memory.points) + first
+    center = np.array(pose[:2], dtype=float)
+    star = SafetyStar(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, previous)
+    return star, ScanMemory(points, gaps, counts)
 
 
 @njit(cache=True)
-def _safety_star(points, gaps, beams, view, place, bearings, radius, reach, tables):
-    """The values of the star, and the near hits."""
-    measured, distance, beam_hits, moving = beams
+def _safety_star(known, beams, complete, view, place, bearings, tables, radius, reach):
+    """The memory's points and half gaps with the scan; the star's hits, half gaps and values, and the near hits."""
+    measured, distance, beam_hits, moving, lost, silent = beams
     directions, range_max, increment, wrap = view
     x, y, cosine, sine = place
     bearing_0, first, last = bearings
     cosines, squares = tables
+    points, gaps = _remembered(known, beam_hits, silent, view, place)
+    hits, hit_gaps = points, gaps
+    if not complete:  # space behind lost beams of the latest scan is not certified
+        bounded = lost & (measured < range_max)
+        edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
+        hits, hit_gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
-    nearest, gap, offset = points_to_bearings(points, gaps, x, y, bearing_0, within, len(cosines))
+    nearest, gap, offset = points_to_bearings(hits, hit_gaps, x, y, bearing_0, within, len(cosines))
     limit = bearing_limit(len(cosines), first, last, max(min(range_max, reach + radius) - radius, 0.0))
     sight = within_sight(limit, measured, moving, radius, increment, wrap)
     near = (distance < min(NEAR_HIT_RANGE, range_max)) & beam_hits
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
-    return erode(nearest, gap, offset, radius, sight, cosines, squares), near_hits
+    values = erode(nearest, gap, offset, radius, sight, cosines, squares)
+    return points, gaps, hits, hit_gaps, values, near_hits
+
+
+@njit(cache=True)
+def _remembered(known, hits, silent, view, place):
+    """The points and half gaps of a memory from `first` on, and those of the scan up to `far`."""
+    points, gaps, first, distance, far = known
+    directions, range_max, increment, wrap = view
+    x, y, cosine, sine = place
+    near = (distance < far) & hits
+    latest = placed_ends(directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
+    kept = len(points) - first
+    all_points, all_gaps = np.empty((kept + len(latest), 2)), np.empty(kept + len(latest))
+    all_points[:kept], all_points[kept:] = points[first:], latest
+    all_gaps[:kept], all_gaps[kept:] = gaps[first:], half_chords(distance, silent, range_max, increment, wrap)[near]
+    return all_points, all_gaps

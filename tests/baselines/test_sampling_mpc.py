@@ -44,9 +44,9 @@ NOWHERE = RegionStack.of(())
 
 def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionStack, SafetyStar, ScanMemory]:
     scan, stars = cast(world, pose), StarParameters()
-    memory = memory.remembered(scan, pose, PARAMETERS.safety_range + 2.0 * RADIUS, SCAN_MEMORY)
+    kept = PARAMETERS.safety_range + 2.0 * RADIUS, SCAN_MEMORY
     safe = RADIUS + PARAMETERS.safety_margin
-    star = safety_star(memory, scan, smoothed_distances(scan), pose, safe, PARAMETERS.safety_range)
+    star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, safe, PARAMETERS.safety_range, kept)
     return RegionStack.of([scan_region(scan, pose, RADIUS, stars)]), star, memory
 
 

@@ -50,8 +50,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
 def known() -> tuple[RegionStack, SafetyStar]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
-    memory = ScanMemory().remembered(scan, pose, 2.0, 1)
-    star = safety_star(memory, scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2)
+    star, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))
     return RegionStack.of((scan_region(scan, pose, ROBOT.radius, STARS),)), star
 
 

@@ -32,8 +32,7 @@ OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
 
 def sensed(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose)
-    memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    return safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH), memory
+    return safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, (REACH + 2.0 * SAFE, 5))
 
 
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:

@@ -39,8 +39,7 @@ def accepts(star: SafetyStar, want: tuple[float, float], rows: np.ndarray = NOTH
 def seen(wall: float) -> SafetyStar:
     """What is certified in a hall whose column's face is `wall` (m) ahead."""
     scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
-    memory = ScanMemory().remembered(scan, pose, 2.0, 1)
-    return safety_star(memory, scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2)
+    return safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))[0]
 
 
 def test_either_certificate_may_refuse() -> None:

@@ -29,8 +29,7 @@ def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, shor
     scan = cast(world, pose)
     beam = round((bearing - pose[2] - scan.angle_min) / scan.angle_increment) % len(scan.ranges)
     measured = dataclasses.replace(scan, ranges=scan.ranges - short * (np.arange(len(scan.ranges)) == beam))
-    memory = ScanMemory().remembered(measured, pose, 2.0, 1)
-    return safety_star(memory, measured, scan.distances, pose, RADIUS + MARGIN, 1.2)
+    return safety_star(ScanMemory(), measured, scan.distances, pose, RADIUS + MARGIN, 1.2, (2.0, 1))[0]
 
 
 def way_is_open(star: SafetyStar, position: np.ndarray, angle: float) -> bool:

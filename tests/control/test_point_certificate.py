@@ -30,8 +30,7 @@ REACH = 2.0
 
 def sensed(world: World, pose: np.ndarray, memory: ScanMemory, reach: float = REACH) -> tuple[SafetyStar, ScanMemory]:
     scan = cast(world, pose, beams=720)
-    memory = memory.remembered(scan, pose, reach, 5)
-    return safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, reach), memory
+    return safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, reach, (reach, 5))
 
 
 def clear_twist(

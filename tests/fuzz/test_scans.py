@@ -44,11 +44,9 @@ def test_any_ranges_are_perceived(found, pose):
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
     scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
     region = scan_region(scan, pose, RADIUS, PARAMETERS)
-    memory = ScanMemory().remembered(scan, pose, 2.0, 5)
-    star = safety_star(memory, scan, smoothed_distances(scan), pose, RADIUS, 1.2)
+    star, memory = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS, 1.2, (2.0, 5))
     earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)
-    known = earlier.remembered(mean, pose + 0.01, 2.0, 5)
-    of_means = safety_star(known, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2)
+    of_means, _ = safety_star(earlier, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2, (2.0, 5))
     for values in (region.boundary.values, star.values, of_means.values):
         assert np.isfinite(values).all() and values.min() >= 0.0
     samples = np.arange(36) * len(star.values) // 36

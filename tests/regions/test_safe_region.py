@@ -14,6 +14,7 @@ from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
 SAFE = RADIUS + 0.01
 REACH = 1.2
+KEPT = REACH + 2.0 * SAFE, 5
 
 
 def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, ScanMemory, LaserScan, np.ndarray]:
@@ -24,8 +25,7 @@ def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, Sca
     for _ in range(poses):
         pose = pose + rng.uniform(-0.04, 0.04, 3)
         scan = cast(world, pose, beams=beams)
-        memory = memory.remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    star = safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH)
+        star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, SAFE, REACH, KEPT)
     return star, memory, scan, pose
 
 
@@ -44,10 +44,8 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
 @settings(max_examples=20)
 @given(seeds)
 def test_more_scans_never_certify_more(seed):
-    star, memory, scan, pose = driven(seed)
-    first = -memory.counts[-1]
-    latest = ScanMemory(memory.points[first:], memory.half_gaps[first:], memory.counts[-1:])
-    alone = safety_star(latest, scan, smoothed_distances(scan), pose, SAFE, REACH)
+    star, _, scan, pose = driven(seed)
+    alone, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, SAFE, REACH, KEPT)
     assert (star.values <= alone.values + 1e-12).all()
 
 
@@ -57,7 +55,8 @@ def test_the_memory_keeps_the_last_scans_and_never_changes():
     for count, kept in ((3, (1.0, 2.0, 3.0)), (1, (3.0,))):
         memories = [ScanMemory()]
         for scan in scans:
-            memories.append(memories[-1].remembered(scan, np.zeros(3), 3.5, count))
+            looked = scan, scan.distances, np.zeros(3), SAFE, REACH
+            memories.append(safety_star(memories[-1], *looked, (3.5, count))[1])
         assert [len(m.counts) for m in memories] == [min(k, count) for k in range(5)]
         memory = memories[-2]
         assert tuple(np.hypot(*memory.points[::4].T).tolist()) == kept and set(memory.counts) == {4}
@@ -82,8 +81,7 @@ def test_near_hits_are_those_of_the_filtered_scan_close_by():
 def test_outside_the_field_of_view_nothing_is_certified():
     pose = np.array((1.0, 2.0, 0.5))
     scan = LaserScan(0.0, -math.pi / 2, math.pi / 180, 0.0, 5.0, np.full(181, np.inf))
-    memory = ScanMemory().remembered(scan, pose, 2.0, 5)
-    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH)
+    star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
     ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
     assert covers(star.center, star.bearing_0, star.values, *ahead)
     assert not covers(star.center, star.bearing_0, star.values, *behind)
@@ -93,16 +91,14 @@ def test_a_robot_too_close_to_a_hit_may_only_move_away():
     ranges = np.full(360, np.inf)
     ranges[180] = SAFE - 0.005
     scan = LaserScan(0.0, -math.pi, 2.0 * math.pi / 360, 0.0, 5.0, ranges)
-    memory = ScanMemory().remembered(scan, np.zeros(3), 2.0, 5)
-    star = safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, REACH)
+    star, _ = safety_star(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, REACH, KEPT)
     angle = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     assert (star.values[np.cos(angle) > -1e-9] == 0.0).all()
     assert (star.values[np.cos(angle) < -1e-9] == REACH).all()
 
 
 def safe_star(scan: LaserScan, reach: float = REACH) -> SafetyStar:
-    memory = ScanMemory().remembered(scan, np.zeros(3), reach + 2.0 * SAFE, 5)
-    return safety_star(memory, scan, scan.distances, np.zeros(3), SAFE, reach)
+    return safety_star(ScanMemory(), scan, scan.distances, np.zeros(3), SAFE, reach, (reach + 2.0 * SAFE, 5))[0]
 
 
 def all_around(range_max: float = 5.0, **ranges: float) -> LaserScan:
@@ -146,8 +142,7 @@ def test_the_star_ends_before_the_edges_of_a_view() -> None:
     view = {"beams": 270, "angle_min": -0.3, "angle_increment": math.radians(1.0)}
     scan, pose = cast(world, **view), np.zeros(3)
     assert not scan.hits.any()
-    memory = ScanMemory().remembered(scan, pose, REACH + 2.0 * SAFE, 5)
-    star = safety_star(memory, scan, scan.distances, pose, SAFE, REACH)
+    star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
     bearing = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     edge = scan.angle_min + np.array((math.radians(60.0), math.radians(209.0)))
     inside = (bearing >= edge[0]) & (bearing <= edge[1])

@@ -26,7 +26,7 @@ def drive(start: np.ndarray, heading: float, step: float, count: int) -> np.ndar
 def remembered(scans: list[LaserScan], poses: np.ndarray) -> ScanMemory:
     memory = ScanMemory()
     for scan, pose in zip(scans, poses, strict=True):
-        memory = memory.remembered(scan, pose, REACH, COUNT)
+        _, memory = safety_star(memory, scan, scan.distances, pose, RADIUS, REACH, (REACH, COUNT))
     return memory
 
 
@@ -129,11 +129,8 @@ def test_between_two_walls_the_way_stays_open_in_spite_of_the_noise():
     for _ in range(60):
         scan = noisy(cast(passage, pose), 0.01, rng)
         earlier, mean = averaged(memory, scan, pose, REACH)
-        raw = memory = memory.remembered(scan, pose, REACH, COUNT)
-        for name, known, latest in (
-            ("nearest", raw, scan),
-            ("averaged", earlier.remembered(mean, pose, REACH, COUNT), mean),
-        ):
-            star = safety_star(known, latest, latest.distances, pose, RADIUS + margin, 1.2)
+        for name, known, latest in (("averaged", earlier, mean), ("nearest", memory, scan)):
+            looked = latest, latest.distances, pose, RADIUS + margin, 1.2
+            star, memory = safety_star(known, *looked, (REACH, COUNT))
             opened[name] += star.values[round(-star.bearing_0 / (2.0 * math.pi) * len(star.values))] > 0.2
     assert opened["nearest"] < 5 and opened["averaged"] > 40
