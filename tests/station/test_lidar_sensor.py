@@ -55,8 +55,11 @@ def add_shape(graph, source, frame, shape, X_FG, name):
     graph.AssignRole(source, geometry, ProximityProperties())
 
 
-def build(parameters=EXACT, *, speed=SPEED, yaw_rate=0.0, on_world=False, see_wheel=False, **options):
-    """A robot (a hull with a wheel) that drives towards a post at x = 3, with a lidar 0.2 m above the ground."""
+def build(parameters=EXACT, *, speed=SPEED, yaw_rate=0.0, on_world=False, see_wheel=False, reader=None, **options):
+    """A robot (a hull with a wheel) that drives towards a post at x = 3, with a lidar 0.2 m above the ground.
+
+    A `reader` is added, and its inputs connected to the lidar's outputs of the same names.
+    """
     builder = DiagramBuilder()
     graph = builder.AddSystem(SceneGraph())
     source = graph.RegisterSource("test")
@@ -79,6 +82,10 @@ def build(parameters=EXACT, *, speed=SPEED, yaw_rate=0.0, on_world=False, see_wh
         )
     )
     builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    if reader is not None:
+        builder.AddSystem(reader)
+        for port in map(reader.get_input_port, range(reader.num_input_ports())):
+            builder.Connect(lidar.GetOutputPort(port.get_name()), port)
     return builder.Build(), lidar
 
 
@@ -167,6 +174,29 @@ def test_a_lost_scan_leaves_the_last_one_there(delay):
 def test_scans_that_come_late_or_never_need_a_sampled_sensor():
     with pytest.raises(StarnavError, match=r"lidar.delay is 0.1, .* with sampled=False; allowed: 0, 0, 0"):
         build(LidarParameters(delay=0.1), sampled=False)
+
+
+class Reader(LeafSystem):
+    """Notes time, the scan's time, and the pose at the instants at which scans are taken."""
+
+    def __init__(self):
+        super().__init__()
+        self.scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
+        self.pose, self.read = self.DeclareVectorInputPort("pose", 3), []
+        self.DeclarePeriodicDiscreteUpdateEvent(0.05, 0.0, self.look)
+
+    def look(self, context, _):
+        self.read.append((context.get_time(), self.scan.Eval(context).time, *self.pose.Eval(context)))
+
+
+def test_discrete_updates_of_the_same_instant_see_the_scan_and_its_pose():
+    reader = Reader()
+    diagram, _ = build(yaw_rate=YAW_RATE, reader=reader)
+    Simulator(diagram).AdvanceTo(0.21)
+    assert len(reader.read) == 5
+    for time, taken, *pose in reader.read:
+        assert taken == time
+        assert pose == pytest.approx([SPEED * time, 0.0, YAW_RATE * time])
 
 
 def test_ports_tell_the_same():
