@@ -133,9 +133,9 @@ def add_navigation(
     controller the planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already
     stay so. The certificate guarantees nothing about a controller without the shield.
 
-    The lidar scans at multiples of its period, planner and controller follow two ticks (`simulation.time_step`) later;
-    what depends on scans alone is calculated when they first ask for it, see `ScanState`. Of simultaneous updates Drake
-    executes the unrestricted ones, such as the planner's, before the discrete ones, such as the controller's.
+    The lidar scans at multiples of its period, in an unrestricted update. What follows from a scan, the plan included,
+    is calculated when something first asks for it, see `ScanState`. Drake executes unrestricted updates before the
+    discrete ones of the same instant: the controller's sees the new scan and the plan from it.
 
     Margins, the certificate and the perception allow for the faults that the scenario declares; see `margins`.
 

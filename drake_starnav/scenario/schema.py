@@ -42,7 +42,11 @@ class SimulationParameters:
 
     timeout: float = parameter(0.0, "time a trial may take; 0 for the world's own", unit="s", low=0.0, high=1e6)
     time_step: float = parameter(
-        0.005, "tick of the schedule, and step of a discrete plant", unit="s", low=1e-4, high=0.02
+        0.005,
+        "step of a discrete plant; the delay of a drive is rounded up to a multiple of it",
+        unit="s",
+        low=1e-4,
+        high=0.02,
     )
     goal_tolerance: float = parameter(
         0.3, "distance from the goal at which it counts as reached", unit="m", above=0.0, high=10.0

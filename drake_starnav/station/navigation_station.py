@@ -96,7 +96,7 @@ def add_station(
     Args:
         builder: of the whole diagram; CENIC does not find a continuous plant any deeper.
         world, robot, lidar, localization, drive, seed: as for `NavigationStation`.
-        time_step: tick of the schedule, and the step of a discrete plant, s.
+        time_step: of a discrete plant, s; the delay of a drive is rounded up to a multiple of it.
         continuous: whether the plant may be continuous.
         settings: of the plant, laid over `plant_config`: keys of `MultibodyPlantConfig`.
     """

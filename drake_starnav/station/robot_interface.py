@@ -63,7 +63,7 @@ class RobotInterface(Diagram):
             lidar: the sensor.
             localization: error of the believed pose; none by default.
             drive: faults of the drive; none by default.
-            time_step: tick of the schedule, s; a discrete plant has its own.
+            time_step: to a multiple of which the delay of the drive is rounded up, s; a discrete plant has its own.
             seed: of the sensor's noise and of the faults.
         """
         super().__init__()
@@ -131,7 +131,7 @@ class RobotInterface(Diagram):
 
 
 def delay_steps(drive: DriveParameters, time_step: float) -> int:
-    """The drive's delay in ticks, rounded up: at least one if there is any delay."""
+    """The drive's delay in time steps, rounded up: at least one if there is any delay."""
     return max(math.ceil(drive.delay / time_step - 1e-9), int(drive.delay > 0.0))
 
 
