@@ -89,9 +89,9 @@ class LidarSensor(LeafSystem):
     geometry is not seen.
 
     With `sampled=True` a scan is taken when a run begins and at each multiple of 1/rate, and held in between as state,
-    an immutable snapshot. Discrete updates of the same instant see it already. With
-    `sampled=False` the outputs follow the inputs continuously and there is direct feedthrough; the noise still changes
-    only at multiples of 1/rate. The noise depends only on the seed and the number of the scan.
+    an immutable snapshot. Discrete updates of the same instant see it already. With `sampled=False` the outputs follow
+    the inputs continuously and there is direct feedthrough; the noise still changes only at multiples of 1/rate. The
+    noise depends only on the seed and the number of the scan.
 
     A sampled scan appears at the outputs `delay` seconds after it was taken, with the time and `X_WS` at acquisition;
     if a scan is lost, the outputs keep the last one.
@@ -201,11 +201,11 @@ class LidarSensor(LeafSystem):
         """The parameters of the sensor."""
         return self._parameters
 
-    def _pose(self, query: QueryObject) -> RigidTransform:
-        return query.GetPoseInWorld(self._parent) @ self._X_PS
+    def _pose(self, query: QueryObject) -> np.ndarray:
+        return (query.GetPoseInWorld(self._parent) @ self._X_PS).GetAsMatrix34()
 
     def _cast(
-        self, context: Context, query: QueryObject, X_WS: RigidTransform, X_WS_begin: RigidTransform | None = None
+        self, context: Context, query: QueryObject, X_WS: np.ndarray, X_WS_begin: np.ndarray | None = None
     ) -> np.ndarray:
         p = self._parameters
         distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
@@ -215,7 +215,7 @@ class LidarSensor(LeafSystem):
         query = self._query_port.Eval(context)
         X_WS = self._pose(query)
         ranges = self._cast(context, query, X_WS)
-        measurement.set_value(_Measurement(self._before.measured_at(context.get_time(), ranges), X_WS.GetAsMatrix34()))
+        measurement.set_value(_Measurement(self._before.measured_at(context.get_time(), ranges), X_WS))
 
     def _held(self, context: Context) -> _Held:
         return context.get_abstract_state(self._state).get_value()
@@ -231,19 +231,18 @@ class LidarSensor(LeafSystem):
     def _update(self, context: Context, state: State) -> EventStatus:
         held, query, time = self._held(context), self._query_port.Eval(context), context.get_time()
         X_WS = self._pose(query)
-        at_end = X_WS.GetAsMatrix34()
         shown, waiting, index = held.shown, held.waiting, scan_index(time, self._parameters.rate)
         if arrives(self._parameters, self._seed, index):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
-            begin = RigidTransform(held.X_WS_swept) if self._parameters.rolling and held.swept < time else None
+            begin = held.X_WS_swept if self._parameters.rolling and held.swept < time else None
             scan = self._before.measured_at(time, self._cast(context, query, X_WS, begin))
-            measured = _Measurement(scan, at_end)
+            measured = _Measurement(scan, X_WS)
             if waiting:
                 at = index % len(waiting)
                 waiting = (*waiting[:at], measured, *waiting[at + 1 :])
             else:
                 shown = measured
-        state.get_mutable_abstract_state(self._state).set_value(_Held(shown, waiting, time, at_end))
+        state.get_mutable_abstract_state(self._state).set_value(_Held(shown, waiting, time, X_WS))
         return EventStatus.Succeeded()
 
     def _release(self, context: Context, state: State) -> EventStatus:

@@ -94,16 +94,17 @@ class SceneSlices:
     def cast(
         self,
         query: QueryObject,
-        X_WS: RigidTransform,
+        X_WS: np.ndarray,
         fan: Fan,
         range_max: float,
-        X_WS_begin: RigidTransform | None = None,
+        X_WS_begin: np.ndarray | None = None,
     ) -> np.ndarray:
         """The true distance along each beam.
 
         Args:
             query: of the scene.
-            X_WS: pose of the sensor frame S; its x-y plane is the scan plane.
+            X_WS: pose of the sensor frame S, the upper rows of its matrix, shape (3, 4); its x-y plane is the scan
+                plane.
             fan: the beams.
             range_max: shapes farther than this may be ignored, m.
             X_WS_begin: pose when the sweep of the beams began, one beam before the first; None when all measure at
@@ -120,7 +121,7 @@ class SceneSlices:
         X_WF[0] = _IDENTITY
         for k, frame in enumerate(self._moving_frames, start=1):
             X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
-        keys, planes, end, stale = scan_planes(X_WF, X_WS.GetAsMatrix34(), self._keys)
+        keys, planes, end, stale = scan_planes(X_WF, X_WS, self._keys)
         if len(stale):
             self._refresh(keys, planes, stale, range_max)
         ranges = np.empty(len(fan.directions))
@@ -130,7 +131,7 @@ class SceneSlices:
             if len(self._moving.rows):
                 cast_groups(self._moving, end[1:], fan, ranges, range_max)
             return ranges
-        begin = planar_poses(X_WF, X_WS_begin.GetAsMatrix34(), planes)
+        begin = planar_poses(X_WF, X_WS_begin, planes)
         travel = math.hypot(end[0, 0] - begin[0, 0], end[0, 1] - begin[0, 1])
         near = ShapeBins.grouped([rows_near(self._anchored, end[0, 0], end[0, 1], range_max + travel)])
         cast_rolling(near, begin[:1], end[:1], fan, ranges, range_max)

@@ -82,7 +82,7 @@ class Scene:
         return self.graph.get_query_output_port().Eval(self.context)
 
     def cast(self, X_WS, slices=None):
-        ranges = (slices or SceneSlices(self.role)).cast(self.query(), X_WS, FAN, REACH)
+        ranges = (slices or SceneSlices(self.role)).cast(self.query(), X_WS.GetAsMatrix34(), FAN, REACH)
         return np.where(ranges < REACH, ranges, np.inf)
 
 
