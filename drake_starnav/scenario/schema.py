@@ -367,8 +367,39 @@ def _make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
         for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):
             if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
                 _make_absolute(world, "world", field_.name, folder)
+        if world.tag == Model.__name__ and "directives" in world:
+            world["directives"] = with_absolute_files(world["directives"], folder)
     if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
         _make_absolute(robot, "robot", "model", folder)
+
+
+def with_absolute_files(directives: Any, folder: Path) -> Any:
+    """Model directives, a list or a text that holds one, whose relative paths begin at a folder: Drake takes only URIs.
+
+    What is neither stays as it is, and so does a text without such paths.
+    """
+    entries = directives
+    if isinstance(directives, str) and "\n" in directives:
+        try:
+            entries = load_yaml(directives, "directives", _Loader)["directives"]
+        except (StarnavError, TypeError, KeyError):  # Drake says what is wrong
+            return directives
+    found = [
+        entry[kind]
+        for entry in (entries if isinstance(entries, list) else [])
+        if isinstance(entry, dict)
+        for kind in ("add_model", "add_directives")
+        if isinstance(entry.get(kind), dict)
+    ]
+    relative = [part for part in found if isinstance(part.get("file"), str) and "://" not in part["file"]]
+    for part in relative:
+        _make_absolute(part, "directives", "file", folder)
+        part["file"] = f"file://{part['file']}"
+    return _directives_text(entries) if relative else directives
+
+
+def _directives_text(directives: list[Any]) -> str:
+    return yaml.dump({"directives": directives}, Dumper=_TaggedDumper, sort_keys=False)
 
 
 def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
@@ -390,5 +421,5 @@ def _world(mapping: Any, place: str) -> Any:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
     values = dict(mapping)
     if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
-        values["directives"] = yaml.dump({"directives": values["directives"]}, Dumper=_TaggedDumper, sort_keys=False)
+        values["directives"] = _directives_text(values["directives"])
     return build(WORLD_KINDS[mapping.tag], values, "world", nearest=name_now)

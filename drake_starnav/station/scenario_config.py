@@ -2,6 +2,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Union
 
 from pydrake.common.yaml import yaml_dump_typed
@@ -9,7 +10,7 @@ from pydrake.multibody.parsing import ModelDirective, ModelDirectives
 
 from drake_starnav.parameters import build, declared, plain_struct
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.schema import DRAKE_CONFIGS, SECTIONS, check_takes_directives
+from drake_starnav.scenario.schema import DRAKE_CONFIGS, SECTIONS, check_takes_directives, with_absolute_files
 from drake_starnav.worlds import WORLD_KINDS
 
 Setting = Union[str, bool, int, float]  # noqa: UP007, Drake asks for this form
@@ -53,7 +54,8 @@ class ScenarioConfig(_Sections):
         kind, world = type(self.world).__name__, _values(self.world)
         if self.directives:
             check_takes_directives(kind, world.get("directives"), self.name)
-            world["directives"] = yaml_dump_typed(ModelDirectives(directives=self.directives))
+            text = yaml_dump_typed(ModelDirectives(directives=self.directives))
+            world["directives"] = with_absolute_files(text, Path.cwd())
         parts: dict[str, Any] = {key: build(cls, _values(getattr(self, key)), key) for key, cls in SECTIONS.items()}
         parts |= {key: dict(getattr(self, key)) for key in DRAKE_CONFIGS}
         return Scenario(self.name, build(WORLD_KINDS[kind], world, "world"), **parts)

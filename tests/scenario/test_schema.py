@@ -1,6 +1,8 @@
 """Scenarios read from YAML: what is accepted, and how what is not is refused."""
 
 import dataclasses
+import re
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -217,6 +219,31 @@ def test_directives_at_the_top_that_no_model_takes_are_refused(text: str, messag
         parse_scenario(text, name="x")
 
 
+@pytest.mark.parametrize("form", ["at the top", "a list of the world", "a text of the world"])
+def test_files_of_embedded_directives_are_found_beside_the_scenario(
+    form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = "- add_model: {name: a, file: parts/crate.sdf}\n- add_directives: {file: more.dmd.yaml}\n"
+    entries += "- add_model: {name: b, file: 'package://mine/b.sdf'}\n"
+    text = {
+        "at the top": f"world: !Model {{goal: [4, 0]}}\ndirectives:\n{entries}",
+        "a list of the world": f"world: !Model\n  goal: [4, 0]\n  directives:\n{textwrap.indent(entries, '  ')}",
+        "a text of the world": "world: !Model\n  goal: [4, 0]\n  directives: |\n    directives:\n"
+        + textwrap.indent(entries, "    "),
+    }[form]
+    (tmp_path / "mine.yaml").write_text(text)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    scenario = load_scenario(tmp_path / "mine.yaml")
+    files = re.findall(r"file: (.*)$|file: (.*)[,}]", scenario.world.directives, re.MULTILINE)
+    assert [a or b for a, b in files] == [
+        f"file://{tmp_path}/parts/crate.sdf",
+        f"file://{tmp_path}/more.dmd.yaml",
+        "package://mine/b.sdf",
+    ]
+    assert parse_scenario(scenario_text(scenario), name="mine") == scenario  # a worker may run elsewhere
+
+
 def test_directives_are_not_overridden() -> None:
     with pytest.raises(StarnavError, match="unknown key directives.file"):
         parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x", overrides=["directives.file=a.sdf"])
@@ -233,7 +260,7 @@ def test_directives_are_written_as_they_would_be_by_hand() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "directives:\n# a table of 1 m\u00b2\n\n- add_model: {name: a, file: \u00e4.sdf}\n",
+        "directives:\n# a table of 1 m\u00b2\n\n- add_model: {name: a, file: package://mine/\u00e4.sdf}\n",
         "directives: []\n\n\n",
         "directives:\n- add_model:\n    name: a",
         "  directives: []\n  # indented\n",
