@@ -21,7 +21,7 @@ from drake_starnav.navigation import Navigation, add_navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.schema import check_method
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
-from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor
+from drake_starnav.station.collision_monitor import COLLISION, CollisionMonitor, contact_in
 from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.model_world import make_world_with_footprints
@@ -58,6 +58,7 @@ class Trial:
 
     Attributes:
         outcome: reached, collision, struck (by a moving obstacle, while the robot stood), timeout or unreachable.
+        contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
         shortest_path_m: shortest path of the same radius given the full map, among the static obstacles; None if there
@@ -80,6 +81,7 @@ class Trial:
     method: str
     seed: int
     outcome: str
+    contact: str | None
     time_s: float
     path_length_m: float
     shortest_path_m: float | None
@@ -202,7 +204,7 @@ def run_trial(
 
 
 def scenario_station(builder: DiagramBuilder, scenario: Scenario, world: World, seed: int) -> Station:
-    """What trials drive in: `add_station` with the parameters of a scenario."""
+    """What trials drive in: `add_station` with the parameters of a scenario, for `make_simulator`."""
     return add_station(
         builder,
         world,
@@ -211,6 +213,7 @@ def scenario_station(builder: DiagramBuilder, scenario: Scenario, world: World, 
         localization=scenario.localization,
         drive=scenario.drive,
         time_step=scenario.simulation.time_step,
+        continuous=True,
         settings=scenario.plant_config,
         seed=seed,
     )
@@ -312,7 +315,7 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     """
     path, radius = run.driven[:, :2], scenario.robot.radius
     standing = clearance(world, path)
-    outcome = COLLISION if standing.min() < radius else run.message
+    outcome = COLLISION if standing.min() < radius else run.message.split()[0]
     clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
@@ -321,6 +324,7 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     )
     return {
         "outcome": outcome,
+        "contact": contact_in(run.message),
         "time_s": round(run.elapsed, 6),
         "path_length_m": length,
         "shortest_path_m": None if shortest is None else float(shortest[0]),
@@ -355,7 +359,8 @@ def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> fl
 def caption_lines(trial: Trial) -> tuple[str, ...]:
     """The caption of a trial's picture."""
     said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
-    outcome = said.get(trial.outcome, f"{trial.outcome} after {trial.time_s:.1f}\u00a0s")
+    what = trial.outcome if trial.contact is None else f"{trial.outcome} of {trial.contact}"
+    outcome = said.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
@@ -392,7 +397,7 @@ def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monito
 
 
 def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None]) -> str:
-    """Run until something ends the trial: reached, unreachable, collision, struck or timeout."""
+    """Run until something ends the trial, and return its message: it begins with the outcome."""
     simulator.Initialize()
     while True:
         now = simulator.get_context().get_time()
@@ -400,7 +405,7 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
             return "timeout"
         status = simulator.AdvanceTo(min(now + PROGRESS_PERIOD, timeout))
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-            return status.message().split()[0]
+            return status.message()
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
             raise StarnavError(f"simulation failed: {status.message()}")
         progress(simulator.get_context().get_time(), timeout)

@@ -198,7 +198,7 @@ def _table(record: dict) -> str:
     clearance = record["min_clearance_m"]
     micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
     rows = (
-        ("outcome", record["outcome"]),
+        ("outcome", record["outcome"] + (f" of {record['contact']}" if record["contact"] else "")),
         ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
         ("path", f"{record['path_length_m']:.2f} m{ratio}"),
         ("mean speed", f"{record['mean_speed_mps']:.2f} m/s"),

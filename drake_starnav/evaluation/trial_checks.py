@@ -65,6 +65,7 @@ RUN: Kinds = {
 """Fields of a trial that ran; one that did not run may have some of them."""
 RECORD_IF_THERE: Kinds = {
     "world": WHOLE,
+    "contact": _or_null(TEXT),
     **dict.fromkeys(
         (
             "mean_speed_mps", "mean_clearance_m", "jerk_mps3", "yaw_rate_change_radps2", "twist_energy_m2ps", "stops",

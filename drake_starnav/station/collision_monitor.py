@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from pydrake.common.value import Value
-from pydrake.geometry import GeometryId, QueryObject
+from pydrake.geometry import GeometryId, QueryObject, SceneGraphInspector
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.geometry.trajectory_metrics import STANDING
@@ -28,10 +28,10 @@ class CollisionMonitor(LeafSystem):
         geometry_query: abstract, `QueryObject` of the scene; what penetrates is in contact, a mesh as its convex hull.
         state: vector (x, y, yaw, v, omega) of the robot, m, rad and s; needed only if there are moving obstacles.
 
-    The simulator stops with status "reached termination" and a message that begins with the name of the contact and
-    gives the identifiers of both geometries. The contact is `STRUCK` if the robot stood and touches only moving
-    obstacles. A contact is missed only if it begins and ends within a period: in 0.02 s at 0.8 m/s, that of the hull
-    with the thinnest post if they overlap by less than 0.2 mm.
+    The simulator stops with status "reached termination" and a message such as `collision of base_link with crate at
+    3.200 s`: the name of the contact, and those of both bodies, see `body_name`. The contact is `STRUCK` if the robot
+    stood and touches only moving obstacles. A contact is missed only if it begins and ends within a period: in 0.02 s
+    at 0.8 m/s, that of the hull with the thinnest post if they overlap by less than 0.2 mm.
     """
 
     def __init__(
@@ -80,6 +80,25 @@ class CollisionMonitor(LeafSystem):
             all(b.get_value() in self._moving_obstacles for _, b in found)
             and abs(self._state.Eval(context)[3]) <= STANDING
         )
-        a, b = found[0]
-        message = f"{STRUCK if struck else COLLISION} of {a} with {b} at {context.get_time():.3f} s"
+        inspector = self._query.Eval(context).inspector()
+        a, b = (body_name(inspector, geometry) for geometry in found[0])
+        message = f"{STRUCK if struck else COLLISION} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)
+
+
+def body_name(inspector: SceneGraphInspector, geometry: GeometryId) -> str:
+    """The body of a geometry as a person calls it: `rack::shelf`, but `crate` for the body crate of a model crate.
+
+    A geometry of the world body goes by its own name.
+    """
+    frame = inspector.GetFrameId(geometry)
+    if frame == inspector.world_frame_id():
+        return inspector.GetName(geometry).rpartition("::")[2]
+    scope, _, body = inspector.GetName(frame).rpartition("::")
+    return scope if scope.rpartition("::")[2] == body else f"{scope}::{body}".removeprefix("::")
+
+
+def contact_in(message: str) -> str | None:
+    """The bodies of a message of `CollisionMonitor`, `base_link with crate`; None of any other message."""
+    name, _, rest = message.partition(" of ")
+    return rest.rpartition(" at ")[0] if name in (COLLISION, STRUCK) else None

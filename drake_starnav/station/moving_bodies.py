@@ -46,10 +46,10 @@ def add_moving_obstacles(
         inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, OBSTACLE_HEIGHT, [0.0, 0.0, 1.0])
         parent = plant.world_body()
         for (axis, direction), place in zip(_AXES.items(), start, strict=True):
-            # the body that slides along x has no mass
-            body = plant.AddRigidBody(
-                f"moving_obstacle_{k}_{axis}", model, inertia if axis == "y" else SpatialInertia.Zero()
-            )
+            if axis == "x":  # the body that slides along x has no mass
+                body = plant.AddRigidBody(f"moving_obstacle_{k}_slide", model, SpatialInertia.Zero())
+            else:
+                body = plant.AddRigidBody(f"moving_obstacle_{k}", model, inertia)
             joint = plant.AddJoint(
                 PrismaticJoint(f"moving_obstacle_{k}_{axis}", parent.body_frame(), body.body_frame(), direction)
             )

@@ -13,6 +13,7 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -21,7 +22,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor, body_name, contact_in
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import make_simulator
@@ -88,8 +89,8 @@ def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap) -> None:
     ((hull, obstacle),) = run.contacts()
     assert run.name(hull) == "hull"
     assert run.name(obstacle) == name
-    assert str(hull) in status.message()
-    assert str(obstacle) in status.message()
+    assert status.message() == f"collision of base_link with {name} at {run.context.get_time():.3f} s"
+    assert contact_in(status.message()) == f"base_link with {name}"
 
 
 @pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, 2.0), (0.0, -2.0), (-0.5, 0.5)])
@@ -125,7 +126,7 @@ def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) ->
     run = Run((0.0, 0.0), moving_obstacles=approaching(speed, angle))
     status = run.until(5.0)
     assert status.reason() == TOUCHED
-    assert status.message().startswith("struck of ")
+    assert status.message().startswith("struck of base_link with moving_obstacles::moving_obstacle_0 at ")
     assert run.context.get_time() == pytest.approx(0.5 / speed, abs=2.1 * STEP)
     ((hull, obstacle),) = run.contacts()
     assert (run.name(hull), run.name(obstacle)) == ("hull", "moving_obstacle_0")
@@ -183,6 +184,33 @@ def test_no_contact_is_too_short(depth: float) -> None:
     simulator = make_simulator(builder.Build())
     assert simulator.AdvanceTo(3.0).reason() == TOUCHED
     assert simulator.get_context().get_time() < 1.6
+
+
+def test_bodies_are_called_as_a_person_calls_them() -> None:
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.001)
+    names, inertia = {}, SpatialInertia.SolidSphereWithMass(1.0, 0.2)
+
+    def add(body, expected: str) -> None:
+        shape = plant.RegisterCollisionGeometry(
+            body, RigidTransform(), Sphere(0.2), f"s{len(names)}", ProximityProperties()
+        )
+        names[shape] = expected
+
+    add(plant.AddRigidBody("loose", inertia), "loose")
+    crate = '<sdf version="1.7"><model name="crate"><link name="crate"/><link name="lid"/></model></sdf>'
+    for prefix, parser in (("", Parser(plant)), ("left::", Parser(plant, "left"))):
+        (model,) = parser.AddModelsFromString(crate, "sdf")
+        add(plant.GetBodyByName("crate", model), f"{prefix}crate")
+        add(plant.GetBodyByName("lid", model), f"{prefix}crate::lid")
+    add(plant.world_body(), "s5")
+    plant.Finalize()
+    assert {g: body_name(scene_graph.model_inspector(), g) for g in names} == names
+
+
+@pytest.mark.parametrize("message", ["reached", "unreachable", "a goal of mine with moss"])
+def test_other_messages_name_no_contact(message: str) -> None:
+    assert contact_in(message) is None
 
 
 def test_hydroelastic_contact_is_contact() -> None:
