@@ -18,6 +18,7 @@ from drake_starnav.planning import PlanStep, plan_step
 from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import with_margins
+from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import STATION_OUTPUTS, NavigationStation, Station
 from drake_starnav.station.robot_interface import RobotInterface, delay_steps
@@ -419,11 +420,37 @@ def _add_baseline(
     return dataclasses.replace(made, controller=controller)
 
 
-def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = None) -> Diagram:
+class NavigationDiagram(Diagram):
+    """The diagram of a scenario, see `make_diagram`.
+
+    Attributes:
+        navigation: the systems in it.
+        simulator_config: the scenario's, for `make_simulator`.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int, world: World | None) -> None:
+        """Arguments as of `make_diagram`."""
+        super().__init__()
+        scenario_simulator_config(scenario.simulator_config)  # refused before it is used
+        self.simulator_config = scenario.simulator_config
+        builder = DiagramBuilder()
+        self.navigation = add_navigation(builder, scenario, seed=seed, world=world)
+        for name in ("planner", "matcher", "controller"):
+            system = getattr(self.navigation, name)
+            for port_name, port in ({} if system is None else outputs(system)).items():
+                builder.ExportOutput(port, f"{name}.{port_name}")
+        for name in STATION_OUTPUTS:
+            builder.ExportOutput(self.navigation.station.GetOutputPort(name), name)
+        builder.BuildInto(self)
+        self.set_name(scenario.name)
+
+
+def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = None) -> NavigationDiagram:
     """The built diagram of a scenario: simulate it, or add it to a builder of your own.
 
-    It exports the planner's, the controller's and the station's outputs under dotted names: `planner.guidance`,
-    `planner.short_term_goal`, `planner.roadmap`, `planner.status` (if there is a planner), `controller.twist_command`,
+    Any simulator steps it; `make_simulator` also applies the scenario's `simulator_config`. It exports the planner's,
+    the controller's and the station's outputs under dotted names: `planner.guidance`, `planner.short_term_goal`,
+    `planner.roadmap`, `planner.status` (if there is a planner), `controller.twist_command`,
     `controller.guiding_vector`, `controller.certificate`, and all of the station's; if the scenario declares that the
     believed pose errs, also `matcher.pose` and the others of the matcher.
 
@@ -432,17 +459,4 @@ def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = Non
         seed: of the world and of the sensor's noise.
         world: in which to drive, instead of the scenario's.
     """
-    builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario, seed=seed, world=world)
-    systems = {"planner": navigation.planner, "matcher": navigation.matcher, "controller": navigation.controller}
-    for name, system in systems.items():
-        if system is None:
-            continue
-        for index in range(system.num_output_ports()):
-            port = system.get_output_port(index)
-            builder.ExportOutput(port, f"{name}.{port.get_name()}")
-    for name in STATION_OUTPUTS:
-        builder.ExportOutput(navigation.station.GetOutputPort(name), name)
-    diagram = builder.Build()
-    diagram.set_name(scenario.name)
-    return diagram
+    return NavigationDiagram(scenario, seed, world)

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from pydrake.common.value import Value
+from pydrake.multibody.plant import ContactModel
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
@@ -19,6 +20,7 @@ from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.star_perception import StarPerception
@@ -43,6 +45,19 @@ def test_exports_what_its_docstring_says() -> None:
     simulator.AdvanceTo(0.1)
     for name in EXPORTS:
         diagram.GetOutputPort(name).Eval(simulator.get_context())
+
+
+def test_the_diagram_and_its_simulator_keep_the_settings_of_plant_and_integrator() -> None:
+    changes = ["plant_config.contact_model=hydroelastic", "plant_config.penetration_allowance=0.002"]
+    changes += ["simulator_config.target_realtime_rate=1000", "simulator_config.publish_every_time_step=true"]
+    diagram = make_diagram(posts(overrides=changes))
+    plant = diagram.navigation.station.plant
+    assert plant.get_contact_model() == ContactModel.kHydroelasticsOnly
+    simulator = make_simulator(diagram)
+    assert simulator.get_target_realtime_rate() == 1000.0
+    assert not make_simulator(diagram, settings={}).get_target_realtime_rate()
+    with pytest.raises(StarnavError, match="unknown key simulator_config.speed"):
+        make_diagram(posts(overrides=["simulator_config.speed=2"]))
 
 
 def test_the_systems_are_wired_and_the_robot_drives_to_its_goal() -> None:

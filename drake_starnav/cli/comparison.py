@@ -15,8 +15,8 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.simulation import run_trial
-from drake_starnav.station.model_world import add_model, floor_geometries, make_world_with_footprints
-from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_world
+from drake_starnav.station.model_world import floor_geometries, make_world_with_footprints
+from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
 from drake_starnav.visualization.film import Actor, Film
@@ -208,10 +208,7 @@ def _publish_world(meshcat: Meshcat, world: World) -> None:
     """Show the obstacles."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    if world.model is None:
-        add_world(plant, world)
-    else:
-        add_model(plant, scene_graph, world.model)
+    add_still_obstacles(plant, world)
     plant.Finalize()
     show_collision_shapes(plant, scene_graph, floor_geometries(plant, scene_graph))
     looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)

@@ -112,7 +112,7 @@ class LiveRun:
         self._navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, goal=goal)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)
-        self.simulator = make_simulator(builder.Build())
+        self.simulator = make_simulator(builder.Build(), settings=scenario.simulator_config)
         self.simulator.set_target_realtime_rate(real_time_rate)
         if html is not None:
             start_recording(self.meshcat, scenario.recording, live=True)
@@ -161,7 +161,7 @@ class LiveRun:
             status = self.simulator.AdvanceTo(STEP * (round(self.time / STEP) + 1))  # where events end steps anyway
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
-                self._end(f"{status.message().split()[0]} after {self.time:.1f} s")
+                self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")
             else:
                 self._tell()
         ended, said = bool(self.outcome), self.outcome or self._said or "press start"

@@ -17,7 +17,7 @@ from drake_starnav.scenario.faults import DriveParameters, LocalizationParameter
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
-from drake_starnav.station.plant import add_plant
+from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
 from drake_starnav.worlds.world import World
 
@@ -84,26 +84,27 @@ def add_station(
     localization: LocalizationParameters | None = None,
     drive: DriveParameters | None = None,
     time_step: float = SimulationParameters.time_step,
-    continuous: bool = True,
+    continuous: bool = False,
     settings: Mapping[str, Any] = MappingProxyType({}),
     seed: int = 0,
 ) -> Station:
     """Add a robot in its world to a builder: `plant`, `scene_graph`, `robot` and what moves the obstacles that move.
 
-    The plant is continuous, for the diagram's own `make_simulator`; where obstacles move it is discrete, as what moves
-    them must know its steps.
+    The plant is discrete, so that any simulator steps it. A continuous one takes half of the time, but needs the
+    diagram's own `make_simulator`: under a plain `Simulator` it takes a thousand times as long.
 
     Args:
-        builder: of the whole diagram; CENIC does not find a continuous plant any deeper.
+        builder: to which they are added; for a continuous plant that of the whole diagram, as CENIC looks no deeper.
         world, robot, lidar, localization, drive, seed: as for `NavigationStation`.
         time_step: of a discrete plant, s; the delay of a drive is rounded up to a multiple of it.
-        continuous: whether the plant may be continuous.
+        continuous: whether the plant may be continuous. It is discrete all the same where obstacles move, whose drive
+            must know its steps, and with settings of the discrete contact solver.
         settings: of the plant, laid over `plant_config`: keys of `MultibodyPlantConfig`.
     """
     if not time_step > 0.0:
         raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
     moving = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
-    step = 0.0 if continuous and not moving else time_step
+    step = 0.0 if continuous and not moving and not DISCRETE_ONLY & set(settings) else time_step
     plant, scene_graph, model, ground = add_plant(builder, world, robot, step, settings)
     floor = [ground] if world.model is None else floor_geometries(plant, scene_graph)
     equipment = RobotInterface(
@@ -139,7 +140,7 @@ class NavigationStation(Diagram):
         cheat.contact_results: `ContactResults` of the plant.
         cheat.geometry_query: `QueryObject` of the scene.
 
-    The plant is discrete, so that any simulator steps it, at any depth of a diagram; `add_station` makes a faster one.
+    The plant is discrete, so that any simulator steps it, at any depth of a diagram; `add_station` knows a faster one.
     """
 
     def __init__(
@@ -175,7 +176,6 @@ class NavigationStation(Diagram):
             localization=localization,
             drive=drive,
             time_step=time_step,
-            continuous=False,
             settings=settings,
             seed=seed,
         )

@@ -11,24 +11,27 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
 
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
-from drake_starnav.station.model_world import add_model, drop_half_spaces
+from drake_starnav.station.model_world import drop_half_spaces
 from drake_starnav.station.moving_bodies import add_moving_obstacles
 from drake_starnav.station.robot_model import add_robot
-from drake_starnav.station.world_geometry import add_ground, add_world
+from drake_starnav.station.world_geometry import add_ground, add_still_obstacles
 from drake_starnav.worlds.world import World
 
+DISCRETE_ONLY = frozenset(("discrete_contact_approximation", "sap_near_rigid_threshold", "use_sampled_output_ports"))
+"""Settings of a plant that a continuous one ignores."""
 LONGEST_STEP = 0.02
 """Of a continuous plant, s; events end steps earlier. Driven by recorded twists for 20 m, a robot ends 5 mm from where
 half of it takes it."""
 
 
-def plant_config(time_step: float = 0.0) -> MultibodyPlantConfig:
+def plant_config(time_step: float = SimulationParameters.time_step) -> MultibodyPlantConfig:
     """Settings of a plant with which the robots drive as commanded.
 
     Args:
         time_step: of a discrete plant, s, which any simulator steps, at any depth of a diagram; 0 for a continuous one,
-            which takes a third of the time, and which `make_simulator` steps.
+            which takes half of the time under `make_simulator`, and a thousand times as long under a plain `Simulator`.
     """
     return MultibodyPlantConfig(
         time_step=time_step,
@@ -39,7 +42,7 @@ def plant_config(time_step: float = 0.0) -> MultibodyPlantConfig:
 
 
 def make_simulator(
-    diagram: Diagram, context: Context | None = None, settings: Mapping[str, Any] = MappingProxyType({})
+    diagram: Diagram, context: Context | None = None, settings: Mapping[str, Any] | None = None
 ) -> Simulator:
     """A simulator that steps a continuous plant by Drake's CENIC integrator, and a discrete one as any does.
 
@@ -50,9 +53,10 @@ def make_simulator(
     Args:
         diagram: the integrator finds a continuous plant under the name "plant" directly in it.
         context: to begin from, instead of the diagram's default.
-        settings: laid over ours: keys of `SimulatorConfig`.
+        settings: laid over ours: keys of `SimulatorConfig`; None for those of the scenario of a `make_diagram`.
     """
     simulator = Simulator(diagram, context)
+    settings = getattr(diagram, "simulator_config", {}) if settings is None else settings
     if diagram.HasSubsystemNamed("plant") and diagram.GetSubsystemByName("plant").num_continuous_states() > 0:
         ours = SimulatorConfig(
             integration_scheme="cenic",
@@ -95,10 +99,7 @@ def add_plant(
     plant, scene_graph = AddMultibodyPlant(scenario_plant_config(settings, plant_config(time_step)), builder)
     model = add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)
-    if world.model is None:
-        add_world(plant, world)
-    else:
-        add_model(plant, scene_graph, world.model)
+    add_still_obstacles(plant, world)
     add_moving_obstacles(plant, scene_graph, world.moving_obstacles, model)
     plant.Finalize()
     if world.model is not None:

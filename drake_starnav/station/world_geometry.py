@@ -6,8 +6,11 @@ import numpy as np
 from pydrake.common import MemoryFile
 from pydrake.geometry import Box, Convex, Cylinder, GeometryId, InMemoryMesh, Mesh, Shape, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
+from drake_starnav.errors import StarnavError
+from drake_starnav.station.model_world import add_model
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.world import World
 
@@ -38,9 +41,26 @@ def add_ground(plant: MultibodyPlant, extent: tuple[float, float, float, float])
 def add_world(plant: MultibodyPlant, world: World) -> None:
     """Register the obstacles of a world, for collision and display, on the world body of a plant not yet finalized.
 
-    They are anchored to the world body, which keeps a thousand of them cheap to simulate. The time to register them
-    grows with the square of their number, 1 s for 1,000, as Drake stores for each pair whether it may collide.
+    The bodies of a model file are added as its models. All else is anchored to the world body, which keeps a thousand
+    obstacles cheap to simulate. The time to register them grows with the square of their number, 1 s for 1,000, as
+    Drake stores for each pair whether it may collide.
+
+    Raises:
+        StarnavError: the world has moving obstacles, which only `add_station` can drive; or as of `add_model`.
     """
+    if len(world.moving_obstacles):
+        raise StarnavError(
+            f"world {world.name} has {len(world.moving_obstacles)} moving obstacles; allowed in a plant of your own: "
+            "obstacles that stand, as add_station also adds what drives the others"
+        )
+    add_still_obstacles(plant, world)
+
+
+def add_still_obstacles(plant: MultibodyPlant, world: World) -> None:
+    """The same as `add_world`, without a world's moving obstacles."""
+    if world.model is not None:  # whose footprints are the world's cylinders and polygons
+        add_model(plant, Parser(plant).scene_graph(), world.model)
+        return
     z = 0.5 * OBSTACLE_HEIGHT
     for k, (x, y, radius) in enumerate(world.cylinders):
         _add(plant, f"cylinder_{k}", Cylinder(radius, OBSTACLE_HEIGHT), RigidTransform([x, y, z]), OBSTACLE_COLOR)

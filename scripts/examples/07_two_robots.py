@@ -1,9 +1,9 @@
 """Two robots in one plant, each with its own navigator, change places and see each other.
 
 The plant is the user's own: `add_robot` puts a robot into it, `RobotInterface` gives it lidar and wheels, and
-`add_navigation` the rest. It is continuous, which `make_simulator` steps; with `plant_config(0.005)` it would be a
-discrete one for any `Simulator`. To each robot the other is an obstacle that was not there before. The braking
-certificate holds for static obstacles; both keep a wider margin from moving ones.
+`add_navigation` the rest. It is continuous, which `make_simulator` steps twice as fast as any simulator steps the plant
+of `plant_config()`. To each robot the other is an obstacle that was not there before. The braking certificate holds for
+static obstacles; both keep a wider margin from moving ones.
 
 Run: python scripts/examples/07_two_robots.py [--png FILE]
 """
@@ -73,7 +73,7 @@ def main(png: Path | None) -> None:
     back = dataclasses.replace(there, start=(*there.goal, np.pi), goal=there.start[:2])
     worlds = {"blue": there, "orange": back}
     builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(plant_config(), builder)
+    plant, scene_graph = AddMultibodyPlant(plant_config(time_step=0.0), builder)
     ground = add_ground(plant, there.extent)
     add_world(plant, there)
     models = {

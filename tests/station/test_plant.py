@@ -18,7 +18,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import scenario_station
 from drake_starnav.station.navigation_station import Station, add_station
-from drake_starnav.station.plant import LONGEST_STEP, add_plant, make_simulator, plant_config
+from drake_starnav.station.plant import DISCRETE_ONLY, LONGEST_STEP, add_plant, make_simulator, plant_config
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
@@ -104,6 +104,29 @@ localization: {drift: 0.03}
         assert states[0].tobytes() == states[1].tobytes()
 
 
+def test_what_is_not_asked_to_be_continuous_goes_under_any_simulator() -> None:
+    builder = DiagramBuilder()
+    station = add_station(builder, OPEN, RobotParameters(), LIDAR)
+    assert station.plant.time_step() == 0.005 and builder.Build().CreateDefaultContext().num_continuous_states() == 0
+
+
+@pytest.mark.parametrize("key", sorted(DISCRETE_ONLY))
+def test_settings_that_a_continuous_plant_ignores_make_it_discrete(key: str) -> None:
+    values = {
+        "discrete_contact_approximation": "sap",
+        "sap_near_rigid_threshold": 0.5,
+        "use_sampled_output_ports": True,
+    }
+    station = add_station(
+        DiagramBuilder(), OPEN, RobotParameters(), LIDAR, continuous=True, settings={key: values[key]}
+    )
+    assert station.plant.time_step() == 0.005
+    kept = add_station(
+        DiagramBuilder(), OPEN, RobotParameters(), LIDAR, continuous=True, settings={"contact_model": "point"}
+    )
+    assert kept.plant.time_step() == 0.0
+
+
 def test_a_discrete_plant_has_a_simulator_as_any() -> None:
     run = Drive(continuous=False)
     assert run.station.plant.time_step() == 0.005
@@ -116,7 +139,7 @@ def test_a_discrete_plant_has_a_simulator_as_any() -> None:
 
 
 def test_the_plant_is_the_one_that_is_asked_for() -> None:
-    assert plant_config().time_step == 0.0
+    assert plant_config().time_step == 0.005
     for step in (0.0, 0.002):
         plant, _, model, _ = add_plant(DiagramBuilder(), POST, RobotParameters(), step)
         assert plant.time_step() == step and plant.is_finalized()

@@ -10,6 +10,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.navigation_station import NavigationStation
@@ -21,6 +22,8 @@ from drake_starnav.station.world_geometry import (
     add_ground,
     add_world,
 )
+from drake_starnav.worlds import Model, make_world
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
@@ -53,6 +56,24 @@ def shapes(world: World, role: Role = Role.kProximity) -> dict:
         name = inspector.GetName(geometry).split("::")[-1].removesuffix("_visual")
         found[name] = (inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry))
     return found
+
+
+def test_the_bodies_of_a_model_file_are_there() -> None:
+    world = make_world(Model("package://drake_starnav/worlds/furniture.sdf", goal=[5.4, 3.0]), 0, 0.25)
+    station = NavigationStation(world, RobotParameters(), LidarParameters(beams=3))
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.01)
+    add_world(plant, world)
+    plant.Finalize()
+    robot_and_ground = len(station.robot_geometries) + 1
+    assert plant.num_collision_geometries() == station.plant.num_collision_geometries() - robot_and_ground > 0
+
+
+def test_moving_obstacles_are_not_left_out_in_silence() -> None:
+    world = world_of(moving_obstacles=MovingObstacles([0.3], ([(0.0, 2.0, 0.0), (1.0, 3.0, 0.0)],)))
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), time_step=0.01)
+    with pytest.raises(StarnavError, match="world test has 1 moving obstacles; allowed in a plant of your own"):
+        add_world(plant, world)
 
 
 def footprint(shape, X_WG: RigidTransform) -> tuple[np.ndarray, float, float]:
