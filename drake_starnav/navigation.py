@@ -239,7 +239,7 @@ def _add_planning(
     if _tracks(scenario):
         tracker = builder.AddNamedSystem(
             "tracker",
-            ObstacleTracker(scenario.obstacles, rate=lidar.rate, stopwatch=stopwatch),
+            ObstacleTracker(scenario.obstacles, lidar, stopwatch=stopwatch),
         )
         builder.Connect(scan, tracker.GetInputPort("scan"))
         builder.Connect(station.GetOutputPort("localization.scan_pose"), tracker.GetInputPort("pose"))

@@ -86,6 +86,11 @@ class LidarParameters:
         return self.angle_max - self.angle_min > 2.0 * math.pi - 1e-9
 
     @property
+    def range_deviation(self) -> float:
+        """Standard deviation of the range error of hits, by noise and rounding, m."""
+        return math.hypot(self.noise, self.quantisation / math.sqrt(12.0))
+
+    @property
     def release_offset(self) -> float:
         """Time from a multiple of the period to the release of delayed scans, s."""
         rest = math.fmod(self.delay, 1.0 / self.rate)

@@ -4,6 +4,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.systems.release import weakly
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
@@ -31,19 +32,20 @@ class ObstacleTracker(LeafSystem):
     """
 
     def __init__(
-        self, obstacles: DynamicObstacleParameters, *, rate: float, stopwatch: Stopwatch | None = None
+        self, obstacles: DynamicObstacleParameters, lidar: LidarParameters, *, stopwatch: Stopwatch | None = None
     ) -> None:
         """
         Args:
             obstacles: what is declared about dynamic obstacles.
-            rate: of the lidar, Hz.
+            lidar: whose rate and range error are used.
             stopwatch: where to note `track` times, if anywhere.
         """
         super().__init__()
-        self._obstacles, self._stopwatch = obstacles, stopwatch or Stopwatch()
+        self._obstacles, self._range_deviation = obstacles, lidar.range_deviation
+        self._stopwatch = stopwatch or Stopwatch()
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
-        self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), rate=rate)
+        self._tracked = ScanState(self, Tracked(), self._after, (self._scan, self._pose), rate=lidar.rate)
         depends = {self._tracked.ticket}
         self.DeclareAbstractOutputPort("scan", lambda: Value(Tracked().scan), weakly(self._calc_scan), depends)
         self.DeclareAbstractOutputPort("tracks", lambda: Value(Tracks()), weakly(self._calc_tracks), depends)
@@ -56,7 +58,7 @@ class ObstacleTracker(LeafSystem):
             before = Tracked()
         pose = self._pose.Eval(context).copy()
         with self._stopwatch.measure("track"):
-            return track(before, scan, pose, self._obstacles)
+            return track(before, scan, pose, self._obstacles, self._range_deviation)
 
     def _calc_scan(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._tracked.Eval(context).scan)

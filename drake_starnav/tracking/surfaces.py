@@ -17,34 +17,30 @@ from drake_starnav.tracking.occupancy_history import connected
 FLATNESS = 0.05
 NOISES = 5.0
 """A notch of less than this between two things is not seen, m; nor one of less than so many standard deviations of the
-noise, as far as the scan itself shows it."""
+range error."""
+WIDEST_SPACING = 0.05
+"""Farther than where two beams are this far apart, m, nothing is known to be large: the notches between discs of 0.15 m
+or more that stand side by side, seen from any side, show only nearer than that."""
 
 
-def on_large_surfaces(scan: LaserScan, width: float) -> np.ndarray:
-    """Which hits are on a convex surface that is wider than `width` (m), shape (n,), bool.
+def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> np.ndarray:
+    """Which hits are on a convex surface that is wider than `width`, shape (n,), bool.
 
     Lost beams do not split surfaces.
 
     Args:
         scan: in S.
         width: m.
+        range_deviation: declared standard deviation of the range error, m. That of the scan itself is no measure: the
+            rims of discs side by side bend as much as a noisy wall.
     """
     out = np.zeros(len(scan.ranges), bool)
     said = np.flatnonzero(~scan.lost)
-    distance, hit = scan.distances[said], (scan.ranges < scan.range_max)[said]
-    notch = max(FLATNESS, NOISES * noise_shown(distance, hit))
+    distance = scan.distances[said]
+    hit = (scan.ranges[said] < scan.range_max) & (distance * scan.angle_increment <= WIDEST_SPACING)
+    notch = max(FLATNESS, NOISES * range_deviation)
     out[said] = _large(distance, scan.bearings[said], hit, scan.full_circle, width, notch)
     return out
-
-
-def noise_shown(distance: np.ndarray, hit: np.ndarray) -> float:
-    """Standard deviation of the range noise as the bends between three hits show it, m; robust to steps and corners.
-
-    Args:
-        distance, hit: of the beams that are not lost, shape (n,), m and bool.
-    """
-    bend = np.abs(np.diff(distance, 2))[hit[:-2] & hit[1:-1] & hit[2:]]
-    return float(np.median(bend)) / (0.6745 * math.sqrt(6.0)) if len(bend) else 0.0
 
 
 @njit(cache=True)

@@ -34,20 +34,27 @@ class Tracked:
     pose: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
-def track(before: Tracked, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters) -> Tracked:
+def track(
+    before: Tracked,
+    scan: LaserScan,
+    pose: np.ndarray,
+    parameters: DynamicObstacleParameters,
+    range_deviation: float = 0.0,
+) -> Tracked:
     """The state after one more scan.
 
     Args:
         before: the state until then; it is not changed.
         scan: the latest, in the sensor frame S; a rolling one is de-skewed.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: of the tracker.
+        parameters: what is declared about dynamic obstacles.
+        range_deviation: declared standard deviation of the range error, m.
     """
     if scan.time_increment > 0.0 and before.grid is not None:
         scan = deskewed(scan, before.pose, before.scan.time, pose)
     grid = before.grid or OccupancyHistory.about(pose[:2])
     motion = grid.classified(scan, pose, parameters)
-    large = on_large_surfaces(scan, 2.0 * parameters.max_radius)
+    large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     may_start = grid.may_start(scan, pose, large) & parameters.guarded
     walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STATIC), pose)))
     tracks = updated(before.tracks, scan, motion, may_start, pose, parameters, walls)

@@ -81,7 +81,7 @@ def all_systems() -> list[System]:
         station.GetSubsystemByName("robot"),  # its `RobotInterface`
         LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
         PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
-        ObstacleTracker(defaults.obstacles, rate=lidar.rate),
+        ObstacleTracker(defaults.obstacles, lidar),
         StarPerception(robot, planner, controller, lidar),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate),
         StarRoadmapPlanner(robot, planner, lidar),

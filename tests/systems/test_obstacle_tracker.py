@@ -8,6 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
+from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -32,7 +33,7 @@ def put_nothing(system: ObstacleTracker, context: Context) -> None:
 
 
 def started() -> tuple[Simulator, ObstacleTracker, Context]:
-    system = ObstacleTracker(OBSTACLES, rate=1.0 / PERIOD)
+    system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD))
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     put_nothing(system, context)

@@ -16,10 +16,12 @@ from tests.helpers.scenes import Scene, hall
 
 WIDTH = 1.2
 HALF = 3.0
+NEAR = 1.8
+"""Half sides of rooms, m; of the second one all is so near that it can be known to be large."""
 
 
-def large(scan: LaserScan) -> np.ndarray:
-    return on_large_surfaces(scan, WIDTH)
+def large(scan: LaserScan, noise: float = 0.01) -> np.ndarray:
+    return on_large_surfaces(scan, WIDTH, noise)
 
 
 def own(scan: LaserScan, pose: np.ndarray, disc: tuple[float, float, float]) -> np.ndarray:
@@ -53,24 +55,47 @@ def test_two_discs_that_touch_are_not_one_large_thing(seed: int, first: float, s
     assert not large(scan)[own(scan, pose, (1.7, 0.0, first))].any()
 
 
+@settings(max_examples=150, deadline=None)
+@given(
+    seed=seeds,
+    radius=st.floats(0.15, 0.5),
+    gap=st.floats(0.0, 0.3),
+    slant=st.floats(0.0, 1.2),
+    away=st.floats(0.9, 9.0),
+    beams=st.sampled_from([120, 360, 1000]),
+    noise=st.sampled_from([0.0, 0.01]),
+)
+def test_discs_in_a_row_are_no_wall(seed, radius, gap, slant, away, beams, noise) -> None:
+    """Nor where nothing else is in view, nor from so far that the gaps between them cannot be seen."""
+    rng = np.random.default_rng(seed)
+    along = (2.0 * radius + gap) * np.array((math.sin(slant), math.cos(slant)))
+    places = np.array((away + radius, 0.0)) + np.arange(-3, 4)[:, None] * along
+    row = World("row", (0, 0, 0), (0, 0), cylinders=[(*place, radius) for place in places], bounds=(-20, -20, 20, 20))
+    scan = cast(row, np.array((0.0, 0.0, rng.uniform(-3.0, 3.0))), beams=beams, range_max=10.0)
+    ranges = scan.ranges + noise * rng.standard_normal(beams)
+    scan = dataclasses.replace(scan, ranges=np.where(scan.hits, np.maximum(ranges, 0.0), np.inf))
+    assert scan.hits.any()
+    assert not large(scan, noise).any()
+
+
 def test_walls_are_large_wherever_the_scan_begins() -> None:
     for yaw in np.linspace(-math.pi, math.pi, 9):
-        assert large(cast(hall(half=HALF), np.array((0.3, -0.4, yaw)))).all()
+        assert large(cast(hall(half=NEAR), np.array((0.1, -0.2, yaw)))).all()
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.02, 0.03])
 def test_noise_tears_no_wall_to_pieces_and_makes_no_disc_part_of_one(noise: float) -> None:
-    disc = (HALF - 0.3, 0.4, 0.3)
-    bare, standing = (Scene(hall(*discs, half=HALF), (), lambda t: np.zeros((0, 2))) for discs in ((), (disc,)))
+    disc = (NEAR - 0.3, 0.4, 0.3)
+    bare, standing = (Scene(hall(*discs, half=NEAR), (), lambda t: np.zeros((0, 2))) for discs in ((), (disc,)))
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        pose = np.array((0.3, -0.4, rng.uniform(-3.0, 3.0)))
-        assert large(bare.scan(0.0, pose, rng, noise)).mean() > 0.97
+        pose = np.array((0.1, -0.2, rng.uniform(-3.0, 3.0)))
+        assert large(bare.scan(0.0, pose, rng, noise), noise).mean() > 0.97
         scan = standing.scan(0.0, pose, rng, noise)
         hit = np.hypot(*(standing.scan(0.0, pose).points(pose) - disc[:2]).T) < 0.3 + 1e-6
         points = scan.points(pose)
         assert hit.sum() > 8
-        assert not large(scan)[hit & (points[:, 0] < HALF - 0.15)].any()
+        assert not large(scan, noise)[hit & (points[:, 0] < NEAR - 0.15)].any()
 
 
 @pytest.mark.parametrize("thickness", [0.05, 0.12, 0.4])

@@ -25,7 +25,7 @@ def test_all_beams_of_a_track_that_counts_move() -> None:
 
 
 def test_with_full_caution_what_stands_may_start_and_else_is_trusted_to_stay() -> None:
-    scene = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
+    scene = Scene(hall((1.0, 0.0, 0.3), half=2.0), (), lambda t: np.zeros((0, 2)))
     for caution in (1.0, 0.99, 0.0):
         obstacles, known = DynamicObstacleParameters(max_speed=1.0, caution=caution), Tracked()
         for k in range(60):
@@ -35,7 +35,7 @@ def test_with_full_caution_what_stands_may_start_and_else_is_trusted_to_stay() -
         assert (
             (len(standing) > 10 and len(occlusions) > 10) if caution == 1.0 else (len(standing) == len(occlusions) == 0)
         )
-        assert np.abs(np.hypot(standing[:, 0] - 1.5, standing[:, 1]) - 0.3).max(initial=0.0) < 1e-6
+        assert np.abs(np.hypot(standing[:, 0] - 1.0, standing[:, 1]) - 0.3).max(initial=0.0) < 1e-6
 
 
 def test_what_was_known_before_is_not_changed() -> None:

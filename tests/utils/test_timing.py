@@ -11,10 +11,8 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.state_predictor import StatePredictor
-from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.timing import begins_run, checked_period
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
@@ -22,7 +20,6 @@ WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
 }
 WITH_RATE = {
-    "ObstacleTracker": lambda **times: ObstacleTracker(DynamicObstacleParameters(), **times),
     "ScanMatcher": lambda **times: ScanMatcher(OdometryError(0.0, 0.0, 0.0), **times),
     "JumpGuard": lambda **times: JumpGuard(tolerance=0.1, **times),
     "StatePredictor": lambda **times: StatePredictor(delay=0.1, **times),
