@@ -83,13 +83,11 @@ def _check_braking(scenario: Scenario) -> None:
 
 
 def _check_range(scenario: Scenario, reach: float) -> None:
-    """The lidar must see obstacles that approach while the robot brakes; `reach` includes the margin, m."""
-    robot, lidar, obstacles = scenario.robot, scenario.lidar, scenario.obstacles
-    stopping = robot.max_speed / robot.max_acceleration
-    needed = reach + 0.5 * robot.max_speed * stopping
-    needed += obstacles.max_speed * (stopping + lidar.delay + 1.0 / lidar.rate + scenario.drive.delay)
-    if obstacles.max_speed > 0.0 and lidar.range_max < needed:
+    """The lidar must see obstacles that approach in time for the robot to stand; `reach` includes the margin, m."""
+    range_max, speed = scenario.lidar.range_max, scenario.obstacles.max_speed
+    needed = reach + Declared.of(scenario).seen_coming(speed)
+    if speed > 0.0 and range_max < needed:
         raise StarnavError(
-            f"lidar.range_max is {lidar.range_max:g} m with obstacles that move at up to {obstacles.max_speed:g} m/s; "
-            f"allowed: at least {needed:.3g} m, as they come that far while the robot brakes"
+            f"lidar.range_max is {range_max:g} m with obstacles that move at up to {speed:g} m/s; allowed: at least "
+            f"{needed:.3g} m, as that much of the way is left when one is seen until the robot stands"
         )

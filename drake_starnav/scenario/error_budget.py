@@ -113,6 +113,16 @@ class Declared:
         """Driven by one scan until the robot stands, m."""
         return self.braking_distance + self.robot.max_speed * self.driven_blind
 
+    def seen_coming(self, speed: float) -> float:
+        """How far from its hull the robot must see an obstacle of a speed (m/s) to stand before the two meet, m.
+
+        It comes into range just after a scan. The robot drives on at full speed until a command that knows the next
+        scan takes effect, which waits for a step of the plant, and then brakes; both move all the while. The beams of a
+        rolling scan may be one period older still.
+        """
+        blind = self.driven_blind + self.time_step + (1.0 / self.lidar.rate if self.lidar.rolling else 0.0)
+        return self.robot.max_speed * blind + self.braking_distance + speed * (blind + self.braking_time)
+
     @property
     def corner_allowance(self) -> float:
         """What may stick out between two beams without a margin of its own, m."""

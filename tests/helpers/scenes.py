@@ -17,11 +17,12 @@ PERIOD = 0.05
 
 @dataclass(frozen=True)
 class Scene:
-    """What stands, and discs that move: at(t) gives their centres (n, 2), m."""
+    """What stands, and discs that move: at(t) gives their centres (n, 2), m; and how many beams a scan of it has."""
 
     standing: World
     radii: tuple[float, ...]
     at: Callable[[float], np.ndarray]
+    beams: int = 360
 
     def scan(
         self, time: float, pose: np.ndarray, rng: np.random.Generator | None = None, noise: float = 0.01
@@ -29,7 +30,7 @@ class Scene:
         """What a lidar at `pose` measures, with noise (m) if there is a generator."""
         discs = [(*place, radius) for place, radius in zip(self.at(time), self.radii, strict=True)]
         world = dataclasses.replace(self.standing, cylinders=[*map(tuple, self.standing.cylinders), *discs])
-        seen = cast(world, pose)
+        seen = cast(world, pose, beams=self.beams)
         ranges = seen.ranges
         if rng is not None:
             hit = np.isfinite(ranges)

@@ -244,3 +244,21 @@ def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_s
         Declared(LidarParameters(), LocalizationParameters(), DriveParameters(slip=slip), robot, COMMANDS)
     )
     assert 0.9 * slip * half_track < away <= bound * 1.01
+
+
+@given(given=declarations, speed=share(0.0, 3.0), robot_speed=share(0.1, 1.0))
+def test_a_robot_stands_before_it_meets_what_comes_from_out_of_range(given: Declared, speed: float, robot_speed: float):
+    """Head-on, at any speed of the robot, and seen by the last of the scans that may be late or lost."""
+    step = max(given.time_step, 1e-9)
+    drive = math.ceil(given.drive.delay / step - 1e-9) * step
+    scan = given.scans_awaited / given.lidar.rate
+    # just after a scan it is at the end of the range; the next one arrives just after a command, which is held
+    arrives, commanded = scan + given.lidar.delay, scan + given.lidar.delay + given.period
+    assert commanded >= arrives
+    v, range_max = robot_speed * given.robot.max_speed, given.seen_coming(speed)
+    braking = v / given.robot.max_acceleration
+    ways = v * (commanded + drive) + 0.5 * v * braking, speed * (commanded + drive + braking)
+    assert range_max - sum(ways) >= -1e-9
+    if robot_speed == 1.0:  # and it is no farther than that asks for, but for a step and a sweep
+        spare = given.time_step + (1.0 / given.lidar.rate if given.lidar.rolling else 0.0)
+        assert range_max - sum(ways) <= (v + speed) * spare + 1e-9

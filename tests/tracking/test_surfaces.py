@@ -16,8 +16,6 @@ from tests.helpers.scenes import Scene, hall
 
 WIDTH = 1.2
 HALF = 3.0
-NEAR = 1.8
-"""Half sides of rooms, m; of the second one all is so near that it can be known to be large."""
 
 
 def large(scan: LaserScan, noise: float = 0.01) -> np.ndarray:
@@ -80,22 +78,22 @@ def test_discs_in_a_row_are_no_wall(seed, radius, gap, slant, away, beams, noise
 
 def test_walls_are_large_wherever_the_scan_begins() -> None:
     for yaw in np.linspace(-math.pi, math.pi, 9):
-        assert large(cast(hall(half=NEAR), np.array((0.1, -0.2, yaw)))).all()
+        assert large(cast(hall(half=HALF), np.array((0.3, -0.4, yaw)), beams=720)).all()
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.02, 0.03])
 def test_noise_tears_no_wall_to_pieces_and_makes_no_disc_part_of_one(noise: float) -> None:
-    disc = (NEAR - 0.3, 0.4, 0.3)
-    bare, standing = (Scene(hall(*discs, half=NEAR), (), lambda t: np.zeros((0, 2))) for discs in ((), (disc,)))
+    disc = (HALF - 0.3, 0.4, 0.3)
+    bare, standing = (Scene(hall(*discs, half=HALF), (), lambda t: np.zeros((0, 2)), 720) for discs in ((), (disc,)))
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        pose = np.array((0.1, -0.2, rng.uniform(-3.0, 3.0)))
+        pose = np.array((0.3, -0.4, rng.uniform(-3.0, 3.0)))
         assert large(bare.scan(0.0, pose, rng, noise), noise).mean() > 0.97
         scan = standing.scan(0.0, pose, rng, noise)
         hit = np.hypot(*(standing.scan(0.0, pose).points(pose) - disc[:2]).T) < 0.3 + 1e-6
         points = scan.points(pose)
         assert hit.sum() > 8
-        assert not large(scan, noise)[hit & (points[:, 0] < NEAR - 0.15)].any()
+        assert not large(scan, noise)[hit & (points[:, 0] < HALF - 0.15)].any()
 
 
 @pytest.mark.parametrize("thickness", [0.05, 0.12, 0.4])
