@@ -1,4 +1,4 @@
-"""Reads occupancy maps in the format of ROS's map_server: a YAML file and the PGM or PNG image that it names.
+"""Reads occupancy maps in the format of ROS's map_server: a YAML file and the PGM, PNG or BMP image that it names.
 
 Source: wiki.ros.org/map_server, and `map_io.cpp` of navigation2/nav2_map_server.
 """
@@ -69,25 +69,27 @@ def read_map(path: Path) -> OccupancyMap:
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     origin = keys["origin"]
-    if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
+    pose = [_as_number(value) for value in origin] if isinstance(origin, list) else []
+    if len(pose) != 3 or None in pose:
         raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
-    if not 0.0 <= free < occupied <= 1.0:
+    if not 0.0 <= free <= occupied <= 1.0:
         raise StarnavError(
             f"map {path}: free_thresh is {free:g}, occupied_thresh is {occupied:g}; "
-            "allowed: 0 <= free_thresh < occupied_thresh <= 1"
+            "allowed: 0 <= free_thresh <= occupied_thresh <= 1"
         )
     negate = keys.get("negate", 0)
     if negate not in (0, 1):
         raise StarnavError(f"map {path}: negate is {shown(negate)}; allowed: 0 or 1")
     mode = keys.get("mode", "trinary")
+    mode = mode.lower() if isinstance(mode, str) else mode
     if mode not in MODES:
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
     if not isinstance(keys["image"], str):
         raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
     shade, opacity = read_image(path.parent / keys["image"])
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
-    x, y, yaw = (float(value) for value in origin)
+    x, y, yaw = pose
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 
@@ -127,7 +129,7 @@ def occupancy(
 
 
 def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Brightness and, if it has any transparency, opacity of a PGM (P2, P5) or PNG image.
+    """Brightness and, if it has any transparency, opacity of a PGM (P2, P5), PNG or BMP image.
 
     Returns:
         Both of shape (ny, nx), 0 to 1, the upper row first.
@@ -138,11 +140,11 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """
     from PIL import Image  # late: only maps need it
 
-    allowed = "allowed: a complete PGM (P2 or P5) or PNG image"
+    allowed = "allowed: a complete PGM (P2 or P5), PNG or BMP image"
     if not os.path.isfile(path):
         raise StarnavError(f"map image {path}: no such file; {allowed}")
     try:
-        with Image.open(path, formats=("PPM", "PNG")) as image:
+        with Image.open(path, formats=("PPM", "PNG", "BMP")) as image:
             if image.format == "PPM" and image.get_format_mimetype() != "image/x-portable-graymap":
                 raise StarnavError(f"map image {path} is a colour or bit map; {allowed}")
             if image.width * image.height > LARGEST_MAP:
@@ -218,12 +220,20 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return keys
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value)
+def _as_number(value: Any) -> float | None:
+    """A finite number, or None; YAML 1.1 takes 5e-2, which map_server reads as a number, for a text."""
+    if isinstance(value, str):
+        try:
+            value = float(value)
+        except ValueError:
+            return None
+    return (
+        float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value) else None
+    )
 
 
 def _number(keys: dict[str, Any], key: str, path: Path) -> float:
-    value = keys[key]
-    if not _is_number(value):
-        raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")
-    return float(value)
+    number = _as_number(keys[key])
+    if number is None:
+        raise StarnavError(f"map {path}: {key} is {shown(keys[key])}; allowed: a finite number")
+    return number

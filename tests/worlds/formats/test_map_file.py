@@ -59,6 +59,29 @@ def test_every_kind_of_png(tmp_path: Path, image) -> None:
     assert rows_of(write(tmp_path, image, "m.png")) == ["#.?", ".#."]
 
 
+@pytest.mark.parametrize(
+    "image", [PIXELS, np.dstack([PIXELS] * 3), np.dstack([*[PIXELS] * 3, np.full_like(PIXELS, 255)])]
+)
+def test_every_kind_of_bmp(tmp_path: Path, image) -> None:
+    assert rows_of(write(tmp_path, image, "m.bmp")) == ["#.?", ".#."]
+
+
+@pytest.mark.parametrize(
+    ("changes", "rows"),
+    [
+        ({"resolution": "1e-1"}, ["#.?", ".#."]),
+        ({"mode": "Trinary"}, ["#.?", ".#."]),
+        ({"origin": "[0e0, -0e-3, 1E0]"}, ["#.?", ".#."]),
+        ({"free_thresh": "1.96e-1", "occupied_thresh": "6.5E-1"}, ["#.?", ".#."]),
+        ({"free_thresh": 0.5, "occupied_thresh": 0.5}, ["#..", ".#."]),
+        ({"free_thresh": 0, "occupied_thresh": 0}, ["###", "###"]),
+        ({"free_thresh": 1, "occupied_thresh": 1}, ["?..", ".?."]),
+    ],
+)
+def test_keys_are_read_as_map_server_does(tmp_path: Path, changes: dict, rows: list[str]) -> None:
+    assert rows_of(write(tmp_path, PIXELS, **changes)) == rows
+
+
 def test_a_palette_and_a_bit_map_are_read(tmp_path: Path) -> None:
     path = write(tmp_path, PIXELS, "m.png")
     Image.fromarray(PIXELS).convert("P").save(tmp_path / "m.png")
@@ -123,7 +146,7 @@ def test_places_follow_the_origin(yaw: float) -> None:
         ({"resolution": "fine"}, "resolution is 'fine'; allowed: a finite number"),
         ({"origin": [0, 0]}, r"origin is \[0, 0\]; allowed: finite \[x, y, yaw\]"),
         ({"origin": "[0, .nan, 0]"}, "origin"),
-        ({"occupied_thresh": 0.1}, "free_thresh is 0.196, occupied_thresh is 0.1; allowed: 0 <= free_thresh < occ"),
+        ({"occupied_thresh": 0.1}, "free_thresh is 0.196, occupied_thresh is 0.1; allowed: 0 <= free_thresh <= occ"),
         ({"occupied_thresh": 65}, "<= 1"),
         ({"free_thresh": -0.1}, "free_thresh is -0.1"),
         ({"free_thresh": "low"}, "free_thresh is 'low'"),
