@@ -381,6 +381,7 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
             robot=station.robot_geometries,
             ground=station.floor,
             moving_obstacles=station.moving_obstacle_geometries,
+            hull=station.hull,
             period=period,
         ),
     )

@@ -1,16 +1,33 @@
 """Ends a run when the robot touches anything but the ground."""
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 from pydrake.common.value import Value
-from pydrake.geometry import GeometryId, QueryObject, SceneGraphInspector
+from pydrake.geometry import FrameId, GeometryId, QueryObject, SceneGraphInspector
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.utils.timing import checked_period
+from drake_starnav.worlds.clearance import nearest_obstacle
+from drake_starnav.worlds.world import World
 
 COLLISION, STRUCK = "collision", "struck"
 """Names of a contact; `STRUCK` if a moving obstacle hits a robot that is standing."""
+
+
+class Hull(NamedTuple):
+    """The upright disc by which a robot is checked against obstacles with which its plant has no contact.
+
+    Attributes:
+        frame: of its base, whose z axis is the disc's.
+        radius: m.
+        surfaces: the obstacles.
+    """
+
+    frame: FrameId
+    radius: float
+    surfaces: World
 
 
 class CollisionMonitor(LeafSystem):
@@ -40,6 +57,7 @@ class CollisionMonitor(LeafSystem):
         robot: Collection[GeometryId],
         ground: Collection[GeometryId],
         moving_obstacles: Collection[GeometryId] = (),
+        hull: Hull | None = None,
         period: float = 0.02,
     ) -> None:
         """
@@ -47,6 +65,7 @@ class CollisionMonitor(LeafSystem):
             robot: proximity geometries of the robot.
             ground: geometries that the robot may touch.
             moving_obstacles: of the moving obstacles.
+            hull: checked against obstacles that are in the plant as surfaces only; None without any.
             period: of the checks, s. A robot that is struck is pushed, and no longer stands a few steps later:
                 where obstacles move, the period is to be the step of the plant.
         """
@@ -55,6 +74,7 @@ class CollisionMonitor(LeafSystem):
         self._robot, self._ground, self._moving_obstacles = (
             {geometry.get_value() for geometry in group} for group in (robot, ground, moving_obstacles)
         )
+        self._hull = hull
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
         # an update, for publish events see old geometry, see make_simulator
@@ -75,7 +95,7 @@ class CollisionMonitor(LeafSystem):
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         found = self.contacts(context)
         if not found:
-            return EventStatus.DidNothing()
+            return self._check_surfaces(context)
         struck = (
             all(b.get_value() in self._moving_obstacles for _, b in found)
             and abs(self._state.Eval(context)[3]) <= STANDING
@@ -83,6 +103,16 @@ class CollisionMonitor(LeafSystem):
         inspector = self._query.Eval(context).inspector()
         a, b = (body_name(inspector, geometry) for geometry in found[0])
         message = f"{STRUCK if struck else COLLISION} of {a.rpartition('::')[2]} with {b} at {context.get_time():.3f} s"
+        return EventStatus.ReachedTermination(self, message)
+
+    def _check_surfaces(self, context: Context) -> EventStatus:
+        if self._hull is None:
+            return EventStatus.DidNothing()
+        x, y, _ = self._query.Eval(context).GetPoseInWorld(self._hull.frame).translation()
+        name, distance = nearest_obstacle(self._hull.surfaces, (x, y))
+        if distance >= self._hull.radius:
+            return EventStatus.DidNothing()
+        message = f"{COLLISION} of base_link with {name} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)
 
 

@@ -15,10 +15,12 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.station.collision_monitor import Hull
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
+from drake_starnav.station.world_geometry import surface_world
 from drake_starnav.worlds.world import World
 
 STATION_OUTPUTS = (
@@ -41,6 +43,7 @@ class Station:
         ground: geometry of the floor that is always there.
         floor: geometries that the robot may touch.
         moving_obstacle_geometries: what may run into the robot.
+        hull: of the robot among obstacles with which the plant has no contact, see `surface_world`; None without any.
     """
 
     plant: MultibodyPlant
@@ -49,6 +52,7 @@ class Station:
     ground: GeometryId
     floor: list[GeometryId]
     moving_obstacle_geometries: list[GeometryId]
+    hull: Hull | None
 
     @property
     def robot_model(self) -> ModelInstanceIndex:
@@ -113,7 +117,9 @@ def add_station(
     builder.AddNamedSystem("robot", equipment)
     connect_robot(builder, plant, scene_graph, model, equipment)
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
-    return Station(plant, scene_graph, equipment, ground, floor, moving_geometries)
+    surfaces = surface_world(world)
+    hull = None if surfaces is None else Hull(equipment.base_frame, equipment.reach, surfaces)
+    return Station(plant, scene_graph, equipment, ground, floor, moving_geometries, hull)
 
 
 class NavigationStation(Diagram):
@@ -182,7 +188,7 @@ class NavigationStation(Diagram):
         self.plant, self.scene_graph, self.equipment = parts.plant, parts.scene_graph, parts.equipment
         self.robot_model, self.robot_geometries = parts.robot_model, parts.robot_geometries
         self.ground, self.floor = parts.ground, parts.floor
-        self.moving_obstacle_geometries = parts.moving_obstacle_geometries
+        self.moving_obstacle_geometries, self.hull = parts.moving_obstacle_geometries, parts.hull
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
         for name in STATION_OUTPUTS:
             builder.ExportOutput(parts.GetOutputPort(name), name)

@@ -76,8 +76,9 @@ class RobotInterface(Diagram):
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+        self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
         mount = LidarMount(
-            parent_frame_id=plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index()),
+            parent_frame_id=self.base_frame,
             X_PS=lidar_pose(plant, model),
             exclude_frames=frames,
         )

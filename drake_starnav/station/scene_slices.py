@@ -36,6 +36,8 @@ from drake_starnav.geometry.plane_slices import Solids, planar_poses, scan_plane
 from drake_starnav.geometry.raycast import COLUMNS, Fan, ShapeBins, cast_grid, cast_groups, cast_rolling, rows_near
 from drake_starnav.station.mesh_files import hull_faces, mesh_triangles
 
+SURFACE = ("lidar", "surface")
+"""Group and name of the perception property of shapes that lidars see whatever their role."""
 _IDENTITY = np.eye(3, 4)
 _HALF_SPACE_EXTENT = 1e5  # m; a half space is cut as a square face of this half-width
 _BOX_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
@@ -47,7 +49,7 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
 
     Args:
         inspector: of the scene.
-        role: shapes without it are invisible.
+        role: shapes without it are invisible, but for those with the property `SURFACE`.
         exclude: frames whose shapes are left out.
 
     Raises:
@@ -55,7 +57,7 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
     """
     parts: dict[FrameId, _Parts] = {inspector.world_frame_id(): _Parts()}
     deformable = set(inspector.GetAllDeformableGeometryIds())
-    for geometry in sorted(inspector.GetAllGeometryIds(role), key=GeometryId.get_value):
+    for geometry in sorted(_seen(inspector, role), key=GeometryId.get_value):
         frame = inspector.GetFrameId(geometry)
         if frame in exclude:
             continue
@@ -65,6 +67,15 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
         into = parts.setdefault(frame, _Parts())
         into.add(inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry), inspector.GetName(geometry))
     return {frame: part.solids() for frame, part in parts.items()}
+
+
+def _seen(inspector: SceneGraphInspector, role: Role) -> set[GeometryId]:
+    surfaces = {
+        geometry
+        for geometry in inspector.GetAllGeometryIds(Role.kPerception)
+        if inspector.GetPerceptionProperties(geometry).HasProperty(*SURFACE)
+    }
+    return surfaces | set(inspector.GetAllGeometryIds(role))
 
 
 class SceneSlices:

@@ -4,13 +4,27 @@ import math
 
 import numpy as np
 from pydrake.common import MemoryFile
-from pydrake.geometry import Box, Convex, Cylinder, GeometryId, InMemoryMesh, Mesh, Shape, Sphere
+from pydrake.geometry import (
+    Box,
+    Convex,
+    Cylinder,
+    GeometryId,
+    GeometryInstance,
+    IllustrationProperties,
+    InMemoryMesh,
+    Mesh,
+    PerceptionProperties,
+    Rgba,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.model_world import add_model
+from drake_starnav.station.scene_slices import SURFACE
 from drake_starnav.worlds.convex_parts import convex_parts
 from drake_starnav.worlds.world import World
 
@@ -23,6 +37,9 @@ GROUND_BORDER = 2000.0
 """The ground reaches this far beyond the world, m."""
 MOST_LOOKS = 200
 """More convex prisms than these are shown by one mesh: each object of a recording costs about a kilobyte."""
+MOST_POLYGONS = 1000
+"""More polygons than these are one surface, which the lidar sees and the plant has no contact with: a plant notes of
+each pair of shapes whether it may collide, in each of its contexts. 3,000 take 8 s and 1.7 GB, 6,000 100 s and 6 GB."""
 OBSTACLE_COLOR = [0.55, 0.57, 0.60, 1.0]
 WALL_COLOR = [0.35, 0.37, 0.40, 1.0]
 
@@ -42,8 +59,7 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
     """Register the obstacles of a world, for collision and display, on the world body of a plant not yet finalized.
 
     The bodies of a model file are added as its models. All else is anchored to the world body, which keeps a thousand
-    obstacles cheap to simulate. The time to register them grows with the square of their number, 1 s for 1,000, as
-    Drake stores for each pair whether it may collide.
+    obstacles cheap to simulate. More polygons than `MOST_POLYGONS` become one surface, see `surface_world`.
 
     Raises:
         StarnavError: the world has moving obstacles, which only `add_station` can drive; or as of `add_model`.
@@ -66,18 +82,47 @@ def add_still_obstacles(plant: MultibodyPlant, world: World) -> None:
         _add(plant, f"cylinder_{k}", Cylinder(radius, OBSTACLE_HEIGHT), RigidTransform([x, y, z]), OBSTACLE_COLOR)
     for k, (x, y, radius) in enumerate(world.spheres):
         _add(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
-    parts = {}
+    parts, solid = {}, surface_world(world) is None
     for k, polygon in enumerate(world.polygons):
         parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(convex_parts(polygon))})
-    together = len(parts) > MOST_LOOKS
-    for name, part in parts.items():
+    together = not solid or len(parts) > MOST_LOOKS
+    for name, part in parts.items() if solid else ():
         _add(plant, name, *_prism(part, name), None if together else OBSTACLE_COLOR)
     if together:
-        looks = _prisms_mesh(list(parts.values()))
-        plant.RegisterVisualGeometry(plant.world_body(), RigidTransform(), looks, "polygons_visual", OBSTACLE_COLOR)
+        add_surface(plant, _prisms_mesh(list(parts.values())), "polygons_visual", seen=not solid)
     if world.bounds is not None:
         for side, (cx, cy, length, width) in _walls(world.bounds).items():
             _add(plant, f"wall_{side}", Box(length, width, OBSTACLE_HEIGHT), RigidTransform([cx, cy, z]), WALL_COLOR)
+
+
+def surface_world(world: World) -> World | None:
+    """A world with those obstacles that are surfaces in a plant, with which it has no contact; None without any.
+
+    `CollisionMonitor` finds the robot's contacts with them.
+    """
+    if world.model is not None or len(world.polygons) <= MOST_POLYGONS:
+        return None
+    return World(world.name, world.start, world.goal, polygons=world.polygons)
+
+
+def add_surface(plant: MultibodyPlant, mesh: Mesh, name: str, *, seen: bool) -> None:
+    """Show a mesh fixed to the world.
+
+    Args:
+        plant: not yet finalized.
+        mesh: in W.
+        name: of its geometry.
+        seen: whether lidars see it.
+    """
+    look, perception = IllustrationProperties(), PerceptionProperties()
+    look.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))
+    perception.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))
+    if seen:
+        perception.AddProperty(*SURFACE, True)
+    instance = GeometryInstance(RigidTransform(), mesh, name)
+    instance.set_illustration_properties(look)
+    instance.set_perception_properties(perception)
+    plant.RegisterVisualGeometry(plant.world_body(), instance)
 
 
 def _add(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, color: list[float] | None) -> None:
@@ -109,7 +154,7 @@ def _prisms_mesh(parts: list[np.ndarray]) -> Mesh:
     for corners in parts:
         n = len(corners)
         for height in (0.0, OBSTACLE_HEIGHT):
-            lines += [f"v {x:.6g} {y:.6g} {height:g}" for x, y in corners]
+            lines += [f"v {x:.12g} {y:.12g} {height:g}" for x, y in corners]
         for k in range(n):
             a, b = count + k, count + (k + 1) % n
             lines += [f"f {a} {b} {b + n}", f"f {a} {b + n} {a + n}"]

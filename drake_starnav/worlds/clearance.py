@@ -28,22 +28,24 @@ def clearance(world: World, points: np.ndarray) -> np.ndarray:
 def nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, float]:
     """What is nearest to a point: a name for messages such as `cylinders[3]`, and the clearance to it, m."""
     distance, index = _nearest(world, np.array([point], dtype=float))
-    names = [f"cylinders[{k}]" for k in range(len(world.cylinders))]
-    names += [f"spheres[{k}]" for k in range(len(world.spheres))]
-    names += [f"polygons[{k}]" for k in range(len(world.polygons))]
-    names += ["bounds", "nothing"]
-    return names[index[0]], float(distance[0])
+    k = int(index[0])
+    for name, count in (
+        ("cylinders", len(world.cylinders)),
+        ("spheres", len(world.spheres)),
+        ("polygons", len(world.polygons)),
+    ):
+        if k < count:
+            return f"{name}[{k}]", float(distance[0])
+        k -= count
+    return ("bounds", "nothing")[k], float(distance[0])
 
 
 def _nearest(world: World, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2:
         raise StarnavError(f"clearance: points has shape {points.shape}; allowed: (n, 2)")
-    corners = np.vstack((np.zeros((0, 2)), *world.polygons))
-    first = np.cumsum([0] + [len(polygon) for polygon in world.polygons])
-    boxes = np.array([(*p.min(axis=0), *p.max(axis=0)) for p in world.polygons]).reshape(-1, 4)
     bounds = np.array(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), dtype=float)
-    return _signed_distances(np.ascontiguousarray(points), world.discs, corners, first, boxes, bounds)
+    return _signed_distances(np.ascontiguousarray(points), world.discs, *world.outlines, bounds)
 
 
 @njit(cache=True)

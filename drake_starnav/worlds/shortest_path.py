@@ -61,8 +61,17 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
         path = _search_grid(ends, origin, resolution, blocked, capsules)
         if len(path) == 0:
             return None
-        path = _pull_taut(_straighten(path, capsules), capsules)
+        path = _pull_taut(_straighten(path, _around(path, capsules)), capsules)
     return _length(path), path
+
+
+def _around(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
+    """The capsules that reach into the bounding box of points: no other bars a line between two of them."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    axes = capsules[:, :4].reshape(-1, 2, 2)
+    radius = capsules[:, 4:]
+    reaches = (axes.min(axis=1) - radius <= high) & (axes.max(axis=1) + radius >= low)
+    return capsules[reaches.all(axis=1)]
 
 
 def _grid(world: World, clearance: float, resolution: float) -> tuple[np.ndarray, tuple[int, int]]:
@@ -210,9 +219,11 @@ def _pull_taut(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     # is enough, since polygons are closed loops.
     around = np.column_stack((np.cos(angle), np.sin(angle))) / math.cos(np.pi / _POINTS_PER_CIRCLE)
     while True:
-        near = _points_near(path, capsules, around)
+        band = np.vstack((path.min(axis=0) - _BAND, path.max(axis=0) + _BAND))
+        bars = _around(band, capsules)
         corners = _with_travel(path)
-        shorter = _shortest_through(np.vstack((corners[:-1], near, corners[-1:])), capsules)
+        points = np.vstack((corners[:-1], _points_near(path, bars, around), corners[-1:]))
+        shorter = _shortest_through(points, bars)
         done = _length(shorter) > (1.0 - 1e-4) * _length(path)
         path = shorter
         if done:

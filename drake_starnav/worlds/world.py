@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ SMALLEST, FARTHEST = 1e-3, 1e6
 """Least radius, and greatest distance from the origin, m; beyond them floating-point precision does not suffice."""
 
 MOST_SHAPES = 3000
-"""More take Drake minutes and gigabytes to register: it notes of each pair of shapes whether it may collide."""
+"""Of cylinders: more take Drake minutes and gigabytes to register, as it notes of each pair whether it may collide."""
 
 OPEN_BORDER = 2.0
 """How much of an open plane around the obstacles, start and goal counts as the world's extent, m."""
@@ -62,6 +63,20 @@ class ModelFile:
     weld: bool = True
     moving: bool = False
     text: str = ""
+
+
+class Outlines(NamedTuple):
+    """Polygons as kernels take them.
+
+    Attributes:
+        corners: shape (c, 2), those of all polygons one after another, m.
+        first: shape (p + 1,), where each polygon's corners begin.
+        boxes: shape (p, 4), each polygon's x_min, y_min, x_max, y_max, m.
+    """
+
+    corners: np.ndarray
+    first: np.ndarray
+    boxes: np.ndarray
 
 
 @snapshot
@@ -141,6 +156,15 @@ class World:
         above = np.maximum(sections[:, 2] - ROBOT_HEIGHT, 0.0)  # from the robot's top up to the sphere's equator
         sections[:, 2] = np.sqrt(sections[:, 2] ** 2 - above**2)
         return np.vstack((self.cylinders, sections))
+
+    @cached_property
+    def outlines(self) -> Outlines:
+        """The polygons."""
+        return Outlines(
+            np.vstack((np.zeros((0, 2)), *self.polygons)),
+            np.cumsum([0, *(len(polygon) for polygon in self.polygons)]),
+            np.array([(*p.min(axis=0), *p.max(axis=0)) for p in self.polygons]).reshape(-1, 4),
+        )
 
     @cached_property
     def segments(self) -> np.ndarray:

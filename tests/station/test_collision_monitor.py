@@ -22,6 +22,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.station import world_geometry
 from drake_starnav.station.collision_monitor import CollisionMonitor, body_name, contact_in
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation, add_station
@@ -48,6 +49,7 @@ class Run:
                 robot=self.station.robot_geometries if watched else (),
                 ground=[self.station.ground] if ground else [],
                 moving_obstacles=self.station.moving_obstacle_geometries,
+                hull=self.station.hull,
                 period=STEP,
             )
         )
@@ -91,6 +93,20 @@ def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap) -> None:
     assert run.name(obstacle) == name
     assert status.message() == f"collision of base_link with {name} at {run.context.get_time():.3f} s"
     assert contact_in(status.message()) == f"base_link with {name}"
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_ends_at_the_contact_with_a_surface(angle: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(world_geometry, "MOST_POLYGONS", 1)
+    behind = [(-3.0, -1.0), (-2.0, 0.0), (-3.0, 1.0)]
+    ahead = np.array([(0.8, -0.5), (1.2, -0.5), (1.2, 0.5), (0.8, 0.5)])
+    run = Run(start=(0.0, 0.0, angle), polygons=(behind, ahead))
+    gap = (0.8 - ROBOT.radius) / math.cos(angle)
+    assert run.until(0.8 * gap / SPEED).reason() != TOUCHED
+    status = run.until(5.0)
+    assert status.reason() == TOUCHED
+    assert status.message().startswith("collision of base_link with polygons[1] at ")
+    assert gap / SPEED < run.context.get_time() + 0.02 < gap / SPEED + 0.2
 
 
 @pytest.mark.parametrize("twist", [(0.8, 0.0), (0.5, 2.0), (0.0, -2.0), (-0.5, 0.5)])

@@ -13,14 +13,17 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.station import world_geometry
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.world_geometry import (
     GROUND_BORDER,
     MOST_LOOKS,
+    MOST_POLYGONS,
     OBSTACLE_HEIGHT,
     WALL_THICKNESS,
     add_ground,
     add_world,
+    surface_world,
 )
 from drake_starnav.worlds import Model, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
@@ -174,6 +177,16 @@ def test_many_prisms_are_shown_as_one_mesh() -> None:
     assert sum(line.startswith("f") for line in lines) == 3 * corners - 2 * len(polygons)  # sides and tops
 
 
+def test_more_polygons_than_a_plant_can_pair_are_one_surface() -> None:
+    polygons = [np.array(TRIANGLE if k % 2 else SQUARE) + (4.0 * k, 0.0) for k in range(MOST_POLYGONS + 1)]
+    assert surface_world(world_of(polygons=tuple(polygons[1:]))) is None
+    world = world_of(polygons=tuple(polygons), cylinders=[(0.0, 3.0, 0.2)])
+    surfaces = surface_world(world)
+    assert (len(surfaces.polygons), len(surfaces.cylinders)) == (len(polygons), 0)
+    assert sorted(shapes(world)) == ["cylinder_0"]
+    assert sorted(shapes(world, Role.kPerception)) == ["cylinder_0", "polygons"]
+
+
 def test_an_empty_world_has_no_shapes() -> None:
     assert shapes(world_of()) == {}
 
@@ -203,8 +216,10 @@ def as_sliced(world: World, height: float) -> World:
     )
 
 
+@pytest.mark.parametrize("most", [MOST_POLYGONS, 1])
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (-0.7, 0.3, 2.0)])
-def test_the_station_s_lidar_measures_the_analytic_distances(start) -> None:
+def test_the_station_s_lidar_measures_the_analytic_distances(start, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(world_geometry, "MOST_POLYGONS", most)  # one surface, if it is 1
     world = World(
         "all kinds",
         start,

@@ -69,8 +69,8 @@ def read_map(path: Path) -> OccupancyMap:
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     origin = keys["origin"]
-    pose = [_as_number(value) for value in origin] if isinstance(origin, list) else []
-    if len(pose) != 3 or None in pose:
+    pose = [x for x in map(_as_number, origin) if x is not None] if isinstance(origin, list) else []
+    if len(pose) != 3 or len(pose) != len(origin):
         raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
     if not 0.0 <= free <= occupied <= 1.0:
@@ -89,8 +89,7 @@ def read_map(path: Path) -> OccupancyMap:
         raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
     shade, opacity = read_image(path.parent / keys["image"])
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
-    x, y, yaw = pose
-    return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
+    return OccupancyMap(cells[::-1].copy(), resolution, (pose[0], pose[1], pose[2]))
 
 
 def occupancy(

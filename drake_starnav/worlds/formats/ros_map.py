@@ -1,6 +1,5 @@
 """A world from an occupancy map, as ROS's map_server reads it."""
 
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from drake_starnav.worlds.formats.listings import check_numbers, listing
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
 from drake_starnav.worlds.rectangles import solid_rectangles
 from drake_starnav.worlds.solvable import check_robot_radius, random_yaw
-from drake_starnav.worlds.world import MOST_SHAPES, World
+from drake_starnav.worlds.world import World
 
 _TIMEOUT = 600.0  # s; a map may be of a whole floor of a building
 _SPARE = 0.1  # m, random places, and the way between them, are this much wider than the robot
@@ -78,7 +77,7 @@ class RosMap:
             name=path.stem,
             start=(start[0], start[1], start[2]),
             goal=(goal[0], goal[1]),
-            polygons=_polygons(grid, solid, closed, (start[:2], goal), robot_radius, path),
+            polygons=_polygons(grid, solid, closed, (start[:2], goal)),
             timeout=_TIMEOUT,
         )
         if self.start or self.goal:
@@ -119,46 +118,14 @@ class RosMap:
 
 
 def _polygons(
-    grid: OccupancyMap,
-    solid: np.ndarray,
-    closed: bool,
-    ends: Iterable[list[float]],
-    robot_radius: float,
-    path: Path,
+    grid: OccupancyMap, solid: np.ndarray, closed: bool, ends: Iterable[list[float]]
 ) -> tuple[np.ndarray, ...]:
-    """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them.
-
-    Where a noisy map needs too many rectangles, notches that are narrower than the robot's radius are filled, no wider
-    ones than necessary.
-    """
-    widest = int(robot_radius / grid.resolution)
-    padding = widest + 1
-    padded = np.pad(solid, padding, constant_values=closed)
-    places = np.array([grid.cell_at((x, y)) for x, y in ends]) + padding
-    needed = len(rectangles := solid_rectangles(padded, places))
-    notch = 1
-    while len(rectangles) > MOST_SHAPES:
-        notch += 1
-        if notch > widest:
-            raise StarnavError(
-                f"map {path} needs {needed} boxes for its walls, and {len(rectangles)} with all notches narrower than "
-                f"the robot's radius filled; allowed: at most {MOST_SHAPES} (a map with larger cells or less noise)"
-            )
-        rectangles = solid_rectangles(_without_notches(padded, notch), places)
-    if notch > 1:
-        warnings.warn(
-            f"map {path}: notches of up to {notch} cells are filled, so that {len(rectangles)} boxes make its walls "
-            f"instead of {needed}",
-            stacklevel=2,
-        )
-    i0, j0, i1, j1 = rectangles.T - float(padding)
+    """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them."""
+    padded = np.pad(solid, 1, constant_values=closed)
+    rectangles = solid_rectangles(padded, np.array([grid.cell_at((x, y)) for x, y in ends]) + 1)
+    i0, j0, i1, j1 = rectangles.T - 1.0
     corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
     return tuple(grid.to_world(corners))
-
-
-def _without_notches(solid: np.ndarray, width: int) -> np.ndarray:
-    """The solid cells and those free ones that lie in no free square of `width` + 1 cells."""
-    return ~ndimage.binary_opening(~solid, np.ones((width + 1, width + 1)))
 
 
 class _Places:

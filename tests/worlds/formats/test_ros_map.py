@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
@@ -154,37 +152,13 @@ def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: s
     assert "\n" not in str(error.value)
 
 
-def test_more_boxes_than_drake_can_take_are_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ros_map, "MOST_SHAPES", 3)
-    with pytest.raises(StarnavError, match="needs 4 boxes .* 4 with all notches .*at most 3"):
-        make_world(map_of(TWO_ROOMS, folder), 0, RADIUS)
-
-
-def test_notches_are_filled_where_the_walls_need_too_many_boxes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    notched = with_door(TWO_ROOMS, 9)
-    notched[2] = "?#" + "..##" * 9 + "#?"
-    ends = {"start": [1.0, 1.0, 0.0], "goal": [3.0, 1.0]}
-    exact = make_world(map_of(notched, folder, **ends), 0, RADIUS)
-    monkeypatch.setattr(ros_map, "MOST_SHAPES", 9)
-    with pytest.warns(UserWarning, match=f"notches of up to 2 cells .* boxes .* instead of {len(exact.polygons)}"):
-        filled = make_world(map_of(notched, folder, **ends), 0, RADIUS)
-    assert len(filled.polygons) <= 9 < len(exact.polygons)
-    points = np.random.default_rng(0).uniform((0.3, 0.3), (3.7, 1.5), (300, 2))
-    room = clearance(filled, points) >= RADIUS  # places for the robot stay as they are
-    assert 50 < room.sum() < 300
-    np.testing.assert_array_equal(room, clearance(exact, points) >= RADIUS)
-
-
-@given(st.integers(0, 10_000), st.integers(1, 5))
-def test_a_notch_is_what_no_square_fits_into(seed: int, width: int) -> None:
-    solid = np.pad(np.random.default_rng(seed).random((15, 20)) < 0.1, width, constant_values=True)
-    found = ros_map._without_notches(solid, width)
-    expected = np.ones_like(solid)
-    for i, j in np.ndindex(solid.shape[0] - width, solid.shape[1] - width):
-        window = slice(i, i + width + 1), slice(j, j + width + 1)
-        if not solid[window].any():
-            expected[window] = False
-    np.testing.assert_array_equal(found, expected)
+def test_any_number_of_walls_is_read_as_it_is(folder: Path) -> None:
+    cells = np.full((130, 130), FREE, np.int8)
+    cells[60:124:2, 2:126:2] = OCCUPIED  # 1,984 posts, one apart from the other
+    write_map(OccupancyMap(cells, RESOLUTION, (0.0, 0.0, 0.0)), folder / "m.yaml")
+    world = make_world(RosMap(file=str(folder / "m.yaml"), unknown="free", min_distance=0.4), 0, RADIUS)
+    assert sum(len(polygon) == 4 for polygon in world.polygons) >= 32 * 62
+    np.testing.assert_array_equal(clearance(world, np.array([(0.25, 6.05), (0.35, 6.05)])) < 0.0, [True, False])
 
 
 def test_the_shipped_map_is_as_drawn() -> None:
