@@ -54,7 +54,7 @@ def validate(scenario: Scenario) -> None:
             "that sees farther than the robot reaches"
         )
     backwards = scenario.obstacles.max_speed > 0.0
-    check_view(lidar.angle_min, lidar.angle_max, lidar.angle_increment, lidar.beams, backwards=backwards)
+    check_view(lidar.field_of_view, backwards=backwards)
     _check_range(scenario, reach)
     _check_braking(scenario)
 
@@ -63,11 +63,11 @@ def _check_beams(scenario: Scenario) -> None:
     """At the distance where the robot must begin to stop, it must not fit between two beams: walls would seem open."""
     robot, lidar = scenario.robot, scenario.lidar
     distance = Declared.of(scenario).seen_from
-    if distance * lidar.angle_increment > robot.radius:
+    if distance * lidar.widest_gap > robot.radius:
         raise StarnavError(
             f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "
             f"{robot.max_speed:g} m/s and robot.max_acceleration {robot.max_acceleration:g} m/s^2 must begin to stop, "
-            f"two beams are {distance * lidar.angle_increment:.3g} m apart; allowed: at most robot.radius, "
+            f"two beams are {distance * lidar.widest_gap:.3g} m apart; allowed: at most robot.radius, "
             f"{robot.radius:g} m"
         )
 

@@ -15,14 +15,22 @@ _LENGTH_PAD = 1e-9  # m; the same for the seam between a clipped conic and the s
 
 
 @njit(cache=True)
-def cast_rows(rows, first, last, x, y, cy, sy, directions, angle_min, increment, reach, ranges):
-    """Shorten `ranges` to the first crossing with `rows[first:last]`, for a sensor at (x, y), m.
+def cast_rows(rows, place, fan, ranges, reach):
+    """Shorten `ranges` to the first crossing with rows of shapes.
 
-    Its yaw is given by cosine and sine. Each shape is transformed into the sensor frame S once, so that beams need no
-    rotation.
+    Each shape is transformed into the sensor frame S once, so that beams need no rotation.
+
+    Args:
+        rows: shape (k, 14).
+        place: x, y, m, and cosine and sine of the yaw of the sensor.
+        fan: a `Fan` of n beams.
+        ranges: shape (n,), m, changed in place.
+        reach: shapes farther than this are ignored, m.
     """
+    x, y, cy, sy = place
+    angle_min, increment, directions = fan.angle_min, fan.increment, fan.directions
     turn = 2.0 * math.pi
-    for k in range(first, last):
+    for k in range(len(rows)):
         row = rows[k]
         gx, gy, radius = row[0] - x, row[1] - y, row[2]
         squared = gx * gx + gy * gy

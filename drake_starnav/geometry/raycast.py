@@ -17,7 +17,7 @@ are tested.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -28,29 +28,29 @@ from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT, cast_rows
 COLUMNS = 14
 
 
-@dataclass(frozen=True)
-class Fan:
+class Fan(NamedTuple):
     """Directions of the beams in the sensor frame S.
 
     Attributes:
         angle_min: bearing of the first beam, rad.
         increment: bearing step, rad, positive; all beams lie within one turn.
         directions: shape (n, 2), unit vectors.
+        clockwise: whether beams that measure one after the other begin with the last one.
     """
 
     angle_min: float
     increment: float
     directions: np.ndarray
+    clockwise: bool = False
 
     @staticmethod
-    def regular(angle_min: float, increment: float, beams: int) -> "Fan":
+    def regular(angle_min: float, increment: float, beams: int, clockwise: bool = False) -> "Fan":
         """Beams at equal steps of `increment` from `angle_min` on, rad."""
         angles = angle_min + increment * np.arange(beams)
-        return Fan(angle_min, increment, np.column_stack((np.cos(angles), np.sin(angles))))
+        return Fan(float(angle_min), increment, np.column_stack((np.cos(angles), np.sin(angles))), clockwise)
 
 
-@dataclass(frozen=True)
-class ShapeBins:
+class ShapeBins(NamedTuple):
     """Shapes sorted by bin: `rows[starts[k]:starts[k + 1]]` are those of bin k.
 
     Attributes:
@@ -151,9 +151,7 @@ def cast_grid(
     if bins.cell <= 0.0:
         raise StarnavError(f"ray cast: grid cell is {bins.cell:g}; allowed: bins made by ShapeBins.grid, 0 < cell")
     x, y, yaw = float(pose[0]), float(pose[1]), float(pose[2])
-    _cast_grid(
-        bins.rows, bins.starts, bins.cell, x, y, yaw, fan.directions, fan.angle_min, fan.increment, reach, ranges
-    )
+    _cast_grid(bins, (x, y, yaw), fan, ranges, reach)
 
 
 def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
@@ -164,7 +162,7 @@ def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray
         poses: shape (g, 3): (x, y, yaw) of S in the frame of each group, m and rad.
         fan, ranges, reach: as in `cast_grid`.
     """
-    _cast_groups(bins.rows, bins.starts, poses, fan.directions, fan.angle_min, fan.increment, reach, ranges)
+    _cast_groups(bins, poses, fan, ranges, reach)
 
 
 def cast_rolling(
@@ -178,12 +176,12 @@ def cast_rolling(
         end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
         fan, ranges, reach: as in `cast_grid`.
     """
-    _cast_rolling(bins.rows, bins.starts, begin, end, fan.directions, fan.angle_min, fan.increment, reach, ranges)
+    _cast_rolling(bins, begin, end, fan, ranges, reach)
 
 
 def rows_near(bins: ShapeBins, x: float, y: float, reach: float) -> np.ndarray:
     """The rows of a grid that may lie within reach of a point, m; shape (k, 14)."""
-    return _rows_near(bins.rows, bins.starts, bins.cell, x, y, reach)
+    return _rows_near(bins, x, y, reach)
 
 
 @njit(cache=True)
@@ -214,8 +212,9 @@ def _by_cell(rows, cell, buckets):
 
 
 @njit(cache=True)
-def _near_runs(starts, cell, x, y, reach):
+def _near_runs(bins, x, y, reach):
     """The rows of a grid that may be within reach, as runs [first, last), shape (k, 2); a row may be in several."""
+    starts, cell = bins.starts, bins.cell
     buckets = len(starts) - 2
     i0, i1 = math.floor((x - reach) / cell) - 1, math.floor((x + reach) / cell) + 1
     j0, j1 = math.floor((y - reach) / cell) - 1, math.floor((y + reach) / cell) + 1
@@ -236,39 +235,45 @@ def _near_runs(starts, cell, x, y, reach):
 
 
 @njit(cache=True)
-def _cast_grid(rows, starts, cell, x, y, yaw, directions, angle_min, increment, reach, ranges):
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    for first, last in _near_runs(starts, cell, x, y, reach):
-        cast_rows(rows, first, last, x, y, cy, sy, directions, angle_min, increment, reach, ranges)
+def _cast_grid(bins, pose, fan, ranges, reach):
+    """The loop of `cast_grid`."""
+    x, y, yaw = pose
+    place = x, y, math.cos(yaw), math.sin(yaw)
+    for first, last in _near_runs(bins, x, y, reach):
+        cast_rows(bins.rows[first:last], place, fan, ranges, reach)
 
 
 @njit(cache=True)
-def _rows_near(rows, starts, cell, x, y, reach):
+def _rows_near(bins, x, y, reach):
+    """The loop of `rows_near`."""
+    rows = bins.rows
     chosen = np.zeros(len(rows), dtype=np.bool_)
-    for first, last in _near_runs(starts, cell, x, y, reach):
+    for first, last in _near_runs(bins, x, y, reach):
         for i in range(first, last):
             chosen[i] = math.hypot(rows[i, 0] - x, rows[i, 1] - y) <= reach + rows[i, 2]
     return rows[chosen]
 
 
 @njit(cache=True)
-def _cast_groups(rows, starts, poses, directions, angle_min, increment, reach, ranges):
-    for g in range(len(starts) - 1):
-        x, y = poses[g, 0], poses[g, 1]
-        cy, sy = math.cos(poses[g, 2]), math.sin(poses[g, 2])
-        cast_rows(rows, starts[g], starts[g + 1], x, y, cy, sy, directions, angle_min, increment, reach, ranges)
+def _cast_groups(bins, poses, fan, ranges, reach):
+    """The loop of `cast_groups`."""
+    for g in range(len(bins.starts) - 1):
+        place = poses[g, 0], poses[g, 1], math.cos(poses[g, 2]), math.sin(poses[g, 2])
+        cast_rows(bins.rows[bins.starts[g] : bins.starts[g + 1]], place, fan, ranges, reach)
 
 
 @njit(cache=True)
-def _cast_rolling(rows, starts, begin, end, directions, angle_min, increment, reach, ranges):
+def _cast_rolling(bins, begin, end, fan, ranges, reach):
+    """The loop of `cast_rolling`."""
     beams = len(ranges)
-    for g in range(len(starts) - 1):
+    for g in range(len(bins.starts) - 1):
+        rows = bins.rows[bins.starts[g] : bins.starts[g + 1]]
         turn = (end[g, 2] - begin[g, 2] + math.pi) % (2.0 * math.pi) - math.pi
         for i in range(beams):
-            left = 1.0 - (i + 1.0) / beams  # of the sweep, when this beam is measured
+            left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, when this beam is measured
             x = end[g, 0] + left * (begin[g, 0] - end[g, 0])
             y = end[g, 1] + left * (begin[g, 1] - end[g, 1])
             yaw = end[g, 2] - left * turn
-            cy, sy = math.cos(yaw), math.sin(yaw)
-            beam, bearing, out = directions[i : i + 1], angle_min + i * increment, ranges[i : i + 1]
-            cast_rows(rows, starts[g], starts[g + 1], x, y, cy, sy, beam, bearing, increment, reach, out)
+            place = x, y, math.cos(yaw), math.sin(yaw)
+            beam = Fan(fan.angle_min + i * fan.increment, fan.increment, fan.directions[i : i + 1], fan.clockwise)
+            cast_rows(rows, place, beam, ranges[i : i + 1], reach)

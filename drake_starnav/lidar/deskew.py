@@ -18,38 +18,52 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
     ones where the robot's motion stretched the sweep, and a gap at the seam if the robot turned against the sweep.
 
     Args:
-        scan: rolling, i.e. with a time increment.
+        scan: rolling, i.e. with a time increment, which is negative if the last beam was measured first.
         earlier: (x, y, yaw) of the sensor frame S in W at an earlier time, m and rad; constant velocity since then.
         time: that earlier time, s.
-        pose: (x, y, yaw) of S in W at the time of the scan, i.e. of its last beam.
+        pose: (x, y, yaw) of S in W at the time of the scan, i.e. of the beam that was measured last.
 
     Returns:
         A scan with as many beams and time increment 0.
     """
     x, y, turn = now_in(pose, earlier)
-    begin = np.array((x, y, turn)) * (scan.time_increment / (scan.time - time))  # backwards, per beam
-    ranges, source = _rebinned(scan.ranges, begin, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
+    step = np.array((x, y, turn)) * (abs(scan.time_increment) / (scan.time - time))
+    limits = scan.range_min, scan.range_max
+    ranges, source = _rebinned(scan.ranges, step, scan.time_increment < 0.0, scan.field_of_view, scan.view[3], limits)
     motion = None if scan.motion is None else np.where(source >= 0, scan.motion[source], UNKNOWN)
     return dataclasses.replace(scan, ranges=ranges, time_increment=0.0, lost_beams=True, motion=motion)
 
 
 @njit(cache=True)
-def _rebinned(ranges, step, angle_min, increment, range_min, range_max):
-    """The ranges as seen from the end of the sweep, and the index of the beam each came from, or -1."""
-    n = len(ranges)
+def _rebinned(ranges, step, clockwise, field, seam, limits):
+    """The ranges as seen from the end of the sweep, and the index of the beam each came from, or -1.
+
+    Args:
+        ranges: shape (n,), m.
+        step: (x, y, yaw) of the sensor one beam earlier, as seen from where it is, m and rad.
+        clockwise: whether the last beam was measured first.
+        field: the beams' angle_min, angle_increment and number.
+        seam: angle from the last beam on to the first, rad; infinite if they are no neighbours.
+        limits: range_min and range_max, m.
+    """
+    angle_min, increment, n = field
+    range_min, range_max = limits
     out, source = np.full(n, np.nan), np.full(n, -1)
     for i in range(n):
         if math.isnan(ranges[i]):
             continue
-        back = n - 1 - i
+        back = i if clockwise else n - 1 - i
         bearing = angle_min + i * increment + back * step[2]
         x, y = math.cos(bearing), math.sin(bearing)
         if ranges[i] > -math.inf:  # a hit that is too close has only a bearing
             reach = min(ranges[i], range_max)
             x, y = back * step[0] + reach * x, back * step[1] + reach * y
-        k = int((math.atan2(y, x) - angle_min + 0.5 * increment) % (2.0 * math.pi) / increment)
+        beyond = (math.atan2(y, x) - angle_min + 0.5 * increment) % (2.0 * math.pi)
+        k = int(beyond / increment)
         if k >= n:
-            continue  # outside the field of view
+            if seam == math.inf:
+                continue  # outside the field of view
+            k = n - 1 if beyond < (n - 0.5) * increment + 0.5 * seam else 0
         distance = math.hypot(x, y)
         if ranges[i] == math.inf or distance >= range_max:
             distance = math.inf

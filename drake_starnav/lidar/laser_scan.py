@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView
 from drake_starnav.utils.snapshot import snapshot
 
 LARGEST_UNSEEN = 0.25
@@ -27,19 +28,23 @@ class LaserScan:
     `range_min`. NaN, REP-117's invalid measurement, is rejected unless `lost_beams` declares that the sensor may lose
     beams: a lost beam is neither a hit nor free.
 
+    A negative `angle_increment`, of beams that turn clockwise, is allowed when a scan is made: its beams are reversed.
+
     Attributes:
         time: time of the measurement on the simulation's clock, s; that of the last beam in a rolling scan.
         angle_min: bearing of the first beam, rad.
         angle_increment: bearing step between beams, rad, positive.
         range_min, range_max: limits of the sensor, m.
         ranges: shape (n,), m.
-        time_increment: time from beam to beam, s; 0 when all are measured at once.
+        time_increment: time from beam to beam, s; 0 when all are measured at once, negative when the last beam is
+            measured first.
         scan_time: time between scans, s; 0 when there is no rate.
         lost_beams: whether ranges may be NaN.
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
         full_circle: whether the last beam's neighbour is the first one.
-        view: what compiled loops need to know of the beams: directions, range_max, angle_increment and full_circle.
+        view: what compiled loops need to know of the beams: directions, range_max, angle_increment and `seam`, the
+            angle from the last beam on to the first, infinite if they are no neighbours.
         distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. A lost beam is
             bounded by its neighbours. It counts as free up to the shorter of the beams on both sides of the run of lost
             beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
@@ -73,7 +78,7 @@ class LaserScan:
     lost_beams: bool = False
     motion: np.ndarray | None = None
     full_circle: bool = field(init=False, repr=False)
-    view: tuple[np.ndarray, float, float, bool] = field(init=False, repr=False)
+    view: tuple[np.ndarray, float, float, float] = field(init=False, repr=False)
     distances: np.ndarray = field(init=False, repr=False)
     hits: np.ndarray = field(init=False, repr=False)
     moving: np.ndarray = field(init=False, repr=False)
@@ -84,14 +89,11 @@ class LaserScan:
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
-        ranges.flags.writeable = False
-        object.__setattr__(self, "ranges", ranges)
         for name in _NUMBERS:
             if not math.isfinite(getattr(self, name)):
                 raise StarnavError(f"laser scan: {name} is {getattr(self, name)}; allowed: a finite number")
-        if self.time_increment < 0.0 or self.scan_time < 0.0:
-            name = "time_increment" if self.time_increment < 0.0 else "scan_time"
-            raise StarnavError(f"laser scan: {name} is {getattr(self, name):g}; allowed: 0 <= {name}")
+        if self.scan_time < 0.0:
+            raise StarnavError(f"laser scan: scan_time is {self.scan_time:g}; allowed: 0 <= scan_time")
         if ranges.ndim != 1 or len(ranges) < 3:
             raise StarnavError(f"laser scan: ranges has shape {ranges.shape}; allowed: (n,) with n >= 3")
         if not 0.0 <= self.range_min < self.range_max:
@@ -100,14 +102,24 @@ class LaserScan:
                 "allowed: 0 <= range_min < range_max"
             )
         span = self.angle_increment * (len(ranges) - 1)
-        if not 0.0 < span <= 2.0 * math.pi + 1e-9:
+        if not 0.0 < abs(span) <= TURN + SEAM:
             raise StarnavError(
                 f"laser scan: angle_increment {self.angle_increment:g} over {len(ranges)} beams spans {span:g} rad; "
-                "allowed: more than 0, at most one turn"
+                "allowed: not 0, at most one turn in either direction"
             )
-        full_circle = abs(self.angle_increment * len(ranges) - 2.0 * math.pi) < 1e-6
-        view = self.directions, self.range_max, self.angle_increment, full_circle
-        vars(self).update(full_circle=full_circle, view=view)
+        if self.angle_increment < 0.0:
+            ranges = ranges[::-1].copy()
+            vars(self).update(
+                angle_min=self.angle_min + span,
+                angle_increment=-self.angle_increment,
+                time_increment=-self.time_increment,
+                motion=None if self.motion is None else np.asarray(self.motion)[::-1],
+            )
+        ranges.flags.writeable = False
+        object.__setattr__(self, "ranges", ranges)
+        seam = self.field_of_view.seam
+        view = self.directions, self.range_max, self.angle_increment, seam
+        vars(self).update(full_circle=seam < math.inf, view=view)
         self._classify()
         if not self.lost_beams and not self.complete:
             bad = np.flatnonzero(self.lost)
@@ -118,7 +130,7 @@ class LaserScan:
 
     def _classify(self) -> None:
         motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
-        beams = _classified(self.ranges, motion, self.range_max, self.angle_increment, self.full_circle)
+        beams = _classified(self.ranges, motion, *self.view[1:])
         vars(self).update(zip(CLASSIFIED, beams, strict=True))
 
     def measured_at(self, time: float, ranges: np.ndarray) -> "LaserScan":
@@ -140,9 +152,14 @@ class LaserScan:
         return LaserScan(0.0, -math.pi, 0.5 * math.pi, 0.0, 1.0, np.full(4, math.inf))
 
     @property
+    def field_of_view(self) -> FieldOfView:
+        """Its beams."""
+        return FieldOfView(self.angle_min, self.angle_increment, len(self.ranges))
+
+    @property
     def angle_max(self) -> float:
         """Bearing of the last beam, rad."""
-        return self.angle_min + self.angle_increment * (len(self.ranges) - 1)
+        return self.field_of_view.angle_max
 
     @property
     def bearings(self) -> np.ndarray:
@@ -205,7 +222,7 @@ def third_side(a, b, cosine):
 
 
 @njit(cache=True)
-def _classified(ranges, motion, range_max, increment, wrap):
+def _classified(ranges, motion, range_max, increment, seam):
     """The attributes CLASSIFIED of a scan; without motion, everything is static."""
     n = len(ranges)
     distance = np.empty(n)
@@ -224,18 +241,20 @@ def _classified(ranges, motion, range_max, increment, wrap):
             complete = False
             distance[i] = math.nan
     if not complete:
-        distance = _bounded(distance, range_max, increment, wrap)
+        distance = _bounded(distance, range_max, increment, seam)
     return distance, hits, moving, lost, silent, lasting, complete
 
 
 @njit(cache=True)
-def _bounded(distance, range_max, increment, wrap):
+def _bounded(distance, range_max, increment, seam):
+    """The distances with those of lost beams (NaN) bounded by the beams on both sides."""
     n = len(distance)
+    wrap = seam < np.inf
     out = distance.copy()
     for i in range(n):
         if not math.isnan(distance[i]):
             continue
-        bound, steps = range_max, 0
+        bound, steps, beyond = range_max, 0, 0.0
         sides = 0
         for side in (-1, 1):
             for k in range(1, n):
@@ -245,12 +264,13 @@ def _bounded(distance, range_max, increment, wrap):
                 if not math.isnan(distance[j % n]):
                     bound = min(bound, distance[j % n])
                     steps += k
+                    beyond += 0.0 if 0 <= j < n else seam - increment
                     sides += 1
                     break
         if sides == 0:
             out[i] = 0.0
         else:
-            out[i] = min(bound, LARGEST_UNSEEN / (steps * increment))
+            out[i] = min(bound, LARGEST_UNSEEN / (steps * increment + beyond))
     return out
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView
 from drake_starnav.parameters import check_parameters, parameter
 
 NOISE, ARRIVAL = 0, 1
@@ -24,7 +25,8 @@ class LidarParameters:
     angle_min: float = parameter(-math.pi, "bearing of the first beam", unit="rad", low=-7.0, high=7.0)
     angle_max: float = parameter(
         math.pi,
-        "bearing of the last beam; one turn from angle_min means a full circle without its end point",
+        "bearing of the last beam; one turn from angle_min means a full circle without its end point, less than "
+        "angle_min beams that turn clockwise",
         unit="rad",
         low=-7.0,
         high=7.0,
@@ -69,10 +71,10 @@ class LidarParameters:
     def __post_init__(self) -> None:
         check_parameters(self, "lidar")
         span = self.angle_max - self.angle_min
-        if not 0.0 < span <= 2.0 * math.pi + 1e-9:
+        if not 0.0 < abs(span) <= TURN + ROUNDING:
             raise StarnavError(
                 f"lidar.angle_max is {self.angle_max:g} with lidar.angle_min {self.angle_min:g}, a span of {span:g} "
-                "rad; allowed: more than 0, at most one turn"
+                "rad; allowed: not 0, at most one turn in either direction"
             )
         if not self.range_min < self.range_max:
             raise StarnavError(
@@ -81,9 +83,17 @@ class LidarParameters:
             )
 
     @property
-    def full_circle(self) -> bool:
-        """Whether the last beam's neighbour is the first one."""
-        return self.angle_max - self.angle_min > 2.0 * math.pi - 1e-9
+    def field_of_view(self) -> FieldOfView:
+        """Its beams."""
+        span = abs(self.angle_max - self.angle_min)
+        step = TURN / self.beams if span > TURN - ROUNDING else span / (self.beams - 1)
+        last = self.angle_min - step * (self.beams - 1)
+        return FieldOfView(last if self.clockwise else self.angle_min, step, self.beams)
+
+    @property
+    def clockwise(self) -> bool:
+        """Whether the beams turn clockwise."""
+        return self.angle_max < self.angle_min
 
     @property
     def range_deviation(self) -> float:
@@ -103,15 +113,19 @@ class LidarParameters:
 
     @property
     def time_increment(self) -> float:
-        """Time from beam to beam, s; 0 unless the scan is rolling."""
-        return 1.0 / (self.rate * self.beams) if self.rolling else 0.0
+        """Time from each beam to the next counter-clockwise, s; 0 unless the scan is rolling."""
+        sweep = 1.0 / (self.rate * self.beams) if self.rolling else 0.0
+        return -sweep if self.clockwise else sweep
 
     @property
     def angle_increment(self) -> float:
-        """Bearing step between beams, rad."""
-        if self.full_circle:
-            return 2.0 * math.pi / self.beams
-        return (self.angle_max - self.angle_min) / (self.beams - 1)
+        """Bearing step between beams, rad, positive."""
+        return self.field_of_view.angle_increment
+
+    @property
+    def widest_gap(self) -> float:
+        """Largest angle between two neighbouring beams, rad."""
+        return self.field_of_view.widest_gap
 
 
 def scan_index(time: float, rate: float) -> int:

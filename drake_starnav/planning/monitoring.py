@@ -112,7 +112,8 @@ def _obstructs(optimistic, beams, robot_radius):
     if len(optimistic) < 2:  # there is nothing beyond the probe
         return False
     measured, lasting, view, place, slack = beams
-    directions, range_max, _, wrap = view
+    directions, range_max, _, seam = view
+    wrap = seam < np.inf
     smoothed = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, wrap)
     points = bridged_ends(directions, smoothed, lasting, place, range_max, wrap, 2.0 * robot_radius)
     return is_obstructed(optimistic, points, robot_radius)

@@ -186,10 +186,10 @@ def impassable_points(
 
 def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
     """As `impassable_points`, of smoothed ranges, shape (n,), m."""
-    directions, range_max, _, wrap = scan.view
+    directions, range_max, _, _ = scan.view
     x, y, yaw = pose
     place = x, y, math.cos(yaw), math.sin(yaw)
-    return bridged_ends(directions, distance, scan.lasting, place, range_max, wrap, 2.0 * robot_radius)
+    return bridged_ends(directions, distance, scan.lasting, place, range_max, scan.full_circle, 2.0 * robot_radius)
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:

@@ -37,7 +37,7 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
     obstacles are skipped.
     """
-    return half_chords(distance, scan.silent, scan.range_max, scan.angle_increment, scan.full_circle)
+    return half_chords(distance, scan.silent, *scan.view[1:])
 
 
 def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
@@ -63,8 +63,8 @@ def point_hits(
 
 
 @njit(cache=True)
-def half_chords(distance, silent, range_max, increment, wrap):
-    """The loop of `half_gaps`."""
+def half_chords(distance, silent, range_max, increment, seam):
+    """The loop of `half_gaps`; `seam` as in `LaserScan.view`."""
     n = len(distance)
     out = np.zeros(n)
     neighbouring = math.cos(increment)
@@ -74,12 +74,13 @@ def half_chords(distance, silent, range_max, increment, wrap):
         steps, j = 1, i + 1 if i + 1 < n else 0
         while steps < n and silent[j]:
             steps, j = steps + 1, j + 1 if j + 1 < n else 0
-        if j <= i and not wrap:
+        if j <= i and seam == np.inf:
             continue
         a, b = distance[i], distance[j]
         if a >= range_max or b >= range_max:
             continue
-        length = third_side(a, b, neighbouring if steps == 1 else math.cos(steps * increment))
+        angle = steps * increment if j > i else (steps - 1) * increment + seam
+        length = third_side(a, b, neighbouring if angle == increment else math.cos(angle))
         if length < CONNECTED_CHORD:
             out[i] = max(out[i], 0.5 * length)
             out[j] = max(out[j], 0.5 * length)

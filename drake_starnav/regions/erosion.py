@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_chords
 from drake_starnav.regions.parameters import StarParameters
@@ -47,16 +48,15 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    _, range_max, _, full_circle = scan.view
-    return moving_average(scan.distances, range_max, beams, slack, full_circle)
+    return moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
 
 
 def bearing_count(scan: LaserScan) -> int:
-    """Number of samples M: a multiple of the beams of a full-circle scan, so that samples lie on beams."""
+    """Number of samples M: a multiple of the steps in the turn of a full-circle scan, so that samples lie on beams."""
     if not scan.full_circle:
         return BEARINGS
-    beams = len(scan.ranges)
-    return beams * math.ceil(BEARINGS / beams)
+    steps = round(TURN / scan.angle_increment)
+    return steps * math.ceil(BEARINGS / steps)
 
 
 def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, side: float = 0.0) -> np.ndarray:
@@ -75,8 +75,8 @@ def free_limit(scan: LaserScan, samples: int, view_range: float, radius: float, 
 def field_of_view(scan: LaserScan, side: float = 0.0) -> tuple[float, float]:
     """First and last bearing from the first beam on, rad, without `side` (rad) at each edge of the field of view."""
     if scan.full_circle:
-        return 0.0, 2.0 * math.pi
-    return side, scan.angle_increment * (len(scan.ranges) - 1) + 1e-9 - side
+        return 0.0, TURN
+    return side, scan.field_of_view.span + 1e-9 - side
 
 
 def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray:
@@ -84,7 +84,7 @@ def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray
 
     Such hits are not eroded: the obstacle will have left, and until then obstacle avoidance keeps clear of it.
     """
-    return within_sight(limit, scan.distances, scan.moving, radius, scan.angle_increment, scan.full_circle)
+    return within_sight(limit, scan.distances, scan.moving, radius, *scan.view[2:])
 
 
 def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndarray:
@@ -133,14 +133,14 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 def disc_range(beams, view, field, radius, margins, tables):
     """The loop of `free_range`: the fields of a `FreeRange`."""
     distance, measured, silent, moving = beams
-    _, range_max, increment, wrap = view
+    _, range_max, increment, seam = view
     margin, least = margins
     cosine, squares = tables
     samples, inflated = len(cosine), radius + margin
-    gap = half_chords(distance, silent, range_max, increment, wrap)
+    gap = half_chords(distance, silent, range_max, increment, seam)
     hits = beams_to_bearings(distance, gap, moving, range_max, increment, samples)
     limit = bearing_limit(samples, field[0], field[1], max(range_max - inflated, 0.0))
-    sight = within_sight(limit, measured, moving, inflated, increment, wrap)
+    sight = within_sight(limit, measured, moving, inflated, increment, seam)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
     if least >= margin or free.min() >= SHUT:
         return free, limit, margin
@@ -196,15 +196,20 @@ def moving_average(distance, range_max, half_width, slack, wrap):
 
 
 @njit(cache=True)
-def within_sight(limit, distance, moving, radius, increment, wrap):
+def within_sight(limit, distance, moving, radius, increment, seam):
     """The loop of `sight_limit`: a moving obstacle occludes from the beam before to the beam after each that hit it."""
-    samples = len(limit)
+    samples, count = len(limit), len(distance)
+    wrap = seam < np.inf
     out = limit.copy()
     step = 2.0 * math.pi / samples
     for i in range(len(distance)):
         if moving[i]:
             seen = max(distance[i] - radius, 0.0)
-            first, last = int(math.ceil((i - 1) * increment / step)), int(math.floor((i + 1) * increment / step))
+            before, after = (i - 1) * increment, (i + 1) * increment
+            if wrap and seam != increment:
+                before = -seam if i == 0 else before
+                after = i * increment + seam if i == count - 1 else after
+            first, last = int(math.ceil(before / step)), int(math.floor(after / step))
             for k in range(first, last + 1):
                 if wrap or 0 <= k < samples:
                     out[k % samples] = min(out[k % samples], seen)

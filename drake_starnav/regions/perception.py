@@ -9,6 +9,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
 from drake_starnav.regions.erosion import smoothed_distances
@@ -31,28 +32,23 @@ FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
 
-def check_view(angle_min: float, angle_max: float, angle_increment: float, beams: int, *, backwards: bool) -> None:
+def check_view(view: FieldOfView, *, backwards: bool) -> None:
     """Raise a `StarnavError` if a lidar observes too little for a certificate.
 
     Args:
-        angle_min, angle_max: bearings of the first and the last beam, rad.
-        angle_increment: bearing step, rad.
-        beams: number of beams.
+        view: of the lidar.
         backwards: whether the robot may reverse.
     """
-    view = WIDE_VIEW if backwards else FRONT_VIEW
-    turns = 2.0 * math.pi * round(0.5 * (angle_min + angle_max) / (2.0 * math.pi))
-    least = min(turns - angle_min, angle_max - turns)
-    all_around = beams * angle_increment > 2.0 * math.pi - 1e-6
-    if not all_around and least < 0.5 * view - 1e-6:
+    wanted = 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW)
+    if min(view.sides) < wanted - 1e-6:
         raise StarnavError(
-            f"lidar.angle_min {angle_min:g} and lidar.angle_max {angle_max:g} with a certificate; "
-            f"allowed: a view that reaches {math.degrees(0.5 * view):.0f} degrees to each side of straight ahead, as "
+            f"lidar.angle_min {view.angle_min:g} and lidar.angle_max {view.angle_max:g} with a certificate; "
+            f"allowed: a view that reaches {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
             "space that no beam has observed is not certified"
         )
-    if angle_increment > 2.0 * math.pi / FEWEST_BEAMS + 1e-9:
+    if view.angle_increment > TURN / FEWEST_BEAMS + 1e-9:
         raise StarnavError(
-            f"lidar.beams is {beams}, one every {math.degrees(angle_increment):.3g} degrees, with "
+            f"lidar.beams is {view.beams}, one every {math.degrees(view.angle_increment):.3g} degrees, with "
             f"a certificate; allowed: at least {FEWEST_BEAMS} a turn"
         )
 
@@ -119,7 +115,7 @@ def perceive(
     region_parameters, controller, robot_radius, noise = settings
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
-        if scan.time_increment > 0.0 and before.observation.region is not None:
+        if scan.time_increment and before.observation.region is not None:
             scan = deskewed(scan, before.observation.pose, before.observation.scan.time, pose)
         history, near = before.history, scan  # `near` is the scan for the certificate
         if noise is not None:

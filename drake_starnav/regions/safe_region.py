@@ -136,7 +136,7 @@ def safety_star(
 def _safety_star(known, beams, complete, view, place, bearings, tables, radius, reach):
     """The memory's points and half gaps with the scan; the star's hits, half gaps and values, and the near hits."""
     measured, distance, beam_hits, moving, lost, silent = beams
-    directions, range_max, increment, wrap = view
+    directions, range_max, increment, seam = view
     x, y, cosine, sine = place
     bearing_0, first, last = bearings
     cosines, squares = tables
@@ -149,7 +149,7 @@ def _safety_star(known, beams, complete, view, place, bearings, tables, radius, 
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
     nearest, gap, offset = points_to_bearings(hits, hit_gaps, x, y, bearing_0, within, len(cosines))
     limit = bearing_limit(len(cosines), first, last, max(min(range_max, reach + radius) - radius, 0.0))
-    sight = within_sight(limit, measured, moving, radius, increment, wrap)
+    sight = within_sight(limit, measured, moving, radius, increment, seam)
     near = (distance < min(NEAR_HIT_RANGE, range_max)) & beam_hits
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
     values = erode(nearest, gap, offset, radius, sight, cosines, squares)
@@ -160,12 +160,12 @@ def _safety_star(known, beams, complete, view, place, bearings, tables, radius, 
 def _remembered(known, hits, silent, view, place):
     """The points and half gaps of a memory from `first` on, and those of the scan up to `far`."""
     points, gaps, first, distance, far = known
-    directions, range_max, increment, wrap = view
+    directions, range_max, increment, seam = view
     x, y, cosine, sine = place
     near = (distance < far) & hits
     latest = placed_ends(directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
     kept = len(points) - first
     all_points, all_gaps = np.empty((kept + len(latest), 2)), np.empty(kept + len(latest))
     all_points[:kept], all_points[kept:] = points[first:], latest
-    all_gaps[:kept], all_gaps[kept:] = gaps[first:], half_chords(distance, silent, range_max, increment, wrap)[near]
+    all_gaps[:kept], all_gaps[kept:] = gaps[first:], half_chords(distance, silent, range_max, increment, seam)[near]
     return all_points, all_gaps

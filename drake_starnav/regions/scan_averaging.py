@@ -109,8 +109,8 @@ def _seen_again(ranges, points, x, y, first, increment, full_circle, reach):
             continue
         left = int(_beam(dx, dy, first, increment))
         right = left + 1
-        if full_circle:
-            left, right = left % beams, right % beams
+        if full_circle and right >= beams:
+            left, right = beams - 1, 0
         elif right >= beams:
             continue
         distance = math.hypot(dx, dy)

@@ -170,8 +170,8 @@ def smoothed_scan_region(
 def _scan_region(beams, view, field, radius, margins, slack, tables):
     """The smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`."""
     measured, silent, moving = beams
-    _, range_max, _, wrap = view
-    distance = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, wrap)
+    _, range_max, _, seam = view
+    distance = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, seam < np.inf)
     profile = disc_range((distance, measured, silent, moving), view, field, radius, margins, tables)
     return distance, profile, adaptive_fit(profile[0], TOLERANCE, True)
 

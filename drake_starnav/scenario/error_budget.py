@@ -134,7 +134,7 @@ class Declared:
 
         A robot that is too fast for its beams slows down instead of keeping so far from corners.
         """
-        fine = self.corner_allowance / (CORNER * self.lidar.angle_increment) - self.robot.radius
+        fine = self.corner_allowance / (CORNER * self.lidar.widest_gap) - self.robot.radius
         return max(LEAST_RANGE, min(SPARE_RANGE * self.seeing_distance, fine))
 
     @property
@@ -177,7 +177,7 @@ SYMBOLS: dict[str, Entry] = {
     "J": Entry("1 + floor((L + T) / localization.jump_interval)", "most jumps in the time L + T", attrgetter("jumps")),
     "C": Entry("0.004 + min(3/4 * lidar.noise, 0.006)", "what may stick out between beams without further margin, m",
                attrgetter("corner_allowance")),
-    "G": Entry("max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.angle_increment) - r))",
+    "G": Entry("max(1.2, min(1.25 * (B + v * L), C / (0.87 * lidar.widest_gap) - r))",
                "extent of the safety star, m", attrgetter("safety_range")),
     "D": Entry("r + min(G, B + v * L)",
                "distance of the last scan by which a motion was accepted, m", attrgetter("seen_from")),
@@ -198,10 +198,10 @@ TERMS: tuple[Entry, ...] = (
     ),
     Entry("lidar.quantisation / 2", "ranges that are rounded up", lambda given: 0.5 * given.lidar.quantisation),
     Entry(
-        "max(0, 0.87 * D * lidar.angle_increment - C)",
+        "max(0, 0.87 * D * lidar.widest_gap - C)",
         "a corner of 60 degrees between two beams",
         lambda given: max(
-            CORNER * given.seen_from * given.lidar.angle_increment - given.corner_allowance,
+            CORNER * given.seen_from * given.lidar.widest_gap - given.corner_allowance,
             0.0,
         ),
     ),

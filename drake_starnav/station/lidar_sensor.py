@@ -96,8 +96,9 @@ class LidarSensor(LeafSystem):
     A sampled scan appears at the outputs `delay` seconds after it was taken, with the time and `X_WS` at acquisition;
     if a scan is lost, the outputs keep the last one.
 
-    With `rolling`, beam i of n is measured at the share (i + 1)/n of the time since the previous scan (the first scan
-    is taken at once), the last one at the scan's time. The sensor is assumed to move uniformly in between; the other
+    Beams are listed counter-clockwise. With `rolling`, beam i of n is measured at the share (i + 1)/n of the time since
+    the previous scan (the first scan is taken at once), the last one at the scan's time; in the reverse order if they
+    turn clockwise. The sensor is assumed to move uniformly in between; the other
     bodies' motion within a sweep is neglected.
 
     The system is defined for T = double only.
@@ -144,12 +145,13 @@ class LidarSensor(LeafSystem):
         self._cloud_in_W = point_cloud_frame == "W"
         self._parent, self._X_PS = mount.parent_frame_id, RigidTransform(mount.X_PS)
         self._seed = int(seed)
-        self._fan = Fan.regular(parameters.angle_min, parameters.angle_increment, parameters.beams)
+        view = parameters.field_of_view
+        self._fan = Fan.regular(*view, parameters.clockwise)
         self._before = LaserScan(
             time=0.0,
             ranges=np.full(parameters.beams, np.nan),
-            angle_min=parameters.angle_min,
-            angle_increment=parameters.angle_increment,
+            angle_min=view.angle_min,
+            angle_increment=view.angle_increment,
             range_min=parameters.range_min,
             range_max=parameters.range_max,
             time_increment=parameters.time_increment,

@@ -88,8 +88,7 @@ class StarPerception(LeafSystem):
         if not np.isfinite(pose).all():
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
         if before.observation.region is None and self._controller.certifies:
-            view = scan.angle_min, scan.angle_max, scan.angle_increment, len(scan.ranges)
-            check_view(*view, backwards=scan.motion is not None)
+            check_view(scan.field_of_view, backwards=scan.motion is not None)
         return self._perceive(before, scan, pose, self._settings, self._stopwatch)
 
     def _calc_star(self, context: Context, output: AbstractValue) -> None:

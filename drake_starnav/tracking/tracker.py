@@ -50,7 +50,7 @@ def track(
         parameters: what is declared about dynamic obstacles.
         range_deviation: declared standard deviation of the range error, m.
     """
-    if scan.time_increment > 0.0 and before.grid is not None:
+    if scan.time_increment and before.grid is not None:
         scan = deskewed(scan, before.pose, before.scan.time, pose)
     grid = before.grid or OccupancyHistory.about(pose[:2])
     motion = grid.classified(scan, pose, parameters)

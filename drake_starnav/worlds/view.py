@@ -46,13 +46,12 @@ def scan_from(shapes: ShapeBins, pose: np.ndarray, lidar: LidarParameters, seed:
         seed: of the noise.
         index: number of the scan, which gives it its time and its own noise.
     """
-    fan = Fan.regular(lidar.angle_min, lidar.angle_increment, lidar.beams)
+    view = lidar.field_of_view
+    fan = Fan.regular(*view)
     distances = np.full(lidar.beams, np.inf)
     cast_grid(shapes, pose, fan, distances, lidar.range_max)
     ranges = measure(distances, lidar, seed, index)
-    return LaserScan(
-        index / lidar.rate, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, ranges
-    )
+    return LaserScan(index / lidar.rate, view.angle_min, view.angle_increment, lidar.range_min, lidar.range_max, ranges)
 
 
 def random_free_pose(world: World, rng: np.random.Generator, robot_radius: float) -> np.ndarray:

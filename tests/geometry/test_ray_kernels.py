@@ -15,9 +15,7 @@ def cast(row: list[float], x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> 
     rows = np.zeros((1, COLUMNS))
     rows[0, : len(row)] = row
     ranges = np.full(360, np.inf)
-    cast_rows(
-        rows, 0, 1, x, y, math.cos(yaw), math.sin(yaw), FAN.directions, FAN.angle_min, FAN.increment, 10.0, ranges
-    )
+    cast_rows(rows, (x, y, math.cos(yaw), math.sin(yaw)), FAN, ranges, 10.0)
     return ranges
 
 
@@ -61,5 +59,5 @@ def test_nearer_ranges_stay() -> None:
     rows = np.zeros((1, COLUMNS))
     rows[0, :4] = 3.0, 0.0, 1.0, CIRCLE
     ranges = np.full(360, 1.0)
-    cast_rows(rows, 0, 1, 0.0, 0.0, 1.0, 0.0, FAN.directions, FAN.angle_min, FAN.increment, 10.0, ranges)
+    cast_rows(rows, (0.0, 0.0, 1.0, 0.0), FAN, ranges, 10.0)
     assert (ranges == 1.0).all()

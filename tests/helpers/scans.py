@@ -71,12 +71,14 @@ def cast_rolling(
         beams, view: as of `cast`.
     """
     back = np.array(now_in(pose, before))
+    clockwise = (view.get("angle_increment") or 1.0) < 0.0
     ranges = [
-        cast(world, composed(pose, back * (1.0 - (i + 1) / beams)), beams=beams, **view).ranges[i] for i in range(beams)
+        cast(world, composed(pose, back * (i if clockwise else beams - 1 - i) / beams), beams=beams, **view).ranges[i]
+        for i in range(beams)
     ]
     return dataclasses.replace(
         cast(world, pose, beams=beams, **view), time=period if time is None else time, ranges=np.array(ranges),
-        time_increment=period / beams, scan_time=period, lost_beams=True,
+        time_increment=(-period if clockwise else period) / beams, scan_time=period, lost_beams=True,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import add_navigation
 from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.scenario.schema import SECTIONS
+from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import WORLD_KINDS, make_world
 
@@ -53,6 +54,12 @@ def extremes(field: dataclasses.Field, kind: type) -> list[typing.Any]:
     least = [math.nextafter(above, math.inf)] if above is not None else [] if low is None else [low]
     greatest = [HUGE] if high is None else [high, math.nextafter(high, math.inf)]
     return [*least, *([] if low else tiny), *greatest]
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 6.28), (6.28319, 0.0), (0.7, 6.9745)])
+def test_a_robot_drives_wherever_the_seam_of_its_lidar_lies(first: float, last: float) -> None:
+    scenario = parse_scenario(TEXT, name="seam", overrides=[f"lidar.angle_min={first}", f"lidar.angle_max={last}"])
+    assert run_trial(scenario).outcome == "reached"
 
 
 def build(overrides: list[str], record: bool = False) -> None:

@@ -51,9 +51,36 @@ def test_bearings_run_counter_clockwise_from_the_first_beam():
     np.testing.assert_allclose(seen.points((1.0, 2.0, math.pi / 2))[0], (1.0, 0.0), atol=1e-12)
 
 
-def test_a_scan_whose_last_beam_repeats_the_first_is_no_full_circle():
+def test_a_scan_whose_last_beam_repeats_the_first_is_a_full_circle():
     seen = scan(angle_increment=2.0 * math.pi / 7)
-    assert not seen.full_circle and seen.angle_max == pytest.approx(math.pi)
+    assert seen.full_circle and seen.angle_max == pytest.approx(math.pi)
+
+
+@given(seeds, st.integers(8, 500), st.floats(0.1, 6.28), st.booleans())
+def test_beams_that_turn_clockwise_are_reversed(seed, beams, span, lost):
+    rng = np.random.default_rng(seed)
+    ranges, step = rng.uniform(0.2, 6.0, beams), span / (beams - 1)
+    motion = rng.integers(0, 3, beams)
+    if lost:
+        ranges[rng.random(beams) < 0.2] = np.nan
+    forwards = scan(ranges=ranges, angle_min=0.3, angle_increment=step, lost_beams=True, motion=motion)
+    seen = scan(
+        ranges=ranges[::-1], angle_min=forwards.angle_max, angle_increment=-step, time_increment=0.01,
+        lost_beams=True, motion=motion[::-1],
+    )  # fmt: skip
+    assert seen.angle_increment == step and seen.time_increment == -0.01
+    np.testing.assert_array_equal(seen.ranges, forwards.ranges)
+    np.testing.assert_array_equal(seen.motion, motion)
+    np.testing.assert_allclose(seen.points(), forwards.points(), atol=1e-9)
+    np.testing.assert_allclose(seen.distances, forwards.distances)
+
+
+def test_a_lost_beam_at_the_seam_is_bounded_by_the_width_of_the_seam():
+    step = 6.28 / 359
+    ranges = np.full(360, 30.0)
+    ranges[0] = np.nan
+    seen = LaserScan(0.0, 0.0, step, 0.0, 40.0, ranges, lost_beams=True)
+    assert seen.distances[0] == pytest.approx(LARGEST_UNSEEN / (step + 2.0 * math.pi - 6.28))
 
 
 def test_a_scan_is_immutable_and_owns_its_ranges():
@@ -82,8 +109,8 @@ def test_the_model_value_saw_nothing():
         ({"range_min": 4.0}, r"range_min 4, range_max 4; allowed: 0 <= range_min < range_max"),
         ({"range_min": -0.1}, r"range_min -0.1"),
         ({"angle_increment": 0.0}, r"angle_increment 0 over 8 beams"),
-        ({"angle_increment": -0.1}, r"more than 0, at most one turn"),
-        ({"angle_increment": 1.0}, r"spans 7 rad"),
+        ({"angle_increment": 1.0}, r"spans 7 rad; allowed: not 0, at most one turn in either direction"),
+        ({"angle_increment": -1.0}, r"spans -7 rad"),
     ],
 )
 def test_bad_scans_are_refused_with_place_value_and_what_is_allowed(changes, message):

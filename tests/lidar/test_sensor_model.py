@@ -10,10 +10,25 @@ from drake_starnav.lidar.sensor_model import LidarParameters, arrives, measure, 
 EXACT = LidarParameters(noise=0.0)
 
 
-def test_a_full_circle_excludes_its_end_point():
-    assert EXACT.full_circle and EXACT.angle_increment == pytest.approx(2.0 * math.pi / 360)
-    part = LidarParameters(beams=181, angle_min=-math.pi / 2, angle_max=math.pi / 2)
-    assert not part.full_circle and part.angle_increment == pytest.approx(math.pi / 180)
+@pytest.mark.parametrize(("first", "last"), [(-math.pi, math.pi), (0.0, 6.28319), (-3.14159, 3.14159), (2.0, -4.2832)])
+def test_a_full_circle_excludes_its_end_point(first, last):
+    view = LidarParameters(angle_min=first, angle_max=last).field_of_view
+    assert view.full_circle and view.angle_increment == 2.0 * math.pi / 360 == view.widest_gap
+
+
+def test_a_part_of_a_turn_includes_both_ends():
+    for first, last in ((-1.0, 2.0), (2.0, -1.0), (0.0, 6.28)):
+        lidar = LidarParameters(beams=181, angle_min=first, angle_max=last)
+        view = lidar.field_of_view
+        assert view.angle_min == pytest.approx(min(first, last)) and view.angle_max == pytest.approx(max(first, last))
+        assert view.angle_increment == lidar.angle_increment == pytest.approx(abs(last - first) / 180)
+        assert view.full_circle == (last == 6.28) and lidar.clockwise == (last < first)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 6.29), (1.0, 1.0), (3.2, -3.2)])
+def test_more_than_a_turn_or_none_is_refused(first, last):
+    with pytest.raises(StarnavError, match=r"lidar\.angle_max is .* a span of .* allowed: not 0, at most one turn"):
+        LidarParameters(angle_min=first, angle_max=last)
 
 
 def test_ranges_follow_rep_117():
@@ -115,7 +130,7 @@ def test_scans_are_numbered_by_time():
     [
         ({"beams": 0}, r"lidar\.beams is 0; allowed: 3 <= x"),
         ({"range_min": 6.0}, r"lidar\.range_min is 6 with lidar\.range_max 5; allowed: range_min < range_max"),
-        ({"angle_min": 1.0, "angle_max": 1.0}, r"span of 0 rad; allowed: more than 0, at most one turn"),
+        ({"angle_min": 1.0, "angle_max": 1.0}, r"span of 0 rad; allowed: not 0, at most one turn"),
         ({"angle_min": -4.0, "angle_max": 4.0}, r"span of 8 rad"),
         ({"dropout": 1.5}, r"lidar\.dropout is 1\.5; allowed: 0 <= x <= 1"),
         ({"noise": float("nan")}, r"lidar\.noise is nan"),

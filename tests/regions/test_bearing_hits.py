@@ -46,6 +46,15 @@ def test_the_chord_spans_beams_without_information_but_not_missing_returns(count
     assert half_gaps(open_gap, open_gap.distances)[[99, 100 + count]] == pytest.approx(math.sin(math.pi / 360))
 
 
+@pytest.mark.parametrize("seam", [0.0, 0.3, 1.5])
+def test_the_chord_across_the_seam_is_as_wide_as_the_seam(seam: float) -> None:
+    step = 2.0 * math.pi / (359.0 + seam)
+    scan = circle(360, 1.0, angle_increment=step)
+    gaps = half_gaps(scan, scan.distances)
+    assert gaps[1:-1] == pytest.approx(math.sin(0.5 * step))
+    assert gaps[[0, -1]] == pytest.approx(math.sin(0.5 * max(seam, 1.0) * step))
+
+
 def test_the_ends_of_a_partial_view_are_no_neighbours() -> None:
     n = 359
     scan = LaserScan(0.0, 0.0, 2.0 * math.pi / 360, 0.0, 5.0, np.where(np.arange(n) % (n - 1) == 0, 1.0, np.inf))

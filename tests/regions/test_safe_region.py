@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import covers
@@ -85,6 +85,47 @@ def test_outside_the_field_of_view_nothing_is_certified():
     ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
     assert covers(star.center, star.bearing_0, star.values, *ahead)
     assert not covers(star.center, star.bearing_0, star.values, *behind)
+
+
+TURNS = {
+    "both ends": (2.0 * math.pi, 361),
+    "6.28": (6.28, 360),
+    "single precision": (float(np.float32(2.0 * math.pi / 719)) * 719, 720),
+    "half a degree short": (math.radians(359.5), 1440),
+    "clockwise": (-6.28, 360),
+}
+"""Angle from the first to the last beam, rad, and the number of beams, of lidars that look all around."""
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS)
+@settings(max_examples=8)
+@given(seeds, st.sampled_from([0.0, 0.5 * math.pi, math.pi]) | st.floats(-7.0, 7.0))
+def test_a_seam_is_no_edge_of_the_view_wherever_it_lies(turn, seed, first):
+    span, beams = turn
+    world, pose = scattered(np.random.default_rng(seed), discs=12, clear=0.6), np.array((0.0, 0.0, 0.3))
+    scan, whole = cast(world, pose, beams=beams, angle_min=first, angle_increment=span / (beams - 1)), cast(world, pose)
+    star, usual = (
+        safety_star(ScanMemory(), seen, smoothed_distances(seen), pose, SAFE, REACH, KEPT)[0] for seen in (scan, whole)
+    )
+    theta = np.linspace(-math.pi, math.pi, 500)
+    along = np.column_stack((np.cos(theta), np.sin(theta)))
+    reached = [np.array([covers(s.center, s.bearing_0, s.values, *p) for p in 0.4 * along]) for s in (star, usual)]
+    assert (reached[0] == reached[1]).mean() > 0.95
+    samples = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
+    inside = star.values[:, None] * np.column_stack((np.cos(samples), np.sin(samples)))
+    assert segment_distance(scan.points(pose)[None], star.center, inside[:, None]).min() > SAFE - 1e-9
+
+
+def test_what_a_moving_obstacle_hides_at_the_seam_is_not_certified():
+    step = math.radians(359.4) / 1439  # the seam is as wide as two beams
+    ranges, motion = np.full(1440, np.inf), np.zeros(1440, np.int8)
+    ranges[[0, 1, -1, -2]], motion[[0, 1, -1, -2]] = 1.0, DYNAMIC
+    star = safe_star(LaserScan(0.0, 0.0, step, 0.0, 5.0, ranges, motion=motion))
+    theta = star.bearing_0 + np.radians(np.linspace(-0.9, 0.3, 50))
+    assert star.values.max() == REACH
+    assert not any(
+        covers(star.center, star.bearing_0, star.values, 1.05 * math.cos(t), 1.05 * math.sin(t)) for t in theta
+    )
 
 
 def test_a_robot_too_close_to_a_hit_may_only_move_away():

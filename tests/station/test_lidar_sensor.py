@@ -332,6 +332,14 @@ def test_a_rolling_scan_is_swept_between_two_poses():
     under = 0.25 - (offset * uy) ** 2
     exact = np.where((under > 0.0) & (ux > 0.0), offset * ux - np.sqrt(np.maximum(under, 0.0)), np.inf)
     assert np.allclose(driving.ranges, exact, rtol=0.0, atol=1e-9) and driving.hits.sum() > 20
+    # Beams that turn clockwise look in the reverse order; 6.28 rad are not quite a turn.
+    reverse = LidarParameters(noise=0.0, rolling=True, angle_min=3.0, angle_max=-3.28)
+    driving = run(1.0001, parameters=reverse)
+    measured_at = driving.time + np.arange(360) * driving.time_increment
+    offset, (ux, uy) = 3.0 - SPEED * measured_at, (np.cos(driving.bearings), np.sin(driving.bearings))
+    under = 0.25 - (offset * uy) ** 2
+    exact = np.where((under > 0.0) & (ux > 0.0), offset * ux - np.sqrt(np.maximum(under, 0.0)), np.inf)
+    assert np.allclose(driving.ranges, exact, rtol=0.0, atol=1e-9) and driving.hits.sum() > 20
     # A turning sensor sees the post's middle where it was when the beam passed.
     turning = run(1.0001, parameters=rolling, speed=0.0, yaw_rate=0.3)
     hits = np.flatnonzero(turning.hits)

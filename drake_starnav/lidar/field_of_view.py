@@ -1,0 +1,61 @@
+"""The bearings that a planar lidar measures, and the one place that says whether they are all around."""
+
+import math
+from typing import NamedTuple
+
+TURN = 2.0 * math.pi
+ROUNDING = 1e-4
+"""Error of a turn that is given in single precision or to four decimals, rad."""
+SEAM = math.radians(0.6)
+"""A lidar looks all around if the gap from its last beam on to its first is wider than that between any other two by at
+most this, rad: drivers round, give both ends of the turn, or stop half a degree short of it."""
+
+
+class FieldOfView(NamedTuple):
+    """Beams at equal steps, counter-clockwise.
+
+    Attributes:
+        angle_min: bearing of the first beam in the sensor frame S, rad.
+        angle_increment: bearing step between beams, rad, positive.
+        beams: their number.
+    """
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+
+    @property
+    def span(self) -> float:
+        """Angle from the first beam to the last, rad."""
+        return self.angle_increment * (self.beams - 1)
+
+    @property
+    def angle_max(self) -> float:
+        """Bearing of the last beam, rad."""
+        return self.angle_min + self.span
+
+    @property
+    def seam(self) -> float:
+        """Angle from the last beam on to its neighbour, the first, rad; infinite if they are no neighbours."""
+        gap = TURN - self.span
+        if abs(gap - self.angle_increment) < 1e-6:
+            return self.angle_increment  # the turn is divided evenly
+        return max(gap, 0.0) if gap <= self.angle_increment + SEAM else math.inf
+
+    @property
+    def full_circle(self) -> bool:
+        """Whether the last beam's neighbour is the first one, wherever the seam between them lies."""
+        return self.seam < math.inf
+
+    @property
+    def widest_gap(self) -> float:
+        """Largest angle between two neighbouring beams, rad."""
+        return max(self.angle_increment, self.seam) if self.full_circle else self.angle_increment
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """How far the view reaches to the right and to the left of straight ahead, rad; negative if it does not."""
+        if self.full_circle:
+            return math.pi, math.pi
+        ahead = TURN * round(0.5 * (self.angle_min + self.angle_max) / TURN)
+        return ahead - self.angle_min, self.angle_max - ahead
