@@ -24,7 +24,7 @@ from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import with_margins
 from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.plant import make_simulator
+from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.validation import validate
 from drake_starnav.worlds.clearance import clearance
@@ -222,7 +222,7 @@ class PlantMotion:
     def drive(self, action: np.ndarray) -> None:
         """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
         self._action.FixValue(self._simulator.get_mutable_context(), action)
-        status = self._simulator.AdvanceTo(self._simulator.get_context().get_time() + PERIOD)
+        status = advance(self._simulator, self._simulator.get_context().get_time() + PERIOD)
         self.touched = status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
     def close(self) -> None:

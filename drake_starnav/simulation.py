@@ -27,7 +27,7 @@ from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.plant import make_simulator
+from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.connecting import outputs
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
@@ -399,12 +399,11 @@ def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monito
 
 def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None]) -> str:
     """Run until something ends the trial, and return its message: it begins with the outcome."""
-    simulator.Initialize()
     while True:
         now = simulator.get_context().get_time()
         if now >= timeout - 1e-9:
             return "timeout"
-        status = simulator.AdvanceTo(min(now + PROGRESS_PERIOD, timeout))
+        status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return status.message()
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:

@@ -15,7 +15,7 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
 from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.plant import make_simulator
+from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.visualization.live_page import LivePage, LiveState
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
@@ -158,7 +158,7 @@ class LiveRun:
         else:
             if not was_running:
                 self.simulator.ResetStatistics()  # or it would catch up on the paused time
-            status = self.simulator.AdvanceTo(STEP * (round(self.time / STEP) + 1))  # where events end steps anyway
+            status = advance(self.simulator, STEP * (round(self.time / STEP) + 1))  # where events end steps anyway
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")

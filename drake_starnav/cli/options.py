@@ -5,6 +5,7 @@ import math
 import os
 import shlex
 import sys
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import NoReturn
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
 from drake_starnav.utils.compilation import COMPILING, compilations, say_compiling
 
-REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+REACHED, NOT_REACHED, BAD_INPUT, DEFECT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 70, 130, 141
 """Exit codes."""
 ENTRY_POINT = "starnav"
 """The installed command; `python -m drake_starnav` does the same."""
@@ -99,6 +100,9 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
         return _reported(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
     except KeyboardInterrupt:
         return _reported(f"{prog}: {interrupted}", INTERRUPTED)
+    except Exception:  # a defect of the program, or of a system of the user's: not the 1 that Python would exit with
+        traceback.print_exc()
+        return DEFECT
 
 
 @contextmanager

@@ -30,6 +30,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.station.robot_model import massless_links
 from drake_starnav.station.scene_slices import read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
@@ -117,6 +118,11 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
             if index not in held:
                 X_WB = plant.GetDefaultFloatingBaseBodyPose(body)
                 plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
+    for name in massless_links(plant, [index for instance in instances for index in plant.GetBodyIndices(instance)]):
+        raise StarnavError(
+            f"model {place}: link {name} moves and has no mass; allowed: <inertial> with a mass and an inertia, or "
+            "weld: true for a body that no joint holds"
+        )
     inspector = scene_graph.model_inspector()
     for geometry in _geometries(inspector, None):
         shape = inspector.GetShape(geometry)

@@ -7,9 +7,10 @@ from typing import Any
 from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
 
+from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
@@ -69,6 +70,24 @@ def make_simulator(
     elif settings:
         ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
     return simulator
+
+
+def advance(simulator: Simulator, time: float) -> SimulatorStatus:
+    """Simulate up to a time, s, as `Simulator.AdvanceTo` does.
+
+    Raises:
+        StarnavError: Drake finds only while it simulates that it cannot, e.g. with a link without inertia, or a
+            command that is not a number. Errors of systems in Python come as they are.
+    """
+    try:
+        return simulator.AdvanceTo(time)
+    except RuntimeError as error:
+        if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
+            raise  # from a system in Python
+        now = simulator.get_context().get_time()
+        raise StarnavError(
+            f"simulation failed at {now:.3f} s: {said_by(error)}; allowed: robots and worlds that Drake can simulate"
+        ) from None
 
 
 def _forget_old_poses(context: Context) -> EventStatus:

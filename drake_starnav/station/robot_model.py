@@ -2,16 +2,18 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from pydrake.geometry import (
     Box,
     Capsule,
+    CollisionFilterDeclaration,
     Cylinder,
     Ellipsoid,
     GeometryId,
+    GeometrySet,
     ProximityProperties,
     RoleAssign,
     SceneGraph,
@@ -73,6 +75,7 @@ def add_robot(
             plant.GetJointActuatorByName(wheel, model).set_controller_gains(PdControllerGains(p=0.0, d=WHEEL_GAIN))
     base = plant.GetBodyByName("base_link", model)
     height = _wheel_radii(plant, scene_graph, model)[0] - _axles(plant, model)[0][2]
+    _free_wheels(plant, scene_graph, model)
     _free_casters(plant, scene_graph, model, -height)
     X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], height])
     plant.SetDefaultFloatingBaseBodyPose(base, X_WB)
@@ -83,16 +86,21 @@ def _check_robot(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, robot: RobotParameters, path: str
 ) -> None:
     """Raise a `StarnavError` that names all that the model of a file lacks."""
-    faults = list(_missing(plant, model, robot.wheel_joints))
-    if not faults:  # else what follows could not be looked at
-        wheels = list(_wheel_shape_faults(plant, scene_graph, model))
-        faults = [
-            *_base_faults(plant, model),
-            *wheels,
-            *_wheel_joint_faults(plant, model, robot.wheel_joints),
-            *_reach_faults(plant, scene_graph, model, robot.radius),
-            *(() if wheels else _floor_faults(plant, scene_graph, model)),
-        ]
+    faults = [
+        *_missing(plant, model, robot.wheel_joints),
+        *(
+            f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
+            for name in massless_links(plant, plant.GetBodyIndices(model))
+        ),
+    ]
+    wheels = [plant.HasJointNamed(name, model) for name in WHEELS]
+    shapes = list(_wheel_shape_faults(plant, scene_graph, model))
+    faults += shapes
+    if plant.HasBodyNamed("base_link", model):  # else there is nothing from which to measure
+        faults += [*_base_faults(plant, model), *_reach_faults(plant, scene_graph, model, robot.radius)]
+        if all(wheels):
+            faults += _wheel_joint_faults(plant, model, robot.wheel_joints)
+            faults += () if shapes else _floor_faults(plant, scene_graph, model)
     _refuse(faults, path)
 
 
@@ -126,6 +134,8 @@ def _base_faults(plant: MultibodyPlant, model: ModelInstanceIndex) -> Iterator[s
                 f"link base_link hangs by joint {joint.name()} on {joint.parent_body().name()}; "
                 "allowed: base_link as the root, to which all else is joined"
             )
+    if not plant.HasFrameNamed("lidar", model):
+        return
     X_BL = lidar_pose(plant, model)
     if X_BL is None:
         yield "frame lidar is not joined to link base_link; allowed: a joint between them"
@@ -143,6 +153,8 @@ def _wheel_shape_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: M
     """What keeps the wheels from rolling."""
     inspector, radii = scene_graph.model_inspector(), []
     for name in WHEELS:
+        if not plant.HasJointNamed(name, model):
+            continue
         wheel = plant.GetJointByName(name, model).child_body()
         shapes = [inspector.GetShape(g) for g in plant.GetCollisionGeometriesForBody(wheel)]
         if len(shapes) == 1 and isinstance(shapes[0], Sphere):
@@ -178,7 +190,7 @@ def _wheel_joint_faults(
             kind = type(joint).__name__.split("_")[0]
             yield f"joint {given[name]} is a {kind}; allowed: continuous or revolute"
             continue
-        axis = joint.frame_on_parent().GetFixedPoseInBodyFrame().rotation() @ joint.revolute_axis()
+        axis = _joint_pose(plant, model, name).rotation() @ joint.revolute_axis()
         if axis[1] < 1.0 - TOLERANCE:
             x, y, z = (round(float(value), 3) for value in axis)
             yield (
@@ -209,6 +221,17 @@ def _floor_faults(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelIn
                     f"link {body.name()} reaches {1e3 * (floor - low):.0f} mm lower than the wheels; allowed: down to "
                     "the floor that they stand on"
                 )
+
+
+def _free_wheels(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> None:
+    """Let the wheels touch no link of their robot: Drake excepts only the one that their joint hangs on."""
+    shapes = {
+        index: plant.GetCollisionGeometriesForBody(plant.get_body(index)) for index in plant.GetBodyIndices(model)
+    }
+    wheels = [g for name in WHEELS for g in shapes[plant.GetJointByName(name, model).child_body().index()]]
+    links = [g for geometries in shapes.values() for g in geometries]
+    apart = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(wheels), GeometrySet(links))
+    scene_graph.collision_filter_manager().Apply(apart)
 
 
 def _free_casters(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, floor: float) -> None:
@@ -297,8 +320,40 @@ def _actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[str]:
 
 def _axles(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[np.ndarray]:
     """Where the left and the right wheel's joints are, shape (3,), base_link, m."""
-    joints = (plant.GetJointByName(name, model) for name in WHEELS)
-    return [joint.frame_on_parent().GetFixedPoseInBodyFrame().translation() for joint in joints]
+    return [_joint_pose(plant, model, name).translation() for name in WHEELS]
+
+
+def _joint_pose(plant: MultibodyPlant, model: ModelInstanceIndex, name: str) -> RigidTransform:
+    """Of a joint in base_link, with all joints at zero; in its parent link if that is not joined to base_link."""
+    frame = plant.GetJointByName(name, model).frame_on_parent()
+    X_BP = _link_poses(plant, model).get(frame.body().index(), RigidTransform())
+    return X_BP @ frame.GetFixedPoseInBodyFrame()
+
+
+def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:
+    """Names of the bodies that move although there is nothing with a mass that moves with them.
+
+    A link that a joint moves may leave the mass to what it carries; a body without any joint, which moves freely, only
+    to what is welded to it.
+
+    Args:
+        plant: not yet finalized.
+        bodies: all that are asked about.
+    """
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    on = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
+    welded = {joint.child_body().index() for joint in joints if joint.num_velocities() == 0}
+    heavy = {plant.world_body().index()}
+    for k in range(1, plant.num_bodies()):
+        body, turned = BodyIndex(k), False
+        if plant.get_body(body).default_mass() > 0.0:
+            while not (turned and body not in on):
+                heavy.add(body)
+                if body not in on:
+                    break
+                turned = turned or body not in welded
+                body = on[body]
+    return [plant.get_body(body).name() for body in bodies if body not in heavy and body not in welded]
 
 
 def _wheel_radii(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> list[float]:

@@ -15,6 +15,7 @@ import pytest
 from drake_starnav.cli.main import main
 from drake_starnav.cli.options import (
     BAD_INPUT,
+    DEFECT,
     ENTRY_POINT,
     INTERRUPTED,
     check_numbers,
@@ -88,9 +89,9 @@ def test_the_entry_point_is_the_package_s_main() -> None:
     assert getattr(importlib.import_module(module), function) is main
 
 
-def test_other_errors_are_not_hidden() -> None:
-    with pytest.raises(ValueError, match="ours"):
-        exit_code("name", lambda: raising(ValueError("ours")))
+def test_a_defect_is_shown_whole_and_is_not_taken_for_a_goal_that_was_not_reached(capsys) -> None:
+    assert exit_code("name", lambda: raising(ValueError("ours"))) == DEFECT
+    assert "Traceback" in (shown := capsys.readouterr().err) and "ValueError: ours" in shown
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:

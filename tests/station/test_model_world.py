@@ -26,12 +26,13 @@ from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile
 
 KITCHEN = load_scenario("kitchen").world
 RADIUS = 0.25
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
 BOX = '<collision name="{0}"><origin xyz="{1}" rpy="{2}"/><geometry><box size="{3}"/></geometry></collision>'
 
 
 def urdf(folder: Path, *links: str, name: str = "m.urdf") -> Path:
     """A model with one link for each list of collision elements, the later ones held by joints to the first."""
-    bodies = "".join(f'<link name="l{k}">{link}</link>' for k, link in enumerate(links))
+    bodies = "".join(f'<link name="l{k}">{INERTIAL}{link}</link>' for k, link in enumerate(links))
     joints = "".join(
         f'<joint name="j{k}" type="revolute"><parent link="l0"/><child link="l{k}"/><axis xyz="0 0 1"/>'
         '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
@@ -154,6 +155,14 @@ def test_bodies_that_nothing_holds_are_welded_unless_they_shall_move(tmp_path: P
         context = station.plant.GetMyContextFromRoot(simulator.get_context())
         pose = station.plant.GetBodyByName("l").EvalPoseInWorld(context)
         assert pose.translation()[2] == pytest.approx(height, abs=0.01)
+
+
+@pytest.mark.parametrize(("links", "weld", "name"), [(1, False, "l0"), (2, True, "l1"), (3, True, "l1")])
+def test_a_link_that_moves_without_mass_is_named(tmp_path: Path, links: int, weld: bool, name: str) -> None:
+    path = urdf(tmp_path, *[box("b", "1.5 1 0.5", "0.1 0.1 1")] * links)
+    path.write_text(path.read_text().replace(INERTIAL, ""))
+    with pytest.raises(StarnavError, match=f"m.urdf: link {name} moves and has no mass; allowed: <inertial>"):
+        world_of(path, weld=weld)
 
 
 def test_there_is_no_shortest_path_among_what_moves(tmp_path: Path) -> None:

@@ -12,13 +12,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import add_navigation
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import scenario_station
 from drake_starnav.station.navigation_station import Station, add_station
-from drake_starnav.station.plant import DISCRETE_ONLY, LONGEST_STEP, add_plant, make_simulator, plant_config
+from drake_starnav.station.plant import DISCRETE_ONLY, LONGEST_STEP, add_plant, advance, make_simulator, plant_config
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 
@@ -177,3 +178,27 @@ def test_the_scene_shows_the_robot_where_it_is() -> None:
     builder.Connect(twist.get_output_port(), station.GetInputPort("drive.twist_command"))
     make_simulator(builder.Build()).AdvanceTo(1.0)
     assert len(probe.differences) == 20 and max(probe.differences) < 1e-9
+
+
+@pytest.mark.parametrize("continuous", [True, False])
+def test_what_drake_cannot_simulate_is_said_in_one_sentence(continuous: bool) -> None:
+    run = Drive(continuous=continuous, twist=(math.nan, 0.0))
+    with pytest.raises(StarnavError, match=r"simulation failed at \d\.\d\d\d s: .*; allowed: ") as caught:
+        advance(run.simulator, 1.0)
+    assert "\n" not in str(caught.value)
+
+
+class Broken(LeafSystem):
+    """A system of a user's that has a defect."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, self._fail)
+
+    def _fail(self, context: Context, values: DiscreteValues) -> EventStatus:
+        raise RuntimeError("mine")
+
+
+def test_errors_of_systems_in_python_come_as_they_are() -> None:
+    with pytest.raises(RuntimeError, match="^mine$"):
+        advance(Simulator(Broken()), 1.0)

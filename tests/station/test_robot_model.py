@@ -148,6 +148,33 @@ def test_the_order_of_the_wheels_does_not_matter(tmp_path: Path) -> None:
     assert (v, omega) == pytest.approx((0.3, 0.5), abs=0.02)
 
 
+def test_a_base_without_mass_is_refused(tmp_path: Path) -> None:
+    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    path = tmp_path / "massless.urdf"
+    path.write_text(re.sub("<inertial>.*?</inertial>", "", text, count=1, flags=re.DOTALL), encoding="utf-8")
+    with pytest.raises(StarnavError, match="link base_link has no mass; allowed: <inertial> with a mass and an in"):
+        standing(RobotParameters(model=str(path)))
+
+
+def test_wheels_may_hang_on_brackets(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, '<parent link="base_link"/>', '<parent link="{}_bracket"/>')
+    text = Path(path).read_text(encoding="utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 -1"/>')
+    for side, y in (("left", 0.16), ("right", -0.16)):
+        text = text.replace('link="{}_bracket"', f'link="{side}_bracket"', 1).replace(f"0 {y} 0", "0 0.04 -0.01")
+        text = text.replace(
+            "</robot>",
+            f'<link name="{side}_bracket"/><joint name="{side}_bracket" type="fixed"><parent link="base_link"/><child '
+            f'link="{side}_bracket"/><origin xyz="0 {y - 0.01} -0.04" rpy="1.5707963267948966 0 0"/></joint></robot>',
+        )
+    Path(path).write_text(text, encoding="utf-8")
+    station = standing(RobotParameters(model=path))
+    simulator = Simulator(station)
+    station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.3, 0.5])
+    simulator.AdvanceTo(1.0)
+    v, omega = station.GetOutputPort("localization.state").Eval(simulator.get_context())[3:]
+    assert (v, omega) == pytest.approx((0.3, 0.5), abs=0.02)
+
+
 @pytest.mark.parametrize("package", ["mine", "other"])
 def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str, monkeypatch) -> None:
     (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
@@ -169,6 +196,18 @@ def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: fl
     robot = RobotParameters(model=path, mass_error=mass_error)
     inspector = standing(robot).scene_graph.model_inspector()
     assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}
+
+
+def test_what_is_missing_hides_nothing_else(tmp_path: Path) -> None:
+    path = changed_starbot(tmp_path, '<frame name="lidar"', '<frame name="laser"')
+    text = Path(path).read_text(encoding="utf-8").replace('joint name="left_wheel"', 'joint name="port_wheel"')
+    text = text.replace('<sphere radius="0.05"/>', '<box size="0.1 0.03 0.1"/>')
+    text = text.replace('<cylinder radius="0.25" length="0.1"/>', '<cylinder radius="0.28" length="0.1"/>')
+    Path(path).write_text(text, encoding="utf-8")
+    with pytest.raises(StarnavError) as caught:
+        standing(RobotParameters(model=path))
+    for said in ("no frame lidar", "no joint left_wheel", "link right_wheel collides as Box", "reaches 0.280 m"):
+        assert said in str(caught.value)
 
 
 def test_all_that_a_model_lacks_is_said_at_once(tmp_path: Path) -> None:
