@@ -16,8 +16,8 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.errors import StarnavError as StarnavError
     from drake_starnav.geometry.trajectory import Motion as Motion
     from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
-    from drake_starnav.lidar.scan_log import LoggedScan as LoggedScan
     from drake_starnav.lidar.scan_log import read_scan_log as read_scan_log
+    from drake_starnav.lidar.scan_records import LoggedScan as LoggedScan
     from drake_starnav.lidar.sensor_model import LidarParameters as LidarParameters
     from drake_starnav.navigation import Navigation as Navigation
     from drake_starnav.navigation import add_navigation as add_navigation
@@ -154,7 +154,7 @@ _PUBLIC = {
     "draw_robot": "visualization.world_figure",
     "draw_goal": "visualization.world_figure",
     "save_figure": "visualization.world_figure",
-    "LoggedScan": "lidar.scan_log",
+    "LoggedScan": "lidar.scan_records",
     "read_scan_log": "lidar.scan_log",
     "PlannerInput": "planning",
     "plan_step": "planning",

@@ -1,6 +1,8 @@
 """One planar laser scan, with the field names and conventions of ROS `sensor_msgs/LaserScan`."""
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import field
 from functools import lru_cache
 
@@ -145,6 +147,20 @@ class LaserScan:
         vars(scan).update(vars(self), time=time, ranges=ranges, lost_beams=True, motion=None)
         scan._classify()
         return scan
+
+    def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
+        """The scan without the beams in which the robot sees itself: they are lost.
+
+        Args:
+            sectors: pairs of bearings in S, each a sector from the first counter-clockwise to the second, rad.
+        """
+        ranges = self.ranges.copy()
+        for first, last in sectors:
+            if not (math.isfinite(first) and math.isfinite(last)):
+                raise StarnavError(f"laser scan: a masked sector is ({first}, {last}); allowed: finite bearings, rad")
+            width = min(last - first, TURN) if last >= first else (last - first) % TURN
+            ranges[np.mod(self.bearings - first, TURN) <= width] = math.nan
+        return dataclasses.replace(self, ranges=ranges, lost_beams=True)
 
     @staticmethod
     def nothing() -> "LaserScan":

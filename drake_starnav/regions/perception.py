@@ -121,7 +121,9 @@ def perceive(
         if noise is not None:
             history = history.remembered(scan.points(pose))
             near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
-        distance, region = smoothed_scan_region(scan, pose, robot_radius, region_parameters)
+        first = before.observation.region
+        samples = None if first is None else len(first.free_range)  # though the number of beams may vary
+        distance, region = smoothed_scan_region(scan, pose, robot_radius, region_parameters, samples)
         measured = near.distances
         if controller.smoothed_beams > 0:
             smooth = smoothed_distances(near, region_parameters.smoothing_slack, controller.smoothed_beams)

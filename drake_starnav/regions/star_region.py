@@ -141,7 +141,9 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
     )
 
 
-def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters) -> StarRegion:
+def scan_region(
+    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, samples: int | None = None
+) -> StarRegion:
     """The star-shaped region of one scan.
 
     Args:
@@ -149,16 +151,17 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, parameters: St
         pose: (x, y, yaw) of S in W when the scan was taken.
         radius: of the robot, m.
         parameters: of the pipeline.
+        samples: M, the same for all scans of a roadmap; None: as many as suit this one.
     """
-    return smoothed_scan_region(scan, pose, radius, parameters)[1]
+    return smoothed_scan_region(scan, pose, radius, parameters, samples)[1]
 
 
 def smoothed_scan_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters
+    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, samples: int | None = None
 ) -> tuple[np.ndarray, StarRegion]:
     """The `smoothed_distances` of a scan, and its `scan_region`: their `free_range`, then `fit_region`, in one call."""
     beams = scan.distances, scan.silent, scan.moving
-    margins, tables = (parameters.margin, parameters.least_margin), bearing_tables(bearing_count(scan))
+    margins, tables = (parameters.margin, parameters.least_margin), bearing_tables(samples or bearing_count(scan))
     distance, profile, boundary = _scan_region(
         beams, scan.view, field_of_view(scan), radius, margins, parameters.smoothing_slack, tables
     )

@@ -1,7 +1,7 @@
 """A recorded scan log through perception and planner, with no simulation and no Drake.
 
 `room_scans.csv`, beside this file, was recorded by a robot that was driven through a room. A log of your own may be
-such a table, or a ROS 2 bag with `/scan` and `/odom` (`pip install drake-starnav[rosbag]`).
+such a table, or a ROS bag with `/scan` and either `/odom` or `/tf` (`pip install drake-starnav[rosbag]`).
 
 Run: python scripts/examples/11_replay_a_scan_log.py [LOG] [--goal X Y] [--radius R] [--png FILE]
 """

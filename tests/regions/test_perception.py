@@ -1,6 +1,7 @@
 """Perception of one scan; `tests/systems/test_star_perception.py` follows many of them."""
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -44,6 +45,16 @@ def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> Non
     again = perceive(first, second.observation.scan, POSES[1], SETTINGS)
     assert np.array_equal(again.safety.values, second.safety.values)
     assert np.array_equal(first.safety.values, kept)
+
+
+def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
+    known, free = Perceived.nothing(), []
+    for number, beams in enumerate((450, 455, 449, 456)):
+        scan = cast(POST, POSES[0], beams=beams, angle_min=0.0, angle_increment=2.0 * math.pi / (beams - 1))
+        known = perceive(known, dataclasses.replace(scan, time=0.1 * number), POSES[0], SETTINGS)
+        free.append(known.observation.region.free_range)
+    assert {len(samples) for samples in free} == {898}
+    assert max(np.abs(samples - free[0]).mean() for samples in free) < 0.03
 
 
 def test_times_are_noted_where_asked_for() -> None:

@@ -1,0 +1,139 @@
+"""Bags of all the kinds that drivers and robots write are read, or refused with a reason."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.rosbag import read_rosbag
+from tests.helpers.bags import Bag
+
+TURN = 2.0 * math.pi
+FULL = {
+    "both ends": (0.0, TURN, 455),
+    "symmetric": (-math.pi, math.pi, 1440),
+    "rounded": (0.0, 6.28, 360),
+    "clockwise": (math.pi, -math.pi, 720),
+    "a beam short": (-math.pi, 3.13, 449),
+}
+"""First and last bearing and number of beams of lidars that look all around."""
+
+
+def driven(*times: float, **scan) -> Bag:
+    """A bag of scans at some times, s, and of poses at 10 s and 10.5 s."""
+    bag = Bag()
+    for time in times:
+        bag.scan(time, [1.0, math.nan, 0.0, math.inf, 2.0, 0.5], **scan)
+    bag.odometry(10.0, 0.0, 3.0)
+    bag.odometry(10.5, 1.0, 3.2)
+    return bag
+
+
+def test_scans_have_poses_between_those_of_odometry(tmp_path: Path) -> None:
+    bag = driven(9.9, 10.25, 11.0).write(tmp_path / "bag")
+    with pytest.warns(UserWarning, match=r"2 of 3 scans are left out: scans are from 9\.900 to 11\.000 s, poses from"):
+        (seen,) = read_rosbag(bag)
+    assert seen.scan.time == pytest.approx(0.25)
+    assert seen.pose == pytest.approx([0.5, 0.0, 3.1], abs=1e-6)  # across the turn of the angle
+    np.testing.assert_array_equal(seen.scan.ranges, [1.0, math.nan, math.nan, math.inf, 2.0, 0.5])
+    assert (seen.scan.angle_min, seen.scan.range_max) == (-1.0, 8.0)
+
+
+@pytest.mark.parametrize("view", FULL.values(), ids=FULL)
+def test_a_lidar_that_looks_all_around_does_so_in_single_precision(tmp_path: Path, view) -> None:
+    first, last, beams = view
+    bag = Bag()
+    step = (np.float32(last) - np.float32(first)) / np.float32(beams - 1)
+    bag.scan(10.0, np.full(beams, 2.0), angle_min=first, angle_increment=step)
+    bag.odometry(10.0, 0.0, 0.0)
+    (seen,) = read_rosbag(bag.write(tmp_path / "bag"))
+    assert seen.scan.full_circle and len(seen.scan.ranges) == beams and seen.scan.angle_increment > 0.0
+
+
+def test_beams_may_differ_in_number_from_scan_to_scan(tmp_path: Path) -> None:
+    bag = driven()
+    for k, beams in enumerate((450, 455, 449)):
+        bag.scan(10.0 + 0.1 * k, np.ones(beams), angle_min=0.0, angle_increment=TURN / (beams - 1))
+    assert [len(seen.scan.ranges) for seen in read_rosbag(bag.write(tmp_path / "bag"))] == [450, 455, 449]
+
+
+@pytest.mark.parametrize("apart", [1.7e9, 0.6, -0.6])
+def test_scans_and_poses_of_two_clocks_are_refused_with_both_spans(tmp_path: Path, apart: float) -> None:
+    bag = Bag()
+    for k in range(4):
+        bag.scan(12.0 + 0.1 * k, np.ones(6))
+        bag.odometry(12.0 + 0.1 * k, 0.0, 0.0, stamp=12.0 + apart + 0.1 * k)
+    spans = rf"from 12\.000 to 12\.300 s, poses from {12.0 + apart:.3f} to {12.3 + apart:.3f} s; allowed: stamps of one"
+    with pytest.raises(StarnavError, match=spans):
+        read_rosbag(bag.write(tmp_path / "bag"))
+
+
+@pytest.mark.parametrize("upside_down", [False, True])
+def test_transforms_lead_from_the_lidar_to_the_fixed_frame(tmp_path: Path, upside_down: bool) -> None:
+    """A lidar that looks backwards from 0.2 m ahead of a robot that turns about the origin of a shifted map."""
+    bag = Bag()
+    bag.transform(0.0, ("base", "laser"), (0.2, 0.0), math.pi, topic="/tf_static", upside_down=upside_down)
+    for time, yaw in ((10.0, 3.0), (11.0, 3.4)):
+        bag.transform(time, ("odom", "base"), (0.0, 0.0), yaw)
+        bag.transform(time, ("map", "odom"), (5.0, 0.0), 0.0)
+    bag.scan(10.5, np.arange(1.0, 7.0), frame="/laser")
+    (seen,) = read_rosbag(bag.write(tmp_path / "bag"))
+    assert seen.pose[:2] == pytest.approx([5.0 + 0.2 * math.cos(3.2), 0.2 * math.sin(3.2)])
+    assert math.remainder(seen.pose[2] - 3.2 - math.pi, TURN) == pytest.approx(0.0, abs=1e-9)
+    bearings = -1.0 + 0.5 * np.arange(6)
+    expected = -bearings[::-1] if upside_down else bearings
+    assert seen.scan.bearings == pytest.approx(expected)
+    assert seen.scan.ranges[0] == (6.0 if upside_down else 1.0)
+
+
+def test_the_mount_of_the_lidar_counts_with_odometry_too(tmp_path: Path) -> None:
+    bag = driven(10.0)
+    bag.transform(0.0, ("base_link", "laser"), (0.0, 0.1), 0.5, topic="/tf_static")
+    (seen,) = read_rosbag(bag.write(tmp_path / "bag"))
+    assert seen.pose == pytest.approx([-0.1 * math.sin(3.0), 0.1 * math.cos(3.0), 3.5 - TURN])
+
+
+def test_poses_without_the_name_of_a_frame_are_those_of_the_robot(tmp_path: Path) -> None:
+    bag = Bag()
+    bag.scan(10.0, np.ones(6))
+    bag.pose(10.0, 2.0, 1.0, topic="/tracked")
+    (seen,) = read_rosbag(bag.write(tmp_path / "bag"), pose_topic="/tracked")
+    assert seen.pose == pytest.approx([2.0, 0.0, 1.0])
+
+
+def test_a_topic_that_is_missing_is_named_with_those_there_are(tmp_path: Path) -> None:
+    bag = driven(10.0).write(tmp_path / "bag")
+    for topics in ({"scan_topic": "/front"}, {"pose_topic": "/front"}):
+        with pytest.raises(StarnavError, match=r"bag .* has no topic /front; allowed: /odom, /scan"):
+            read_rosbag(bag, **topics)
+    alone = Bag()
+    alone.scan(10.0, np.ones(6))
+    with pytest.raises(StarnavError, match=r"has neither /odom nor /tf; allowed: pose_topic, one of /scan"):
+        read_rosbag(alone.write(tmp_path / "alone"))
+
+
+def test_a_lidar_that_no_transform_moves_is_refused(tmp_path: Path) -> None:
+    bag = Bag()
+    bag.transform(10.0, ("odom", "base"))
+    bag.scan(10.0, np.ones(6), frame="scanner")
+    with pytest.raises(StarnavError, match=r"from the scan's frame scanner to a fixed one; allowed: one of base"):
+        read_rosbag(bag.write(tmp_path / "bag"))
+
+
+def test_an_invalid_bag_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    with pytest.raises(StarnavError, match="cannot be read"):
+        read_rosbag(tmp_path / "nothing")
+    file = next(driven(10.0).write(tmp_path / "bag").glob("*.db3"))
+    file.write_bytes(file.read_bytes()[:5000])
+    with pytest.raises(StarnavError, match="cannot be read"):
+        read_rosbag(tmp_path / "bag")
+
+
+def test_a_pose_that_is_not_finite_is_named(tmp_path: Path) -> None:
+    bag = driven(10.0)
+    bag.odometry(10.2, math.nan, 0.0)
+    with pytest.raises(StarnavError, match=r"the pose of base_link at 10\.200 s is \(nan"):
+        read_rosbag(bag.write(tmp_path / "bag"))
