@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.baselines.paper.control import modulated_direction
 from drake_starnav.cli.experiment import (
     Results,
     add_rows,
@@ -83,8 +82,6 @@ def fitted_by(fit: Callable[..., tuple]) -> dict[str, Any]:
         f"{CUBIC}.adaptive_fit": fit,
     }
 
-
-BY_LAW = {"drake_starnav.baselines.paper.control.tracked": replacements.law_tracked}
 
 ABLATIONS = (
     REFERENCE,
@@ -191,7 +188,7 @@ ABLATIONS = (
         "paper_modulation",
         "the paper's sum by Gamma, and its damping of inward motion",
         "paper III-C.3; method 7",
-        replaced={**INTERPRETED, f"{FOLLOWING}.modulated_direction": modulated_direction},
+        replaced={**INTERPRETED, f"{FOLLOWING}.modulated_direction": replacements.paper_direction},
     ),
     Ablation(
         "wide_near_wall_zone",
@@ -213,23 +210,8 @@ ABLATIONS = (
     ),
     Ablation("noisy_lidar", "range noise of 3 cm", "method, what each part is worth", ("lidar.noise=0.03",)),
     Ablation("star_paper", "the paper's method", "paper III, IV; method, star_paper", method="star_paper"),
-    Ablation(
-        "star_paper_fast",
-        "the paper's, but driven at 0.8 m/s",
-        "paper III; method 8",
-        method="star_paper",
-        replaced=BY_LAW,
-    ),
-    Ablation(
-        "star_paper_slow",
-        "the paper's, but driven at 0.4 m/s",
-        "paper III; method 8",
-        ("robot.max_speed=0.4",),
-        method="star_paper",
-        replaced=BY_LAW,
-    ),
 )
-"""All rows. The paper's PID settles at 0.33 m/s whatever the limit, hence the last two rows."""
+"""All rows."""
 
 BY_NAME = {row.name: row for row in ABLATIONS}
 

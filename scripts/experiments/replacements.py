@@ -13,29 +13,30 @@ from unittest.mock import patch
 
 import numpy as np
 
-from drake_starnav.baselines.paper.frontiers import cluster_frontiers
+from drake_starnav.baselines.paper.control import modulated_vector
+from drake_starnav.baselines.paper.frontiers import frontier_points
 from drake_starnav.baselines.paper.perception import sight_range
-from drake_starnav.baselines.paper.planner import way_ahead
-from drake_starnav.control.heading_controller import turning_law
+from drake_starnav.control.modulation import SIGMA
 from drake_starnav.control.path_following import command, followed, guided
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
 from drake_starnav.planning.cost_field import CostField
-from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers
 from drake_starnav.planning.roadmap import extended
 from drake_starnav.planning.search import optimistic_cost
 from drake_starnav.regions import StarParameters, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
 from drake_starnav.regions.star_region import _scan_region, fit_region
-from drake_starnav.robot import RobotParameters
 from scripts.experiments.ablate_segments import fit_equal
 
 Replaced = Mapping[str, Any]
 """By dotted name, what takes a function's place."""
 SEGMENTS = 16
 """Number of segments of equal length."""
+WAY_POINT_REACHED = 0.25
+"""A node this near is reached where the path runs over the nodes, m."""
 
 
 def run_replaced(replaced: Replaced, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -135,7 +136,10 @@ def extended_at_clusters(
     """For `extended`: frontiers between clusters of hits."""
 
     def clusters(region: StarRegion, owner: int) -> Frontiers:
-        return cluster_frontiers(region, scan, pose, owner)
+        points = frontier_points(region, scan, pose)
+        away = points - region.center
+        probe = points + PROBE_DISTANCE * away / np.hypot(*away.T)[:, None]
+        return Frontiers(points, probe, np.full(len(points), owner))
 
     with patch("drake_starnav.planning.roadmap.edge_frontiers", clusters):
         return extended(roadmap, region, scan, pose, *others)
@@ -153,16 +157,18 @@ def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np
 
 def nodes_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) -> np.ndarray:
     """For `_path_ahead`: way points are driven to."""
-    return way_ahead(path, position)
+    while len(path) > 1 and np.hypot(*(path[0] - position)) < WAY_POINT_REACHED:
+        path = path[1:]
+    return path
 
 
 def along_nodes(state: PlannerState, check: Any, position: np.ndarray) -> PlannerState:
     """For `_along_path`: way points are driven to, whatever is in sight."""
-    return dataclasses.replace(state, path=way_ahead(state.path, position))
+    return dataclasses.replace(state, path=nodes_ahead(state.roadmap, state.path, position))
 
 
-def law_tracked(
-    heading: float, twist: np.ndarray, errors: np.ndarray, period: float, robot: RobotParameters
-) -> tuple[np.ndarray, np.ndarray]:
-    """For the paper's `tracked`: this project's turning law."""
-    return turning_law(heading, robot.max_speed, robot), errors
+def paper_direction(x: float, y: float, ux: float, uy: float, regions: tuple) -> np.ndarray:
+    """For `modulated_direction`: the paper's sum, normalised."""
+    vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions, SIGMA)
+    length = np.hypot(*vector)
+    return vector / length if length > 1e-9 else np.array((ux, uy))

@@ -2,7 +2,8 @@
 
 Every combination of a small grid drives the same trials, with a batch seed that no benchmark uses. The robot follows
 each twist exactly, which ranks parameters as well as the full simulation does, and is many times faster. Names in
-capitals are constants of a baseline's module, which are replaced for a combination.
+capitals are constants of a baseline's module, which are replaced for a combination. The many constants of `star_paper`
+are tried one after another, each with the best values of those before it.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Protocol
 from unittest import mock
 
 import numpy as np
@@ -24,12 +26,17 @@ from drake_starnav.baselines import (
     baseline_step,
     dwa,
     known_obstacles,
+    paper,
     potential_field,
 )
 from drake_starnav.cli.options import check_numbers, exit_code
+from drake_starnav.control.law import NO_ERRORS, ControlInput
 from drake_starnav.evaluation import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.parameters import unknown_name
+from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds import World, clearance, make_world
@@ -38,9 +45,11 @@ from drake_starnav.worlds.view import scan_from, visible_shapes
 SEED = 77
 """Seed of the batch; the benchmark's is 0."""
 TIMEOUT = 75.0
-"""About 2.5 times the duration at full speed, which limits the cost of a robot that is stuck, s."""
+"""About 2.5 times the duration at full speed, which limits the cost of a robot that is stuck, s. A method that searches
+for a way has the world's own time."""
 SCENARIOS = ("forest", "paper_forest")
-"""In a maze the path determines the result of these methods, not their parameters."""
+"""For methods without a roadmap: in a maze the path determines their result, not their parameters."""
+WITH_ROADMAP = ("forest", "paper_forest", "maze", "room")
 Grid = dict[str, tuple[str, ...]]
 GRIDS: dict[str, Grid] = {
     "dsm": {
@@ -58,9 +67,21 @@ GRIDS: dict[str, Grid] = {
         "apf.INFLUENCE_DISTANCE": ("0.3", "0.6", "1.0"),
         "apf.max_speed": ("0.6", "0.8"),
     },
+    "star_paper": {
+        "star_paper.RHO": ("0.02", "0.05", "0.1", "0.2"),
+        "star_paper.EPS": ("0.3", "0.4", "0.5", "0.6"),
+        "star_paper.SPEED": ("0.3", "0.4", "0.5", "0.6"),
+        "star_paper.MARGIN": ("0.0", "0.03", "0.06"),
+        "star_paper.RANGE": ("2.0", "3.5", "5.0"),
+        "star_paper.ARRIVAL": ("0.1", "0.2", "0.3"),
+        "star_paper.STUCK_TIME": ("2.0", "3.0", "5.0"),
+        "star_paper.SIGMA": ("1.0", "2.0", "4.0"),
+    },
 }
 """By method, the tried values of its parameters and constants. The other FOA methods use the values chosen for FOA."""
-MODULES = {"dwa": dwa, "apf": potential_field}
+ONE_BY_ONE = ("star_paper",)
+"""Methods whose grid is too large for all combinations."""
+MODULES = {"dwa": dwa, "apf": potential_field, "star_paper": paper.constants}
 """Those whose constants are tuned, by method."""
 
 
@@ -75,30 +96,84 @@ def cached_world(scenario: Scenario, seed: int) -> World:
     return _worlds[key]
 
 
+class Steered(Protocol):
+    """A method in one trial."""
+
+    def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
+        """The twist (v, omega) for the next period, m/s and rad/s; None when it gives up.
+
+        Args:
+            pose: (x, y, yaw) of the robot in W, m and rad.
+            twist: the one before.
+            time: since the start, s.
+            scan: a new one, if there is one.
+        """
+
+
+class Reactive:
+    """A baseline that heads for the goal."""
+
+    def __init__(self, scenario: Scenario, world: World) -> None:
+        self._scenario, self._goal = scenario, np.array(world.goal)
+        self._settings = getattr(scenario, scenario.controller.kind)
+        self._points, self._obstacles = np.zeros((0, 2)), KnownObstacles.none()
+        self._knows = isinstance(self._settings, DsmParameters)
+        if self._knows:
+            inflated = scenario.robot.radius + self._settings.margin
+            self._obstacles = known_obstacles(world.discs, world.bounds, inflated)
+
+    def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
+        if scan is not None and not self._knows:
+            self._points = scan.points(pose)
+        situation = Situation(pose, twist, self._goal, self._goal, self._points, self._obstacles)
+        return baseline_step(situation, self._settings, self._scenario.controller, self._scenario.robot)[0]
+
+
+class Guided:
+    """The paper's method, which follows its roadmap."""
+
+    def __init__(self, scenario: Scenario, world: World) -> None:
+        self._scenario, self._goal, radius = scenario, np.array(world.goal), scenario.robot.radius
+        self._settings = PerceptionSettings(scenario.planner, scenario.controller, radius)
+        self._perceived, self._state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
+
+    def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
+        planner, robot = self._scenario.planner, self._scenario.robot
+        if scan is not None:
+            self._perceived = paper.perceive(self._perceived, scan, pose, self._settings)
+            now = PlannerInput(self._perceived.observation, pose[:2], self._goal, time, planner, robot.radius)
+            self._state = paper.plan_step(self._state, now)
+        if self._state.status is PlannerStatus.UNREACHABLE:
+            return None
+        situation = ControlInput(pose, twist, NO_ERRORS, self._state.guidance, self._perceived.safety)
+        return paper.control_step(situation, self._scenario.controller, robot).twist
+
+
 def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
     """The outcome of one trial without dynamics, and its time, s."""
-    robot, controller, lidar = scenario.robot, scenario.controller, scenario.lidar
-    settings = getattr(scenario, controller.kind)
-    world = cached_world(scenario, seed)
-    knows = isinstance(settings, DsmParameters)
-    obstacles = KnownObstacles.none()
-    if knows:
-        obstacles = known_obstacles(world.discs, world.bounds, robot.radius + settings.margin)
-    shapes, goal, period = visible_shapes(world), np.array(world.goal), 1.0 / controller.rate
-    pose, twist, points, scans = np.array(world.start), np.zeros(2), np.zeros((0, 2)), 0
-    for k in range(int(TIMEOUT / period)):
+    robot, lidar, world = scenario.robot, scenario.lidar, cached_world(scenario, seed)
+    guided = scenario.controller.kind == "star_paper"
+    method: Steered = (Guided if guided else Reactive)(scenario, world)
+    shapes, goal, period = visible_shapes(world), np.array(world.goal), 1.0 / scenario.controller.rate
+    pose, twist, scans, timeout = np.array(world.start), np.zeros(2), 0, world.timeout if guided else TIMEOUT
+    free = -1.0  # the robot can drive so far without a collision, m
+    for k in range(int(timeout / period)):
         if math.hypot(*(pose[:2] - goal)) < scenario.simulation.goal_tolerance:
             return "reached", k * period
-        if clearance(world, pose[None, :2])[0] < robot.radius:
+        if free < 0.0:
+            free = clearance(world, pose[None, :2])[0] - robot.radius
+        if free < 0.0:
             return "collision", k * period
-        if not knows and k * period * lidar.rate >= scans:
-            points = scan_from(shapes, pose, lidar, seed, scans).points(pose)
-            scans += 1
-        situation = Situation(pose, twist, goal, goal, points, obstacles)
-        twist, _ = baseline_step(situation, settings, controller, robot)
-        heading = pose[2] + 0.5 * twist[1] * period
+        scan = None
+        if k * period * lidar.rate >= scans:
+            scan, scans = scan_from(shapes, pose, lidar, seed, scans), scans + 1
+        commanded = method.twist(pose, twist, k * period, scan)
+        if commanded is None:
+            return "unreachable", k * period
+        twist = commanded
+        heading, free = pose[2] + 0.5 * twist[1] * period, free - abs(twist[0]) * period
         pose = pose + period * np.array((twist[0] * math.cos(heading), twist[0] * math.sin(heading), twist[1]))
-    return "timeout", TIMEOUT
+    return "timeout", timeout
 
 
 @contextlib.contextmanager
@@ -117,27 +192,48 @@ def replaced_constants(chosen: Sequence[str]) -> Iterator[list[str]]:
 
 
 def tune(method: str, trials: int) -> str:
-    """The table of one method's grid, the best first: most trials reached, then least time."""
-    rows = []
+    """The table of one method's grid, the best first: most trials reached, then least time.
+
+    A grid that is searched one parameter after another has a table for each, in their order.
+    """
     grid = GRIDS[method]
-    choices = list(itertools.product(*([f"{key}={value}" for value in values] for key, values in grid.items())))
-    size = f"{len(choices)} combinations of {trials * len(SCENARIOS)} trials each"
-    print(f"{method}: {size}", file=sys.stderr, flush=True)
+    if method not in ONE_BY_ONE:
+        return _table(method, list(itertools.product(*(_settings(grid, key) for key in grid))), trials)[0]
+    best = {key: f"{key}={getattr(MODULES[method], key.partition('.')[2])}" for key in grid}
+    tables = []
+    for key in grid:
+        rest = [best[other] for other in grid if other != key]
+        table, (best[key], *_) = _table(method, [(value, *rest) for value in _settings(grid, key)], trials)
+        tables.append(table)
+    return "\n".join(tables)
+
+
+def _settings(grid: Grid, key: str) -> list[str]:
+    return [f"{key}={value}" for value in grid[key]]
+
+
+def _table(method: str, choices: list[tuple[str, ...]], trials: int) -> tuple[str, tuple[str, ...]]:
+    """The table of some combinations, and the best of them."""
+    names = WITH_ROADMAP if method in ONE_BY_ONE else SCENARIOS
+    rows = []
+    print(f"{method}: {len(choices)} combinations of {trials * len(names)} trials each", file=sys.stderr, flush=True)
     for chosen in tqdm(choices, desc=method, disable=None, leave=False):
         with replaced_constants(chosen) as overrides:
-            scenarios = [load_scenario(name, method=method, overrides=overrides) for name in SCENARIOS]
+            scenarios = [load_scenario(name, method=method, overrides=overrides) for name in names]
             ends = {s.name: [drive(s, trial_seed(SEED, k)) for k in range(trials)] for s in scenarios}
         times = [time for results in ends.values() for outcome, time in results if outcome == "reached"]
         time = float(np.mean(times)) if times else math.inf
         cells = [" ".join(chosen)]
         for results in ends.values():
             outcomes = [outcome for outcome, _ in results]
-            cells += [str(outcomes.count(outcome)) for outcome in ("reached", "collision", "timeout")]
-        rows.append((-len(times), time, [*cells, f"{time:.1f}"]))
+            reached, collided = outcomes.count("reached"), outcomes.count("collision")
+            cells += [str(reached), str(collided), str(trials - reached - collided)]
+        rows.append((-len(times), time, [*cells, f"{time:.1f}"], chosen))
+    rows.sort(key=lambda row: row[:2])
     head = ["parameters"]
-    for name in SCENARIOS:
+    for name in names:
         head += [f"{name}: reached", "collision", "timeout"]
-    return markdown_table([*head, "mean time s"], [cells for _, _, cells in sorted(rows)])
+    return markdown_table([*head, "mean time s"], [cells for _, _, cells, _ in rows]), rows[0][3]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

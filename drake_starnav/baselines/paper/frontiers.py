@@ -1,66 +1,54 @@
-"""The paper's frontiers: between clusters of hits."""
+"""The paper's frontier points: between clusters of hits."""
 
 import math
 
 import numpy as np
 
+from drake_starnav.baselines.paper import constants
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers
 from drake_starnav.regions.star_region import StarRegion
 
-CLUSTER_RADIUS, CLUSTER_POINTS = 0.2, 2
-"""DBSCAN's eps, m, and min_samples, of which the paper gives none."""
+INSET = 0.05
+"""A frontier point lies at least this far inside the boundary of its region, m."""
+WIDE_OPENING, WIDE_SHARE = 0.9 * math.pi, 0.6
+"""Across a wider opening, rad, the midpoint is at or behind the robot; a point on the bisector at this share of the
+range replaces it."""
 
 
-def cluster_frontiers(region: StarRegion, scan: LaserScan, pose: np.ndarray, owner: int) -> Frontiers:
-    """The paper's frontiers: midway between the ends of neighbouring clusters of hits.
+def frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """Midpoints of the side points of neighbouring clusters, shape (n, 2), W, m.
 
-    Hits are clustered by DBSCAN; the two outermost points of a cluster are its side points. A cluster that crosses
-    the +-pi seam is one cluster. A midpoint outside the region is pulled back inside. Across an opening of more than
-    0.9 pi the midpoint is meaningless; a point on the bisector at 0.6 of the range replaces it. The probe lies
-    PROBE_DISTANCE farther out than the stand.
+    Hits are clustered by DBSCAN, which also removes outliers. Side points are the ends of a cluster in bearing.
+    Corrections: a cluster that surrounds the robot, or another cluster, has no ends; hence a cluster also ends where
+    the next hit of it in bearing is farther away than eps. None ends at the +-pi seam. Wide openings have no midpoint.
+    A midpoint beyond the boundary moves onto it, along its bearing.
 
-    Source: paper, section III-C.
+    Args:
+        region: of the scan, W.
+        scan: in S.
+        pose: (x, y, yaw) of S in W.
+
+    Source: paper, section III-B.2.
     """
-    hit = scan.hits
-    if hit.sum() < 3:
-        return Frontiers.none()
+    reach = min(constants.RANGE, scan.range_max)
+    hit = scan.hits & (scan.distances < reach)
+    if hit.sum() < constants.MIN_SAMPLES:
+        return np.zeros((0, 2))
     from sklearn.cluster import DBSCAN  # imported here because it loads slowly and starts threads
 
-    bearing, distance = scan.bearings[hit], scan.distances[hit]
-    points = distance[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    labels = DBSCAN(eps=CLUSTER_RADIUS, min_samples=CLUSTER_POINTS).fit(points).labels_
-    sides = _cluster_sides(bearing, distance, labels)
-    found = []
-    for k, (_, _, angle_1, distance_1) in enumerate(sides):
-        angle_2, distance_2, _, _ = sides[(k + 1) % len(sides)]
-        opening = (angle_2 - angle_1) % (2.0 * math.pi)
-        if opening < 1.5 * scan.angle_increment or (opening > 1.5 * math.pi and len(sides) > 1):
-            continue  # no beam in between: one closed cluster, or clusters that overlap in bearing
-        side_1 = distance_1 * np.array([math.cos(angle_1), math.sin(angle_1)])
-        side_2 = distance_2 * np.array([math.cos(angle_2), math.sin(angle_2)])
-        middle = 0.5 * (side_1 + side_2)
-        if opening > 0.9 * math.pi:
-            middle = 0.6 * scan.range_max * np.array([math.cos(angle_1 + opening / 2), math.sin(angle_1 + opening / 2)])
-        theta = math.atan2(middle[1], middle[0]) + pose[2]
-        radius = min(float(np.hypot(*middle)), float(region.phi(theta)) - PROBE_DISTANCE)
-        if radius > 0.3:
-            found.append((radius, theta))
-    if not found:
-        return Frontiers.none()
-    radius, theta = np.array(found).T
-    ray = np.column_stack((np.cos(theta), np.sin(theta)))
-    stand = region.center + radius[:, None] * ray
-    return Frontiers(stand, stand + PROBE_DISTANCE * ray, np.full(len(found), owner))
-
-
-def _cluster_sides(bearing: np.ndarray, distance: np.ndarray, labels: np.ndarray) -> list[tuple]:
-    """Per cluster, ordered by bearing: first bearing and distance, last bearing and distance, counter-clockwise."""
-    sides = []
-    for label in range(labels.max() + 1):
-        angle, length = bearing[labels == label], distance[labels == label]
-        gap = np.diff(np.append(angle, angle[0] + 2.0 * math.pi))
-        last = int(np.argmax(gap))  # the widest gap is where the cluster is open, across the seam or not
-        first = (last + 1) % len(angle)
-        sides.append((angle[first], length[first], angle[last], length[last]))
-    return sorted(sides)
+    bearing = scan.bearings[hit]
+    points = scan.distances[hit][:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    labels = DBSCAN(eps=constants.EPS, min_samples=int(constants.MIN_SAMPLES)).fit(points).labels_
+    bearing, points, labels = bearing[labels >= 0], points[labels >= 0], labels[labels >= 0]
+    following = np.roll(points, -1, axis=0)
+    ends = (np.hypot(*(following - points).T) > constants.EPS) | (np.roll(labels, -1) != labels)
+    if not scan.full_circle:
+        ends[-1:] = False
+    middle = 0.5 * (points + following)[ends]
+    opening = ((np.roll(bearing, -1) - bearing) % (2.0 * math.pi))[ends]
+    theta = np.where(opening > WIDE_OPENING, bearing[ends] + 0.5 * opening, np.arctan2(middle[:, 1], middle[:, 0]))
+    theta = theta + pose[2]
+    radius = np.where(opening > WIDE_OPENING, WIDE_SHARE * reach, np.hypot(*middle.T))
+    radius = np.minimum(radius, region.phi(theta) - INSET)
+    found = region.center + radius[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
+    return found[radius > constants.ARRIVAL]
