@@ -68,7 +68,7 @@ GRIDS: dict[str, Grid] = {
         "apf.max_speed": ("0.6", "0.8"),
     },
     "star_paper": {
-        "star_paper.RHO": ("0.02", "0.05", "0.1", "0.2"),
+        "star_paper.RHO": ("0.02", "0.035", "0.05", "0.1", "0.2"),
         "star_paper.EPS": ("0.3", "0.4", "0.5", "0.6"),
         "star_paper.SPEED": ("0.3", "0.4", "0.5", "0.6"),
         "star_paper.MARGIN": ("0.0", "0.03", "0.06"),

@@ -3,7 +3,7 @@
 docs/baselines.md lists for each what is printed, what was tried and how much depends on it.
 """
 
-RHO = 0.05
+RHO = 0.035
 """rho of the blend with the nearest point, eq. (combine), m."""
 MARGIN = 0.0
 """What the radius r of the same equation exceeds the robot's radius by, m."""
@@ -11,7 +11,7 @@ SIGMA = 2.0
 """Exponent of Gamma, eq. (eigenvalues)."""
 RANGE = 5.0
 """Largest range of the lidar that is used, m: farther points count as no return."""
-EPS = 0.4
+EPS = 0.5
 """eps of DBSCAN, m."""
 MIN_SAMPLES = 3
 """min_samples of DBSCAN."""
