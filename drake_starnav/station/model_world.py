@@ -36,6 +36,7 @@ from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
 from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cylinder_vertices, sphere_footprint
+from drake_starnav.worlds.formats.model_files import Models
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
@@ -104,12 +105,16 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     parser.SetAutoRenaming(True)
     parser.package_map().PopulateFromRosPackagePath()
     parser.package_map().AddPackageXml(str(model_path("package.xml")))
-    place = model.path or "directives"
+    place, files = model.path or "directives", Models()
     try:
-        text = model.text
-        instances = parser.AddModelsFromString(text, "dmd.yaml") if text else parser.AddModels(model.path)
+        if model.text:
+            instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
+        else:
+            instances = parser.AddModels(str(files.model(Path(model.path))))
+    except StarnavError:
+        raise
     except (RuntimeError, ValueError) as error:
-        reason = " ".join(str(error).split())
+        reason = " ".join(files.said(str(error)).split())
         raise StarnavError(f"model {place} cannot be read: {reason}; allowed: what Drake's parser reads") from None
     if model.weld:
         held = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}

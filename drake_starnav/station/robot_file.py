@@ -8,16 +8,16 @@ from pathlib import Path
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.robot import RobotParameters
 from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds.formats.model_files import Models, parsed_xml
 
 WHEELS = ("left_wheel", "right_wheel")
 """Names that the joints and actuators of the wheels have in a plant, whatever they are called in the model's file."""
-DRAKE_NAMESPACE = "http://drake.mit.edu"
 HULL = "hull"
 """Geometries of the shipped robots whose name begins so get the radius of `robot.radius`; wheels stay inside it."""
 
 
-def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
-    """The robot's model file; its text too where that differs from the file's.
+def robot_urdf(robot: RobotParameters) -> tuple[str, str]:
+    """The robot's model file and its text as the plant reads it.
 
     The hull of a shipped robot gets the radius `robot.radius`; the base's mass and inertia grow by `robot.mass_error`.
     Wheels get the names `WHEELS` and motors; a `base_footprint` above `base_link` is left out.
@@ -29,18 +29,13 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
         if path.suffix != ".urdf" or not os.path.isfile(path):
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf file")
-    ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
     try:
-        root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+        root = parsed_xml(path.read_bytes())
     except (OSError, ValueError, ElementTree.ParseError) as error:
         raise StarnavError(f"robot model {path} cannot be read: {error}; allowed: a URDF file with one robot") from None
-    adapted = [_leave_out_footprint(root), _name_wheels(root, robot.wheel_joints), _round_wheels(root)]
-    if not (shipped or any(adapted)) and robot.mass_error == 0.0:
-        return str(path), None
-    for mesh in root.iter("mesh"):
-        name = mesh.get("filename", "")
-        if "://" not in name:  # relative to the file, which is unknown once its text is parsed
-            mesh.set("filename", f"file://{(path.parent / name).resolve()}")
+    _leave_out_footprint(root)
+    _name_wheels(root, robot.wheel_joints)
+    _round_wheels(root)
     if shipped:
         for element in (*root.iter("collision"), *root.iter("visual")):
             cylinder = element.find("geometry/cylinder")
@@ -52,12 +47,12 @@ def robot_urdf(robot: RobotParameters) -> tuple[str, str | None]:
         for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
             for key, value in element.attrib.items():
                 element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
-    text = ElementTree.tostring(root, encoding="unicode")
-    return str(path), text
+    Models().urdf(root, path.resolve().parent)
+    return str(path), ElementTree.tostring(root, encoding="unicode")
 
 
-def _leave_out_footprint(root: ElementTree.Element) -> bool:
-    """Let `base_link` be the root if it is fixed, upright, on an empty `base_footprint`; returns whether it was not."""
+def _leave_out_footprint(root: ElementTree.Element) -> None:
+    """Let `base_link` be the root if it is fixed, upright, on an empty `base_footprint`."""
     link, joint = root.find("link[@name='base_footprint']"), root.find("joint[child]/child[@link='base_link']/..")
     parents = [parent for parent in root.iterfind("joint/parent") if parent.get("link") == "base_footprint"]
     if (
@@ -67,23 +62,17 @@ def _leave_out_footprint(root: ElementTree.Element) -> bool:
         or joint.get("type") != "fixed"
         or joint.find("parent") not in parents
     ):
-        return False
+        return
     origin = joint.find("origin")
     turned = "0 0 0" if origin is None else origin.get("rpy", "0 0 0")
     if len(parents) > 1 or any(float(angle) != 0.0 for angle in turned.split()):
-        return False
+        return
     root.remove(link)
     root.remove(joint)
-    return True
 
 
-def _name_wheels(root: ElementTree.Element, joints: tuple[str, str]) -> bool:
-    """Give the joints of the wheels and their actuators the names `WHEELS`, and a motor to one without.
-
-    Returns:
-        Whether anything was changed.
-    """
-    before = ElementTree.tostring(root)
+def _name_wheels(root: ElementTree.Element, joints: tuple[str, str]) -> None:
+    """Give the joints of the wheels and their actuators the names `WHEELS`, and a motor to one without."""
     for given, name in zip(joints, WHEELS, strict=True):
         joint = root.find(f"joint[@name='{given}']")
         if joint is None:
@@ -102,15 +91,13 @@ def _name_wheels(root: ElementTree.Element, joints: tuple[str, str]) -> bool:
             ElementTree.SubElement(drives[0], "actuator")
         for element in (*drives[0].iter("joint"), *drives[0].iter("actuator")):
             element.set("name", name)
-    return ElementTree.tostring(root) != before
 
 
-def _round_wheels(root: ElementTree.Element) -> bool:
-    """Let wheels that collide as cylinders collide as spheres of their radius; returns whether there are any.
+def _round_wheels(root: ElementTree.Element) -> None:
+    """Let wheels that collide as cylinders collide as spheres of their radius.
 
     The edge of a cylinder on the floor makes the robot 0.03 m/s too slow.
     """
-    found = False
     for name in WHEELS:
         child = root.find(f"joint[@name='{name}']/child")
         link = None if child is None else root.find(f"link[@name='{child.get('link')}']")
@@ -119,8 +106,6 @@ def _round_wheels(root: ElementTree.Element) -> bool:
             if cylinder is not None:
                 geometry.remove(cylinder)
                 ElementTree.SubElement(geometry, "sphere", radius=cylinder.get("radius", "0"))
-                found = True
-    return found
 
 
 def _pull_in(root: ElementTree.Element, radius: float) -> None:

@@ -61,10 +61,8 @@ def add_robot(
     """
     path, text = robot_urdf(robot)
     parser = Parser(plant, model_name_prefix=name)
-    parser.package_map().PopulateFromRosPackagePath()
     try:
-        # a file of the user's is read where it lies, for the sake of the meshes that it names
-        (model,) = parser.AddModels(path) if text is None else parser.AddModelsFromString(text, "urdf")
+        (model,) = parser.AddModelsFromString(text, "urdf")
     except (RuntimeError, ValueError) as error:
         raise StarnavError(
             f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"
@@ -344,15 +342,15 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
     on = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
     welded = {joint.child_body().index() for joint in joints if joint.num_velocities() == 0}
     heavy = {plant.world_body().index()}
-    for k in range(1, plant.num_bodies()):
-        body, turned = BodyIndex(k), False
+    for body in map(BodyIndex, range(1, plant.num_bodies())):
         if plant.get_body(body).default_mass() > 0.0:
-            while not (turned and body not in on):
-                heavy.add(body)
-                if body not in on:
-                    break
-                turned = turned or body not in welded
-                body = on[body]
+            carrier, turned = body, False
+            while carrier in on:
+                heavy.add(carrier)
+                turned = turned or carrier not in welded
+                carrier = on[carrier]
+            if not turned:
+                heavy.add(carrier)
     return [plant.get_body(body).name() for body in bodies if body not in heavy and body not in welded]
 
 

@@ -39,7 +39,7 @@ TABLE = {
     "errors": Room(),
     "parameters": Room("errors", "numpy"),
     "utils": Room("errors", "numpy numba yaml"),
-    "geometry": Room("errors utils", ARRAYS),
+    "geometry": Room("errors utils", f"{ARRAYS} collada"),
     "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
     "robot": Room(f"{GROUND} geometry", "numpy"),
     "regions": Room(SENSING, ARRAYS),

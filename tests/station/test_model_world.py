@@ -184,10 +184,9 @@ def test_a_mesh_bars_what_its_convex_hull_does(tmp_path: Path) -> None:
     assert {tuple(corner) for corner in polygon.round(9)} == {(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)}
 
 
-@pytest.mark.parametrize("kind", ["collision", "visual"])
 @pytest.mark.parametrize("name", ["no.obj", "no.stl"])
-def test_a_missing_mesh_is_named(tmp_path: Path, kind: str, name: str) -> None:
-    path = urdf(tmp_path, f'<{kind} name="m"><geometry><mesh filename="{name}"/></geometry></{kind}>')
+def test_a_missing_mesh_is_named(tmp_path: Path, name: str) -> None:
+    path = urdf(tmp_path, f'<collision name="m"><geometry><mesh filename="{name}"/></geometry></collision>')
     with pytest.raises(StarnavError, match=name) as error:
         world_of(path)
     assert "\n" not in str(error.value)
@@ -207,7 +206,7 @@ def test_a_missing_mesh_is_named(tmp_path: Path, kind: str, name: str) -> None:
 )
 def test_what_drake_cannot_parse_is_reported_in_one_sentence(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
-    with pytest.raises(StarnavError, match="cannot be read: .*; allowed: what Drake's parser reads") as error:
+    with pytest.raises(StarnavError, match="cannot be read: .*; allowed: ") as error:
         world_of(tmp_path / name)
     assert "\n" not in str(error.value)
 

@@ -180,12 +180,12 @@ def test_packages_of_the_ros_environment_are_found(tmp_path: Path, package: str,
     (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
     (tmp_path / "shell.obj").write_text(SHELL)
     shell = f'<mesh filename="package://{package}/shell.obj"/>'
-    path = changed_starbot(tmp_path, '<box size="0.17 0.05 0.008"/>', shell)
+    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shell)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     if package == "mine":
         assert standing(RobotParameters(model=path)).robot_geometries
     else:
-        with pytest.raises(StarnavError, match="unknown package 'other'"):
+        with pytest.raises(StarnavError, match="mesh 'package://other/shell.obj': no such file"):
             standing(RobotParameters(model=path))
 
 

@@ -12,7 +12,7 @@ from drake_starnav.worlds.formats.listings import check_ends, listing
 from drake_starnav.worlds.solvable import check_robot_radius
 from drake_starnav.worlds.world import ModelFile, World
 
-FORMATS = (".dmd.yaml", ".sdf", ".urdf")
+FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,402 @@
+"""Model files as they are found, brought into a form of which Drake's parser leaves nothing out.
+
+Gazebo's worlds hold more than bodies, name models by folders and have meshes in any format. What is read is written
+to a temporary folder: bodies, joints and shapes alone, with absolute paths; meshes that Drake does not read, cones and
+extruded polylines as OBJ files, one for each connected piece, with whose convex hull Drake collides.
+"""
+
+import atexit
+import functools
+import hashlib
+import math
+import os
+import re
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from drake_starnav.errors import StarnavError, said_by, shown
+from drake_starnav.geometry.mesh_file import mesh_triangles
+from drake_starnav.utils.files import read_bytes, reason_of
+from drake_starnav.utils.resources import model_path
+from drake_starnav.worlds.convex_parts import convex_parts
+
+FOLDERS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "ROS_PACKAGE_PATH")
+"""Environment variables that list folders with models and packages, separated by colons; beside AMENT_PREFIX_PATH."""
+DRAKE_NAMESPACE = "http://drake.mit.edu"
+CONVERTED = (".dae", ".stl")
+READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
+MOST_PIECES = 200
+"""A mesh of more connected pieces stays one."""
+DEEPEST = 50
+"""Files that include one another."""
+LARGEST_MESH = 64 * 2**20
+"""Of a file to convert, bytes."""
+_AROUND = 96
+"""Sides of a cone, which is up to 0.05 % too wide."""
+_OF_WORLD = {"world", "model", "include", "frame", "joint"}
+_KEPT = {
+    "sdf": {"world", "model"},
+    "world": _OF_WORLD,
+    "model": {"model", "include", "frame", "joint", "link", "pose", "static", "self_collide"},
+    "link": {"pose", "inertial", "collision", "visual", "gravity"},
+}
+"""Of these elements of SDF only these parts concern bodies."""
+
+
+class Models:
+    """Reads model files, and knows which files it has read.
+
+    Attributes:
+        read: all files that have been opened.
+    """
+
+    def __init__(self) -> None:
+        self.read: set[Path] = set()
+        self._open: list[Path] = []
+        self._written: dict[str, Path] = {}
+
+    def said(self, text: str) -> str:
+        """A message of Drake's with the names of the files as they were found."""
+        for name, path in self._written.items():
+            text = text.replace(name, str(path))
+        return text
+
+    def directives(self, text: str, folder: Path) -> str:
+        """Model directives whose files are replaced by what Drake reads; those of Drake's own packages stay."""
+
+        def replaced(match: re.Match[str]) -> str:
+            path = self.find(match[2], folder)
+            return match[0] if path is None else f'{match[1]}"file://{self.model(path)}"'
+
+        return re.sub(r"""(\bfile\s*:\s*)["']?([^\s"',}]+)["']?""", replaced, text)
+
+    def model(self, path: Path) -> Path:
+        """The file to hand to Drake instead of a model directives, SDF, URDF or other file.
+
+        Raises:
+            StarnavError: a file is missing or broken, or holds a shape that cannot be built.
+        """
+        path = path.resolve()
+        if path in self._open or len(self._open) >= DEEPEST:
+            raise StarnavError(f"model {path} includes itself; allowed: files that do not")
+        self._open.append(path)
+        try:
+            data = self._bytes(path, "model")
+            if path.name.endswith((".dmd.yaml", ".yaml")):
+                text, suffix = self.directives(data.decode("utf-8", "replace"), path.parent), ".dmd.yaml"
+            elif path.suffix.lower() in (".sdf", ".world", ".urdf"):
+                root = self._parsed(data, path)
+                if root.tag == "robot":
+                    self.urdf(root, path.parent)
+                else:
+                    self._sdf(root, path)
+                text, suffix = (
+                    ElementTree.tostring(root, encoding="unicode"),
+                    f".{'urdf' if root.tag == 'robot' else 'sdf'}",
+                )
+            else:
+                return path  # a format of which Drake reads all or nothing
+        finally:
+            self._open.pop()
+        written = _write(text.encode(), suffix)
+        self._written[str(written)] = path
+        return written
+
+    def urdf(self, root: Element, folder: Path) -> None:
+        """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
+        for link in root.iter("link"):
+            for visual in link.findall("visual"):
+                mesh = visual.find("geometry/mesh")
+                if mesh is not None and not self._look(mesh, "filename", folder):
+                    link.remove(visual)
+            for collision in link.findall("collision"):
+                mesh = collision.find("geometry/mesh")
+                if mesh is None:
+                    continue
+                pieces = self._pieces(mesh.get("filename", ""), folder, f"link {link.get('name')}")
+                for k, piece in enumerate(pieces):
+                    copy = collision if k == 0 else _copy(collision, link)
+                    if k > 0:
+                        copy.set("name", f"{collision.get('name', 'collision')}_{k}")
+                    copy.find("geometry/mesh").set("filename", f"file://{piece}")  # type: ignore[union-attr]
+
+    def find(self, uri: str, folder: Path) -> Path | None:
+        """The file or folder that a name in a file in `folder` means; None if there is none on this machine."""
+        scheme, slashes, rest = uri.strip().partition("://")
+        if not slashes:
+            places: Iterator[Path] = iter((folder / unquote(uri.strip()), folder / uri.strip()))
+        elif scheme == "file":
+            places = iter((Path(unquote(urlsplit(uri).path)), Path(rest), folder / rest))
+        elif scheme in ("model", "package"):
+            name, _, inside = rest.partition("/")
+            places = (found / inside for found in _folders_named(name, folder))
+        else:
+            places = iter(())
+        with suppress(OSError, RuntimeError, ValueError):  # too long, a loop of links, a null byte
+            return next((place for place in places if place.exists()), None)
+        return None
+
+    def _sdf(self, root: Element, path: Path) -> None:
+        if root.tag != "sdf":
+            raise StarnavError(f"model {path} begins with <{shown(root.tag)}>; allowed: <sdf> or <robot>")
+        for element in list(root.iter()):
+            kept = _KEPT.get(element.tag)
+            for part in list(element):
+                if kept is not None and part.tag not in kept and not part.tag.startswith(f"{{{DRAKE_NAMESPACE}}}"):
+                    if part.tag == "population":
+                        raise StarnavError(f"model {path} has a <population>; allowed: its models one by one")
+                    element.remove(part)
+        for world in root.iter("world"):
+            self._name_apart(world)
+        for include in root.iter("include"):
+            self._include(include, path)
+        for link in root.iter("link"):
+            for visual in link.findall("visual"):
+                mesh = visual.find("geometry/mesh")
+                uri = None if mesh is None else mesh.find("uri")
+                if mesh is None or uri is None:
+                    continue
+                uri.set("filename", uri.text or "")
+                if self._look(uri, "filename", path.parent):
+                    uri.text = uri.attrib.pop("filename")
+                else:
+                    link.remove(visual)
+            for collision in link.findall("collision"):
+                self._collision(link, collision, path)
+
+    def _name_apart(self, world: Element) -> None:
+        """Number the models of a world that have one name, as Gazebo does."""
+        taken: set[str] = set()
+        for model in world:
+            if model.tag not in ("model", "include"):
+                continue
+            name = model.get("name") if model.tag == "model" else model.findtext("name")
+            if name is None:
+                name = (model.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
+            number, free = 0, name
+            while free in taken:
+                number += 1
+                free = f"{name}_{number}"
+            taken.add(free)
+            if model.tag == "model":
+                model.set("name", free)
+            elif model.find("name") is not None:
+                model.find("name").text = free  # type: ignore[union-attr]
+            else:
+                SubElement(model, "name").text = free
+
+    def _include(self, include: Element, path: Path) -> None:
+        uri = include.findtext("uri") or ""
+        found = self.find(uri, path.parent)
+        if found is None:
+            raise StarnavError(
+                f"model {path}: include {shown(uri.strip())} is not found; allowed: a file, or the name of a folder "
+                f"beside it or in {', '.join(FOLDERS[:4])} or {FOLDERS[4]}"
+            )
+        if found.is_dir():
+            found = self._of_folder(found)
+        include.find("uri").text = f"file://{self.model(found)}"  # type: ignore[union-attr]
+        for plugin in include.findall("plugin"):
+            include.remove(plugin)
+
+    def _of_folder(self, folder: Path) -> Path:
+        """The model file of a folder, that of the highest version if there are several."""
+        config, files = folder / "model.config", []
+        if config.is_file():
+            root = self._parsed(self._bytes(config, "model"), config)
+            for entry in root.iter("sdf"):
+                version = tuple(int(part) for part in re.findall(r"\d+", entry.get("version", "")))
+                files.append((version, (entry.text or "").strip()))
+        name = max(files)[1] if files else "model.sdf"
+        return folder / name
+
+    def _collision(self, link: Element, collision: Element, path: Path) -> None:
+        geometry = collision.find("geometry")
+        place = f"model {path}: collision {collision.get('name')}"
+        if geometry is None:
+            raise StarnavError(f"{place} has no geometry; allowed: a shape")
+        for shape in list(geometry):
+            if shape.tag == "mesh":
+                if shape.find("submesh") is not None:
+                    raise StarnavError(f"{place} is a part of a mesh; allowed: a mesh file of its own")
+                scale = shape.findtext("scale", "1 1 1")
+                pieces = self._pieces(shape.findtext("uri") or "", path.parent, place)
+            elif shape.tag in _SOLIDS:
+                try:
+                    meshes = _SOLIDS[shape.tag](shape)
+                except (ValueError, StarnavError) as error:
+                    raise StarnavError(f"{place}: {shape.tag}: {said_by(error)}; allowed: a solid shape") from None
+                scale, pieces = "1 1 1", [_write_obj(*mesh) for mesh in meshes]
+            elif shape.tag in ("box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "empty"):
+                continue
+            else:
+                solids = "box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane or mesh"
+                raise StarnavError(f"{place} is a {shape.tag}; allowed: {solids}")
+            for k, piece in enumerate(pieces):
+                copy = collision if k == 0 else _copy(collision, link)
+                if k > 0:
+                    copy.set("name", f"{collision.get('name')}_{k}")
+                inside = copy.find("geometry")
+                assert inside is not None
+                inside.clear()
+                mesh = SubElement(inside, "mesh")
+                SubElement(mesh, "uri").text = f"file://{piece}"
+                SubElement(mesh, "scale").text = scale
+
+    def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
+        """The files to collide with instead of a mesh file."""
+        path = self.find(uri, folder)
+        if path is None or not path.is_file():
+            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: no such file; allowed: a mesh file")
+        suffix = path.suffix.lower()
+        if suffix not in CONVERTED:
+            return [path.resolve()]
+        data = self._bytes(path, "mesh", LARGEST_MESH)
+        try:
+            return list(_converted(data, suffix))
+        except StarnavError as error:
+            raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
+
+    def _look(self, mesh: Element, key: str, folder: Path) -> bool:
+        """Let a visual mesh be named by its path; returns whether Drake can show it."""
+        path = self.find(mesh.get(key, ""), folder)
+        if path is None or path.suffix.lower() not in READ_BY_DRAKE or not path.is_file():
+            return False
+        self.read.add(path.resolve())
+        mesh.set(key, f"file://{path.resolve()}")
+        return True
+
+    def _bytes(self, path: Path, what: str, largest: int = LARGEST_MESH) -> bytes:
+        self.read.add(path.resolve())
+        try:
+            return read_bytes(path, largest)
+        except OSError as error:
+            raise StarnavError(f"{what} {path} cannot be read: {reason_of(error)}; allowed: a file") from None
+
+    def _parsed(self, data: bytes, path: Path) -> Element:
+        if re.search(rb"<!(DOCTYPE|ENTITY)", data):
+            raise StarnavError(f"model {path} has entities; allowed: plain XML")
+        try:
+            return parsed_xml(data)
+        except ElementTree.ParseError as error:
+            raise StarnavError(f"model {path} cannot be read: {error}; allowed: XML") from None
+
+
+def parsed_xml(data: bytes) -> Element:
+    """The root of an XML file, which need not declare the prefix `drake`: Drake takes it as it is."""
+    ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
+    if b"<drake:" in data and b"xmlns:drake" not in data:
+        data = re.sub(rb"<(robot|sdf)\b", rb'<\1 xmlns:drake="%s"' % DRAKE_NAMESPACE.encode(), data, count=1)
+    return ElementTree.fromstring(data)
+
+
+def _folders_named(name: str, folder: Path) -> Iterator[Path]:
+    """Folders of a model or package of that name: below those of the environment, above a file, and beside it."""
+    for root in _roots():
+        yield root / name
+        if root.name == name:
+            yield root
+    if name == "drake_starnav":
+        yield model_path()
+    for above in (folder, *folder.parents):
+        if above.name == name:
+            yield above
+        yield from (above / name, above / "models" / name)
+    for root in _roots():
+        for manifest in root.rglob("package.xml"):
+            with suppress(OSError, ElementTree.ParseError):
+                if ElementTree.fromstring(read_bytes(manifest)).findtext("name") == name:
+                    yield manifest.parent
+
+
+def _roots() -> list[Path]:
+    """The folders that the environment names, in its order."""
+    names = [name for variable in FOLDERS for name in os.environ.get(variable, "").split(":")]
+    names += [f"{name}/share" for name in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if name]
+    return [Path(name).absolute() for name in names if name]
+
+
+def _copy(collision: Element, link: Element) -> Element:
+    copy = ElementTree.fromstring(ElementTree.tostring(collision))
+    link.append(copy)
+    return copy
+
+
+@functools.lru_cache(maxsize=1000)
+def _converted(data: bytes, suffix: str) -> tuple[Path, ...]:
+    """The connected pieces of a mesh as OBJ files."""
+    vertices, triangles = mesh_triangles(data, suffix)
+    edges = np.vstack((triangles[:, :2], triangles[:, 1:]))
+    graph = coo_array((np.ones(len(edges)), edges.T), (len(vertices), len(vertices)))
+    count, label = connected_components(graph, directed=False)
+    if count > MOST_PIECES:
+        count, label = 1, np.zeros(len(vertices), int)
+    return tuple(_write_obj(vertices, triangles[label[triangles[:, 0]] == k]) for k in range(count))
+
+
+def _cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
+    radius, length = (float(shape.findtext(name, "nan")) for name in ("radius", "length"))
+    if not (0.0 < radius < math.inf and 0.0 < length < math.inf):
+        raise ValueError(f"radius {radius:g}, length {length:g}")
+    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
+    rim = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    vertices = np.vstack((np.column_stack((rim, np.full(_AROUND, -0.5 * length))), [(0.0, 0.0, 0.5 * length)]))
+    following = np.roll(np.arange(_AROUND), -1)
+    sides = np.column_stack((np.arange(_AROUND), following, np.full(_AROUND, _AROUND)))
+    return [(vertices, np.vstack((sides, _fan(np.arange(_AROUND)[::-1]))))]
+
+
+def _polyline(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Prisms over the convex parts of an outline."""
+    height = float(shape.findtext("height", "1"))
+    if not 0.0 < height < math.inf:
+        raise ValueError(f"height {height:g}")
+    outline = np.array([[float(x) for x in (point.text or "").split()] for point in shape.iter("point")])
+    meshes = []
+    for part in convex_parts(outline):
+        n = len(part)
+        vertices = np.vstack([np.column_stack((part, np.full(n, z))) for z in (0.0, height)])
+        k, following = np.arange(n), np.roll(np.arange(n), -1)
+        sides = np.vstack((np.column_stack((k, following, following + n)), np.column_stack((k, following + n, k + n))))
+        meshes.append((vertices, np.vstack((sides, _fan(k[::-1]), _fan(k + n)))))
+    return meshes
+
+
+_SOLIDS: dict[str, Callable[[Element], list[tuple[np.ndarray, np.ndarray]]]] = {"cone": _cone, "polyline": _polyline}
+
+
+def _fan(corners: np.ndarray) -> np.ndarray:
+    """The triangles of a convex polygon."""
+    return np.column_stack((np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]))
+
+
+def _write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:
+    used, index = np.unique(triangles, return_inverse=True)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices[used].tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (index.reshape(-1, 3) + 1).tolist()]
+    return _write(("\n".join(lines) + "\n").encode(), ".obj")
+
+
+@functools.cache
+def _folder() -> Path:
+    """Where converted files lie until the process ends: Drake reads meshes when it comes to them."""
+    folder = tempfile.TemporaryDirectory(prefix="drake_starnav_")
+    atexit.register(folder.cleanup)
+    return Path(folder.name)
+
+
+def _write(data: bytes, suffix: str) -> Path:
+    """A file of that content, which has it already if it was written before."""
+    path = _folder() / f"{hashlib.sha256(data).hexdigest()[:20]}{suffix}"
+    if not path.exists():
+        path.write_bytes(data)
+    return path

@@ -1,0 +1,127 @@
+"""STL and COLLADA files: whole ones are read as they are, all others refused in no time."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.mesh_file import mesh_triangles
+
+CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], float)
+FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+
+
+def ascii_stl(corners: np.ndarray = CORNERS) -> bytes:
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*corners[k]) for k in face)
+        + "endloop\nendfacet\n"
+        for face in FACES
+    )
+    return f"solid a mesh\n{facets}endsolid a mesh\n".encode()
+
+
+def binary_stl(header: bytes = b"solid") -> bytes:
+    facets = b"".join(struct.pack("<12fH", 0, 0, 0, *CORNERS[face].ravel(), 0) for face in FACES)
+    return header.ljust(80, b"\0") + struct.pack("<I", len(FACES)) + facets
+
+
+SHOWN = '<instance_geometry url="#g"/>'
+
+
+def dae(corners=CORNERS, unit: str = "1", nodes: str = "", shown: str = SHOWN, mode: str = "triangles") -> bytes:
+    index = " ".join(str(k) for face in FACES for k in face)
+    counts = f"<vcount>{' '.join(['3'] * len(FACES))}</vcount>" if mode == "polylist" else ""
+    return (
+        '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
+        f'<asset><unit meter="{unit}"/><up_axis>Y_UP</up_axis></asset><library_geometries><geometry id="g"><mesh>'
+        f'<source id="p"><float_array id="a" count="12">{" ".join(str(x) for x in corners.ravel())}</float_array>'
+        '<technique_common><accessor source="#a" count="4" stride="3"><param name="X" type="float"/>'
+        '<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>'
+        '<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>'
+        f'<{mode} count="4"><input semantic="VERTEX" source="#v" offset="0"/>{counts}<p>{index}</p></{mode}>'
+        f"</mesh></geometry></library_geometries><library_nodes>{nodes}</library_nodes><library_visual_scenes>"
+        '<visual_scene id="s"><node id="n">'
+        f"{shown}"
+        '</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>'
+    ).encode()
+
+
+def as_set(vertices: np.ndarray, triangles: np.ndarray) -> set:
+    return {frozenset(map(tuple, vertices[triangle].round(6))) for triangle in triangles}
+
+
+@pytest.mark.parametrize(
+    ("data", "suffix", "scale"),
+    [
+        (ascii_stl(), ".stl", 1.0),
+        (ascii_stl().upper(), ".stl", 1.0),
+        (binary_stl(), ".stl", 1.0),
+        (binary_stl(b"made by a program"), ".stl", 1.0),
+        (dae(), ".dae", 1.0),
+        (dae(unit="0.01"), ".dae", 0.01),
+        (dae(mode="polylist"), ".dae", 1.0),
+        (
+            dae(nodes='<node id="k"><instance_geometry url="#g"/></node>', shown='<instance_node url="#k"/>'),
+            ".dae",
+            1.0,
+        ),
+        (dae(shown='<matrix>2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1</matrix><instance_geometry url="#g"/>'), ".dae", 2.0),
+    ],
+)
+def test_triangles_are_those_of_the_file(data: bytes, suffix: str, scale: float) -> None:
+    vertices, triangles = mesh_triangles(data, suffix)
+    assert len(vertices) == 4
+    assert as_set(vertices, triangles) == as_set(scale * CORNERS, FACES)
+
+
+DOUBLING = '<node id="k0"><instance_geometry url="#g"/></node>' + "".join(
+    f'<node id="k{k}"><instance_node url="#k{k - 1}"/><instance_node url="#k{k - 1}"/></node>' for k in range(1, 40)
+)
+LOOP = '<node id="k"><instance_node url="#k"/></node>'
+ENTITIES = b'<!DOCTYPE x [<!ENTITY a "aaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]>'
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".dae"])
+@pytest.mark.parametrize(
+    "data", [b"", b"\0\xff" * 300, b"hello\n" * 50, b"solid empty\nendsolid empty\n", b"[" * 10**6]
+)
+def test_what_is_no_mesh_is_refused(data: bytes, suffix: str) -> None:
+    with pytest.raises(StarnavError, match=f"not a valid {suffix} file|a {suffix} file without triangles"):
+        mesh_triangles(data, suffix)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9, 0.99])
+@pytest.mark.parametrize(("data", "suffix"), [(ascii_stl(), ".stl"), (binary_stl(), ".stl"), (dae(), ".dae")])
+def test_a_file_that_is_cut_off_is_refused(data: bytes, suffix: str, share: float) -> None:
+    with pytest.raises(StarnavError, match="not a valid"):
+        mesh_triangles(data[: int(share * (len(data) - 16))], suffix)
+
+
+@pytest.mark.parametrize(
+    ("data", "suffix", "message"),
+    [
+        (ascii_stl(np.where(CORNERS == 3, np.nan, CORNERS)), ".stl", "not finite"),
+        (ascii_stl(np.where(CORNERS == 3, np.inf, CORNERS)), ".stl", "not finite"),
+        (dae(np.where(CORNERS == 3, np.nan, CORNERS)), ".dae", "not finite"),
+        (dae(np.where(CORNERS == 3, np.inf, CORNERS)), ".dae", "not finite"),
+        (
+            binary_stl()[:80] + struct.pack("<I", 2**32 - 1) + binary_stl()[84:],
+            ".stl",
+            "4294967295 facets in 284 bytes",
+        ),
+        (dae().replace(b"<p>0", b"<p>9"), ".dae", "not a valid"),
+        (dae().replace(b"0 2 1 0", b"-5 2 1 0"), ".dae", "not a valid"),
+        (dae().replace(b"<COLLADA", ENTITIES + b"<COLLADA"), ".dae", "with entities"),
+        (dae(nodes=DOUBLING, shown='<instance_node url="#k39"/>'), ".dae", "shows more than 20000 geometries"),
+        (
+            dae(nodes='<node id="k"><instance_node url="#k"/></node>', shown='<instance_node url="#k"/>'),
+            ".dae",
+            "shows",
+        ),
+    ],
+)
+def test_hostile_files_are_refused(data: bytes, suffix: str, message: str) -> None:
+    with pytest.raises(StarnavError, match=message):
+        mesh_triangles(data, suffix)

@@ -1,0 +1,214 @@
+"""Model files as Gazebo has them, in a form that Drake reads: nothing that bars the way is left out."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.worlds.formats.model_files import FOLDERS, Models
+from tests.geometry.test_mesh_file import ascii_stl, binary_stl, dae
+
+LINK = '<link name="l"><collision name="c"><geometry>{}</geometry></collision></link>'
+MODEL = '<model name="m"><static>1</static>{}</model>'
+INCLUDE = '<world name="w"><include><uri>model://crate</uri></include></world>'
+SENSOR = '<sensor name="s" type="ray"/>'
+BOX = LINK.format("<box><size>1 1 1</size></box>")
+
+
+@pytest.fixture(autouse=True)
+def _no_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in (*FOLDERS, "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def sdf(folder: Path, content: str, name: str = "m.sdf") -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f'<?xml version="1.0"?><sdf version="1.7">{content}</sdf>')
+    return path
+
+
+def prepared(path: Path) -> ElementTree.Element:
+    return ElementTree.parse(Models().model(path)).getroot()
+
+
+def hulls(root: ElementTree.Element) -> list[tuple[tuple, tuple]]:
+    """Least and greatest corner of each mesh to collide with."""
+    found = []
+    for uri in root.iter("uri"):
+        lines = Path((uri.text or "").removeprefix("file://")).read_text().splitlines()
+        points = np.array([line.split()[1:] for line in lines if line.startswith("v")], float)
+        found.append((tuple(points.min(axis=0).round(3)), tuple(points.max(axis=0).round(3))))
+    return found
+
+
+def test_only_what_concerns_bodies_stays(tmp_path: Path) -> None:
+    world = (
+        '<world name="w"><physics type="ode"/><gui/><light name="sun"/><plugin name="p" filename="p.so"/>'
+        f"{MODEL.format(BOX.replace('</link>', SENSOR + '</link>'))}"
+        '<state world_name="w"><model name="m"><pose>9 0 0 0 0 0</pose></model></state></world>'
+    )
+    root = prepared(sdf(tmp_path, world, "m.world"))
+    assert {part.tag for part in root.find("world")} == {"model"}
+    assert {part.tag for part in root.find("world/model/link")} == {"collision"}
+
+
+def test_models_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    sdf(tmp_path, MODEL.format(BOX), "crate/model.sdf")
+    include = "<include><uri>model://crate</uri></include>"
+    root = prepared(sdf(tmp_path, f'<world name="w">{MODEL.format(BOX) * 2}{include * 2}</world>'))
+    assert [model.get("name") for model in root.iter("model")] == ["m", "m_1"]
+    assert [include.findtext("name") for include in root.iter("include")] == ["crate", "crate_1"]
+
+
+@pytest.mark.parametrize("variable", [*FOLDERS, "AMENT_PREFIX_PATH"])
+def test_models_are_found_where_the_environment_says(variable: str, tmp_path: Path, monkeypatch) -> None:
+    place = tmp_path / ("a/share/crate" if variable == "AMENT_PREFIX_PATH" else "a/crate")
+    inside = sdf(place, MODEL.format(BOX), "model.sdf")
+    monkeypatch.setenv(variable, f"{tmp_path / 'none'}:{tmp_path / 'a'}:")
+    models = Models()
+    models.model(sdf(tmp_path / "w", INCLUDE))
+    assert inside.resolve() in models.read
+
+
+@pytest.mark.parametrize("place", ["crate", "../crate", "../models/crate", "models/crate"])
+def test_models_are_found_near_the_file_that_names_them(place: str, tmp_path: Path) -> None:
+    inside = sdf(tmp_path / "w" / place, MODEL.format(BOX), "model.sdf")
+    models = Models()
+    (tmp_path / "w").mkdir(exist_ok=True)
+    models.model(sdf(tmp_path / "w", INCLUDE))
+    assert inside.resolve() in models.read
+
+
+def test_a_package_is_found_by_the_name_in_its_manifest(tmp_path: Path, monkeypatch) -> None:
+    inside = sdf(tmp_path / "a/b/c", MODEL.format(BOX), "model.sdf")
+    (tmp_path / "a/b/c/package.xml").write_text("<package><name>crate</name></package>")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "a"))
+    models = Models()
+    models.model(sdf(tmp_path / "w", INCLUDE))
+    assert inside.resolve() in models.read
+
+
+def test_a_folder_has_the_file_of_its_highest_version(tmp_path: Path) -> None:
+    for name, shape in (("old.sdf", "sphere"), ("new.sdf", "box")):
+        sdf(tmp_path / "crate", MODEL.format(LINK.format(f"<{shape}/>")), name)
+    (tmp_path / "crate/model.config").write_text(
+        '<model><sdf version="1.10">new.sdf</sdf><sdf version="1.9">old.sdf</sdf></model>'
+    )
+    root = prepared(sdf(tmp_path, INCLUDE))
+    inside = ElementTree.parse(root.findtext("world/include/uri").removeprefix("file://")).getroot()
+    assert inside.find(".//geometry")[0].tag == "box"
+
+
+@pytest.mark.parametrize(
+    ("data", "suffix"), [(ascii_stl(), "stl"), (binary_stl(), "STL"), (dae(), "dae"), (dae(), "DAE")]
+)
+@pytest.mark.parametrize("uri", ["meshes/a b.{}", "file://{{}}/meshes/a%20b.{}", "package://crate/meshes/a b.{}"])
+def test_meshes_become_files_that_drake_reads(data: bytes, suffix: str, uri: str, tmp_path: Path) -> None:
+    folder = tmp_path / "crate"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / f"meshes/a b.{suffix}").write_bytes(data)
+    name = uri.format(suffix).format(folder)
+    path = sdf(folder, MODEL.format(LINK.format(f"<mesh><uri>{name}</uri><scale>2 2 2</scale></mesh>")))
+    root = prepared(path)
+    assert hulls(root) == [((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))]
+    assert root.findtext(".//scale") == "2 2 2"
+    robot = tmp_path / "crate/r.urdf"
+    robot.write_text(
+        f'<robot name="r"><link name="l"><collision><geometry><mesh filename="{name}"/></geometry></collision></link>'
+        "</robot>"
+    )
+    (mesh,) = prepared(robot).iter("mesh")
+    assert Path(mesh.get("filename").removeprefix("file://")).suffix == ".obj"
+
+
+def test_pieces_of_a_mesh_that_do_not_hang_together_collide_apart(tmp_path: Path) -> None:
+    far = ascii_stl().replace(
+        b"endsolid a mesh\n", ascii_stl(np.array([(9, 0, 0), (9, 1, 0), (9, 0, 1), (10, 0, 0)]))[13:]
+    )
+    (tmp_path / "two.stl").write_bytes(far)
+    root = prepared(sdf(tmp_path, MODEL.format(LINK.format("<mesh><uri>two.stl</uri></mesh>"))))
+    assert sorted(hulls(root)) == [((0, 0, 0), (1, 2, 3)), ((9, 0, 0), (10, 1, 1))]
+    assert [collision.get("name") for collision in root.iter("collision")] == ["c", "c_1"]
+
+
+POINTS = "".join(f"<point>{x} {y}</point>" for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)))
+
+
+def test_polylines_and_cones_are_built(tmp_path: Path) -> None:
+    shapes = f"<polyline>{POINTS}<height>0.8</height></polyline>", "<cone><radius>0.5</radius><length>2</length></cone>"
+    ell, cone = (hulls(prepared(sdf(tmp_path, MODEL.format(LINK.format(shape))))) for shape in shapes)
+    assert len(ell) == 2
+    assert np.min(ell, axis=0)[0].tolist() == [0.0, 0.0, 0.0]
+    assert np.max(ell, axis=0)[1].tolist() == [2.0, 2.0, 0.8]
+    ((low, high),) = cone
+    assert low == pytest.approx((-0.5, -0.5, -1.0), abs=1e-3)
+    assert high == pytest.approx((0.5, 0.5, 1.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        ("<heightmap><uri>x.png</uri></heightmap>", "collision c is a heightmap; allowed: box, sphere"),
+        ("<image><uri>x.png</uri></image>", "collision c is a image"),
+        ("<torus/>", "collision c is a torus"),
+        ("<mesh><uri>gone.stl</uri></mesh>", "mesh 'gone.stl': no such file"),
+        ("<mesh><uri>https://fuel/x.dae</uri></mesh>", "no such file"),
+        ("<mesh><uri>model://none/x.dae</uri></mesh>", "no such file"),
+        ("<mesh><uri>bad.stl</uri></mesh>", "bad.stl: not a valid .stl file"),
+        ("<mesh><uri>bad.stl</uri><submesh><name>a</name></submesh></mesh>", "is a part of a mesh"),
+        ("<cone><radius>-1</radius><length>2</length></cone>", "cone: radius -1, length 2; allowed: a solid"),
+        ("<cone/>", "cone: radius nan"),
+        ("<polyline><point>0 0</point><height>1</height></polyline>", "polyline: polygon is"),
+        ("<polyline><point>0 0 1</point><point>0 x</point></polyline>", "polyline: "),
+        (f"<polyline>{POINTS}<height>0</height></polyline>", "polyline: height 0"),
+    ],
+)
+def test_what_cannot_be_built_is_refused(shape: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "bad.stl").write_bytes(b"bad")
+    with pytest.raises(StarnavError, match=message) as caught:
+        Models().model(sdf(tmp_path, MODEL.format(LINK.format(shape))))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            '<world name="w"><include><uri>model://gone</uri></include></world>',
+            "include 'model://gone' is not found; .*PATH",
+        ),
+        ('<world name="w"><include><uri>m.sdf</uri></include></world>', "includes itself"),
+        ('<world name="w"><population name="p"/></world>', "has a <population>"),
+        ("<world", "cannot be read: .*XML"),
+        ("<!DOCTYPE a><world/>", "has entities"),
+    ],
+)
+def test_broken_files_are_refused(content: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(StarnavError, match=message):
+        Models().model(sdf(tmp_path, content))
+
+
+def test_looks_that_drake_cannot_show_are_left_out(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    visual = '<visual name="{0}"><geometry><mesh><uri>{0}</uri></mesh></geometry></visual>'
+    looks = "".join(visual.format(name) for name in ("a.obj", "gone.obj", "a.dae"))
+    root = prepared(sdf(tmp_path, MODEL.format(BOX.replace("</link>", f"{looks}</link>"))))
+    assert [visual.get("name") for visual in root.iter("visual")] == ["a.obj"]
+
+
+def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
+    sdf(tmp_path / "crate", MODEL.format(BOX), "model.sdf")
+    path = tmp_path / "w.dmd.yaml"
+    path.write_text(
+        "directives:\n- add_model: {name: a, file: crate/model.sdf}\n- add_model:\n    name: b\n"
+        "    file: package://drake_models/none.urdf\n- add_directives: {file: 'more.dmd.yaml'}\n"
+    )
+    (tmp_path / "more.dmd.yaml").write_text("directives:\n- add_model: {name: c, file: model://crate/model.sdf}\n")
+    models = Models()
+    text = models.model(path).read_text()
+    assert "package://drake_models/none.urdf" in text
+    assert text.count('file: "file:///') == 2
+    assert {read.name for read in models.read} == {"w.dmd.yaml", "more.dmd.yaml", "model.sdf"}
