@@ -74,7 +74,7 @@ GRIDS: dict[str, Grid] = {
         "star_paper.MARGIN": ("0.0", "0.03", "0.06"),
         "star_paper.RANGE": ("2.0", "3.5", "5.0"),
         "star_paper.ARRIVAL": ("0.1", "0.2", "0.3"),
-        "star_paper.STUCK_TIME": ("2.0", "3.0", "5.0"),
+        "star_paper.STUCK_TIME": ("2.0", "3.0", "5.0", "8.0"),
         "star_paper.SIGMA": ("1.0", "2.0", "4.0"),
     },
 }

@@ -19,7 +19,7 @@ ARRIVAL = 0.2
 """A short-term goal this near is reached, m."""
 STUCK_DISTANCE = 0.15
 """The robot is stuck when it has not moved this far, m, ..."""
-STUCK_TIME = 3.0
+STUCK_TIME = 5.0
 """... in this time, s."""
 SPEED = 0.4
 """Largest speed, m/s: on average that of the paper's robot."""
