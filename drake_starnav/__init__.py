@@ -5,10 +5,10 @@ internal, whatever its name. A public name is imported when first used, so that 
 """
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
+TYPE_CHECKING = False  # as in typing, which takes half the time until a command hears of Ctrl-C
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.baselines.known_obstacles import KnownObstacles as KnownObstacles
     from drake_starnav.control import ControllerParameters as ControllerParameters
@@ -165,7 +165,7 @@ _PUBLIC = {
 __all__ = list(_PUBLIC)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_PUBLIC[name]}"), name)

@@ -31,7 +31,6 @@ from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.connecting import outputs
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
-from drake_starnav.utils.compilation import compilations
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import clearance
@@ -40,6 +39,8 @@ from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
 from drake_starnav.worlds.shortest_path import shortest_path
 from drake_starnav.worlds.world import World
 
+INTERRUPTED = "interrupted"
+"""The outcome of a trial that was ended by Ctrl-C, as its files have it."""
 METRICS_PERIOD = 0.01
 """Metrics of the motion are of states at equal steps of this length, s, interpolated between the logged ones."""
 PROGRESS_PERIOD = 1.0
@@ -127,7 +128,6 @@ class OwnSystems(TypedDict, total=False):
     shield: bool
 
 
-@compilations()
 def run_trial(
     scenario: Scenario,
     *,
@@ -140,7 +140,7 @@ def run_trial(
     progress: Callable[[float, float], None] | None = None,
     **own: Unpack[OwnSystems],
 ) -> Trial:
-    """Simulate one trial; the first after an installation compiles for a minute, and says so on standard error.
+    """Simulate one trial.
 
     Args:
         scenario: the parameters; those of the method are already in them.
@@ -158,6 +158,7 @@ def run_trial(
         UnsupportedError: the method cannot be tried in this world.
         StarnavError: the scenario is not one of the method; the world cannot be made (e.g. the start is inside an
             obstacle), a file not written, a system of yours not wired, or the robot does not follow its commands.
+        KeyboardInterrupt: Ctrl-C; what was driven until then is in the files.
     """
     check_method(scenario, method)
     scenario_simulator_config(scenario.simulator_config)  # refused before the run
@@ -198,6 +199,9 @@ def run_trial(
             write_text(Path(csv), "\n".join(lines) + "\n")
         for each in observers:
             each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))
+        if trial.outcome == INTERRUPTED:
+            kept = ", ".join(str(path) for path in (html, csv) if path is not None)
+            raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{f', in {kept}' if kept else ''}")
         return trial
     finally:
         release(made)
@@ -403,7 +407,10 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
         now = simulator.get_context().get_time()
         if now >= timeout - 1e-9:
             return "timeout"
-        status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
+        try:
+            status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
+        except KeyboardInterrupt:
+            return INTERRUPTED
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return status.message()
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:

@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.cli.main import simulate
+from drake_starnav.__main__ import main
 
 if __name__ == "__main__":
-    sys.exit(simulate())
+    sys.exit(main("simulate"))

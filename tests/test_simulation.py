@@ -6,7 +6,6 @@ import math
 import subprocess
 import sys
 
-import numba
 import numpy as np
 import pytest
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
@@ -19,7 +18,6 @@ from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, scenario_station, trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import make_simulator
-from drake_starnav.utils.compilation import COMPILING, say_compiling
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import World, make_world
 from tests.helpers.head_on import head_on
@@ -370,19 +368,3 @@ def test_a_large_world_is_searched_on_a_coarser_grid():
 def test_an_argument_of_another_kind_is_named(wrong, said: str) -> None:
     with pytest.raises(StarnavError, match=f"^{said}"):
         wrong(load_scenario("room"))
-
-
-def test_a_trial_that_compiles_says_so_once(small_trial, capsys) -> None:
-    class Compile:
-        def add_to(self, builder, navigation, scenario) -> None: ...
-
-        def start(self) -> None:
-            numba.njit(lambda x: 2 * x)(1)
-
-        def finish(self, lines, motion) -> None: ...
-
-    short = parse_scenario(SMALL + "simulation: {timeout: 0.1}", name="small")
-    say_compiling.cache_clear()
-    for observer, said in ((None, ""), (Compile(), f"{COMPILING}\n"), (Compile(), "")):
-        run_trial(short, seed=3, observer=observer)
-        assert capsys.readouterr().err == said

@@ -1,5 +1,6 @@
 """Controllers to compare with: each is one pure function of the robot's state and its surroundings."""
 
+import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.baselines.baseline_step import BaselineParameters, Situation, baseline_step
 from drake_starnav.baselines.dsm_circles import DsmParameters, dsm_velocity
 from drake_starnav.baselines.dwa import DwaParameters, dwa_twist

@@ -17,7 +17,6 @@ from drake_starnav.cli.options import (
     check_numbers,
     check_seed,
     command_name,
-    count_bar,
     print_written,
     run_command,
 )
@@ -25,6 +24,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.scenario import METHODS, scenario_names
 from drake_starnav.scenario.schema import scenario_path
 from drake_starnav.utils.files import check_outputs, check_writable, write_text
+from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
     from drake_starnav.evaluation import Pool
@@ -55,12 +55,7 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
     add_batch_options(parser)
-    return run_command(parser, arguments, _benchmark, _interrupted)
-
-
-def _interrupted(options: argparse.Namespace) -> str:
-    kept = f"; the trials that ended are in {options.json}, --resume goes on" if options.json else ""
-    return f"interrupted{kept}"
+    return run_command(parser, arguments, _benchmark)
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
@@ -121,6 +116,8 @@ def _benchmark(options: argparse.Namespace) -> int:
         make_header,
         run_batch,
     )
+    from drake_starnav.evaluation.batch import BatchInterrupted
+    from drake_starnav.evaluation.report.results import make_results
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
@@ -139,11 +136,14 @@ def _benchmark(options: argparse.Namespace) -> int:
     ):
         if file and file.repaired:
             print(file.repaired, file=sys.stderr)
-        records = run_batch(
-            cases, trials=worlds or options.trials, seed=options.seed, pool=pool, file=file, quiet=options.quiet
-        )
-    from drake_starnav.evaluation.report.results import make_results
-
+        try:
+            records = run_batch(cases, trials=worlds or options.trials, seed=options.seed, pool=pool, file=file)
+        except BatchInterrupted as interruption:
+            if file is not None:
+                raise KeyboardInterrupt(f"{interruption}, in {options.json}; --resume goes on") from None
+            if interruption.records:
+                _report(make_results([header], interruption.records), options)
+            raise
     _report(make_results([header], records), options)
     if not options.quiet and options.json is not None:
         print(f"wrote {options.json}")
@@ -240,15 +240,15 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
         write_text(options.csv, summary_csv(results))
     chosen = chosen_trials(results)
     if options.html is not None:
-        with count_bar("drawing", "picture", options.quiet) as progress:
-            write_text(options.html, write_page(Report(results, chosen, options.panels), progress))
+        with Progress("drawing") as bar:
+            write_text(options.html, write_page(Report(results, chosen, options.panels), bar.count))
     if not options.quiet:
         print_written((options.markdown, options.csv, options.html))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
     if options.html is not None and options.recordings is not None:
         folder, failures = _recordings_folder(options.html), options.recordings
-        with count_bar("recordings", "trial", options.quiet) as progress:
-            chosen = record_chosen(results, chosen, folder, failures=failures, jobs=options.jobs, progress=progress)
+        with Progress("recordings") as bar:
+            chosen = record_chosen(results, chosen, folder, failures=failures, jobs=options.jobs, progress=bar.count)
         write_text(options.html, write_page(Report(results, chosen, options.panels)))
         if not options.quiet:
             print(f"wrote recordings into {folder}, with links in {options.html}")

@@ -9,7 +9,7 @@ from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, 
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
 from drake_starnav.errors import shown
 from drake_starnav.evaluation import TrialFile, compare, make_cases, make_header, run_batch
-from drake_starnav.evaluation.batch import announcement
+from drake_starnav.evaluation.batch import BatchInterrupted, announcement
 from drake_starnav.evaluation.jobs import Record, make_jobs
 from drake_starnav.evaluation.summary import number, rate_text
 from drake_starnav.evaluation.workers import Pool
@@ -46,10 +46,7 @@ def experiment(
         results = measure(options)
         return NOT_REACHED if any(count(records, "error") for records in results.values()) else REACHED
 
-    def interrupted(options: argparse.Namespace) -> str:
-        return f"interrupted; what has run is in {options.out}, --resume goes on"
-
-    return run_command(parser, arguments, work, interrupted)
+    return run_command(parser, arguments, work)
 
 
 def add_rows(parser: argparse.ArgumentParser, rows: Iterable[str]) -> None:
@@ -119,10 +116,12 @@ def _run_variants(
             with TrialFile(options.out / f"{name}.jsonl", header, resume=options.resume) as file:
                 if file.repaired:
                     print(file.repaired, file=sys.stderr)
-                results[name] = run_batch(
-                    cases, trials=options.trials, seed=options.seed, pool=pool_of(pool, name), file=file,
-                    quiet=options.quiet, title=name,
-                )  # fmt: skip
+                try:
+                    results[name] = run_batch(
+                        cases, trials=options.trials, seed=options.seed, pool=pool_of(pool, name), file=file, title=name
+                    )
+                except BatchInterrupted as interruption:
+                    raise KeyboardInterrupt(f"{interruption} of {name}, in {options.out}; --resume goes on") from None
     return results, [case.scenario for case in batches[0][2]]
 
 

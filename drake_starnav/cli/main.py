@@ -105,7 +105,7 @@ def _simulate(options: argparse.Namespace) -> int:
     check_outputs((options.html, options.json), input_files(options.scenario, scenario))
     if options.meshcat:
         return _simulate_live(scenario, options)
-    with progress_bar(f"{scenario.name} seed {options.seed}", options.quiet) as progress:
+    with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
         world = make_world(scenario.world, options.seed, scenario.robot.radius)
         from drake_starnav.simulation import run_trial, trial_record  # late: a bad world is reported before it
 
@@ -175,7 +175,7 @@ def _show_world(options: argparse.Namespace) -> int:
     if file.suffix not in (".png", ".html"):
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
     check_outputs([file], input_files(options.scenario, scenario))
-    with progress_bar(f"{scenario.name} seed {options.seed}", quiet=False):
+    with progress_bar(f"{scenario.name} seed {options.seed}"):
         make_world(scenario.world, options.seed, scenario.robot.radius)  # bad input is reported before Drake is loaded
         from drake_starnav.simulation import omniscient_path
         from drake_starnav.station.model_world import make_world_with_footprints

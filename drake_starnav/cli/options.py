@@ -5,6 +5,7 @@ import math
 import os
 import shlex
 import sys
+import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -12,9 +13,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
-from drake_starnav.utils.compilation import COMPILING, compilations, say_compiling
+from drake_starnav.utils.interrupts import INTERRUPTED, end_quietly
+from drake_starnav.utils.progress import Progress, silence
 
-REACHED, NOT_REACHED, BAD_INPUT, DEFECT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 70, 130, 141
+REACHED, NOT_REACHED, BAD_INPUT, DEFECT, BROKEN_PIPE = 0, 1, 2, 70, 141
 """Exit codes."""
 ENTRY_POINT = "starnav"
 """The installed command; `python -m drake_starnav` does the same."""
@@ -45,35 +47,31 @@ def typed_command(prog: str, arguments: Sequence[str]) -> str:
 
 
 def run_command(
-    parser: argparse.ArgumentParser,
-    arguments: Sequence[str] | None,
-    work: Callable[[argparse.Namespace], int],
-    interrupted: Callable[[argparse.Namespace], str] = lambda options: "interrupted",
+    parser: argparse.ArgumentParser, arguments: Sequence[str] | None, work: Callable[[argparse.Namespace], int]
 ) -> int:
     """Parse the arguments and do a command's work; returns its exit code, see `exit_code`.
 
     Args:
         parser: of the arguments.
         arguments: None for those of the process.
-        work: may raise `StarnavError`.
-        interrupted: message on Ctrl-C.
+        work: see `exit_code`.
     """
 
     def parsed() -> int:
         options = parser.parse_args(arguments)
         options.typed = typed_command(parser.prog, sys.argv[1:] if arguments is None else arguments)
-        return exit_code(parser.prog, lambda: work(options), interrupted(options))
+        with silence(getattr(options, "quiet", False)):
+            return work(options)
 
     return exit_code(parser.prog, parsed)
 
 
-def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupted") -> int:
-    """Run a command's work and return its exit code; an error is reported in one line.
+def exit_code(prog: str, work: Callable[[], int]) -> int:
+    """Run a command's work and return its exit code; an error or Ctrl-C is reported in one line.
 
     Args:
         prog: the command's name.
-        work: may raise `StarnavError`.
-        interrupted: message on Ctrl-C.
+        work: may raise `StarnavError`, and `KeyboardInterrupt` with a text that says what was kept.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # so that a terminal can show every file name
@@ -84,63 +82,53 @@ def exit_code(prog: str, work: Callable[[], int], interrupted: str = "interrupte
         finally:
             if sys.stdout is not None:
                 sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
-    except StarnavError as error:
+    except BaseException as error:
+        interrupted = isinstance(error, KeyboardInterrupt)
+        if end_quietly() or interrupted:
+            kept = f"; {error}" if interrupted and str(error) else ""
+            return _reported(f"{prog}: interrupted{kept}", INTERRUPTED)
+        return _reported_error(prog, error)
+
+
+def _reported_error(prog: str, error: BaseException) -> int:
+    """Report an error, in one line if the user can mend it, and return the exit code; raise `SystemExit`."""
+    if isinstance(error, StarnavError):
         return _reported(f"{prog}: {error}", BAD_INPUT)
-    except BrokenPipeError:  # the reader of the output has exited, as `head` does
+    if isinstance(error, BrokenPipeError):  # the reader of the output has exited, as `head` does
         _drop_output()
         return BROKEN_PIPE
-    except OSError as error:
+    if isinstance(error, OSError):
         _drop_output()
         what = "the output" if error.filename is None else shown(str(error.filename))
         reason = error.strerror or said_by(error)
         return _reported(
             f"{prog}: cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
         )
-    except MemoryError as error:
+    if isinstance(error, MemoryError):
         return _reported(f"{prog}: {said_by(error) or 'the memory is full'}; allowed: what fits into memory", BAD_INPUT)
-    except KeyboardInterrupt:
-        return _reported(f"{prog}: {interrupted}", INTERRUPTED)
-    except Exception:  # a defect of the program, or of a system of the user's: not the 1 that Python would exit with
-        traceback.print_exc()
+    if isinstance(error, Exception):  # a defect of the program, or of a system of the user's: not Python's exit code 1
+        traceback.print_exception(error)
         return DEFECT
+    raise error
 
 
 @contextmanager
-def progress_bar(label: str, quiet: bool) -> Iterator[Callable[[float, float], None]]:
+def progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
     """A bar of simulated time; the function it yields takes the time now and its limit, s.
 
-    Its estimate is of the limit, which a run that arrives does not need. Before it, a run that compiles, as
-    the first after an installation does, shows how many functions it has compiled.
+    What it says to be left is a bound: up to the limit, which a run that arrives does not need.
     """
-    from tqdm import tqdm
+    from drake_starnav.utils.compilation import seconds_spent  # late: help needs no Numba
 
-    form = "{desc} {bar} {elapsed}, at most {remaining} more"
-    with tqdm(total=1.0, disable=quiet or None, leave=False, bar_format=form, desc=label) as bar:
-
-        def compiled(count: int) -> None:
-            if count == 0 and bar.disable and not quiet:  # no terminal
-                say_compiling()
-            bar.set_description(f"{COMPILING}: {count} functions")
+    with Progress(label) as bar:
+        begun: list[float] = []
 
         def progress(now: float, limit: float) -> None:
-            bar.set_description(f"{label}: {now:5.1f} s of at most {limit:g} s")
-            bar.n = now / limit
-            bar.refresh()
-
-        with compilations(compiled):
-            yield progress
-
-
-@contextmanager
-def count_bar(label: str, unit: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar; the function it yields takes the number done and the number of all."""
-    from tqdm import tqdm
-
-    with tqdm(desc=label, unit=unit, disable=quiet or None, leave=False) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
+            clock = time.monotonic() - seconds_spent()  # what compiles has a bar of its own
+            begun[:] = begun or (now, clock)
+            pace = (clock - begun[1]) / (now - begun[0]) if now > begun[0] else None
+            left = None if pace is None else pace * (limit - now)
+            bar.show(now / limit, f"{now:.1f} s of at most {limit:g} s", left, at_most=True)
 
         yield progress
 

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tqdm import tqdm
-
 from drake_starnav.cli.options import (
     NOT_REACHED,
     REACHED,
@@ -19,7 +17,6 @@ from drake_starnav.cli.options import (
     check_numbers,
     check_seed,
     command_name,
-    count_bar,
     print_written,
     progress_bar,
     run_command,
@@ -30,6 +27,7 @@ from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scena
 from drake_starnav.scenario.schema import in_world, scenario_path
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import check_outputs, file_name, read_bytes, reason_of
+from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
     from drake_starnav.visualization.browser import BrowserCamera
@@ -267,7 +265,7 @@ def _shown_layers(options: argparse.Namespace) -> frozenset[str] | None:
 
 def _shoot(run: Run, html: Path, options: argparse.Namespace, shown: frozenset[str] | None) -> tuple["Film", bool]:
     """Simulate and record; returns the film, and whether the run repeats the given trial."""
-    with progress_bar("driving", options.quiet) as progress:
+    with progress_bar("driving") as progress:
         if options.compare:
             from drake_starnav.cli.comparison import record_comparison
 
@@ -307,15 +305,19 @@ def _develop(
         write_png(still.path, picture)
     if clips:
         times = picture_times(film.duration, options.rate, options.speed)
-        shown = tqdm(times, disable=options.quiet or None, leave=False, desc="pictures")
-        pictures = trim([camera.picture(float(time)) for time in shown])
+        taken = []
+        with Progress("pictures") as bar:
+            for time in times:
+                taken.append(camera.picture(float(time)))
+                bar.count(len(taken), len(times))
+        pictures = trim(taken)
         if "gif" in clips:
             said = ", ".join((film.caption.heading, *film.caption.lines)).replace("\u00a0", " ")
-            with count_bar("gif", "picture", options.quiet) as progress:
-                write_gif(clips["gif"], pictures, options.rate, said, progress)
+            with Progress("gif") as bar:
+                write_gif(clips["gif"], pictures, options.rate, said, bar.count)
         if "mp4" in clips:
-            with count_bar("mp4", "picture", options.quiet) as progress:
-                write_mp4(clips["mp4"], pictures, options.rate, progress)
+            with Progress("mp4") as bar:
+                write_mp4(clips["mp4"], pictures, options.rate, bar.count)
 
 
 def _stills(html: Path, options: argparse.Namespace) -> list[Still]:

@@ -1,30 +1,62 @@
 """Run cases and collect the trials' records, in a file that survives interruption."""
 
-import sys
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from contextlib import closing
-
-from tqdm import tqdm
+from statistics import fmean
 
 from drake_starnav.errors import one_line
 from drake_starnav.evaluation.jobs import Case, Job, Record, make_jobs
 from drake_starnav.evaluation.summary import UNSUPPORTED
 from drake_starnav.evaluation.trial_file import TrialFile, record_key
 from drake_starnav.evaluation.workers import Pool, run_jobs
+from drake_starnav.utils.interrupts import held
+from drake_starnav.utils.progress import Progress
 
-TYPICAL_WALL_S = {"star": 1.0}
-OTHER_WALL_S = 12.0
-"""Time of a trial on one core, s: what `star` took in forests, mazes and rooms, and what took methods that often run
-into the time limit."""
+
+class TimeLeft:
+    """Estimates how long a batch takes yet, from the times of the trials that have ended."""
+
+    def __init__(self, jobs: Sequence[Job], workers: int) -> None:
+        """
+        Args:
+            jobs: all trials of the batch.
+            workers: number of trials that run at a time.
+        """
+        self._waiting = Counter(job.case for job in jobs)
+        self._workers, self._ended = workers, 0
+        self._times: defaultdict[Case, list[float]] = defaultdict(list)
+        self._first_times: defaultdict[Case, list[float]] = defaultdict(list)
+
+    def add(self, job: Job, seconds: float) -> None:
+        """A trial has ended, which took so long."""
+        self._waiting[job.case] -= 1
+        self._ended += 1  # the first of a worker takes longer: it loads what is compiled
+        (self._first_times if self._ended <= self._workers else self._times)[job.case].append(seconds)
+
+    @property
+    def seconds(self) -> float | None:
+        """The estimate, s: cases of which none has ended are as long as the others; None if none of any has."""
+        known = {case: fmean(self._times[case] or self._first_times[case]) for case in self._waiting if self._has(case)}
+        if not known:
+            return None
+        usual = fmean(known.values())
+        work = sum(count * known.get(case, usual) for case, count in self._waiting.items())
+        count = self._waiting.total()
+        if count == 0:
+            return 0.0
+        under_way = min(self._workers, count)  # half done, on average
+        longest = max(known.get(case, usual) for case, waiting in self._waiting.items() if waiting)
+        return max(work * (1.0 - 0.5 * under_way / count) / under_way, 0.5 * longest)
+
+    def _has(self, case: Case) -> bool:
+        return bool(self._times[case] or self._first_times[case])
 
 
 def announcement(jobs: Sequence[Job], workers: int) -> str:
-    """The size of a batch and a rough estimate of its time, which the progress bar soon improves."""
-    seconds = sum(TYPICAL_WALL_S.get(job.case.method, OTHER_WALL_S) for job in jobs) / max(min(workers, len(jobs)), 1)
-    amount, unit = next((seconds / s, unit) for s, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s")) if seconds >= s)
+    """The size of a batch."""
     cases = len({(job.case.scenario, job.case.method) for job in jobs})
-    count = f"{len(jobs)} trial{'s' * (len(jobs) > 1)} of {cases} case{'s' * (cases > 1)}"
-    return f"{count}, {workers} at a time: about {max(amount, 1.0):.2g} {unit}"
+    return f"{len(jobs)} trial{'s' * (len(jobs) > 1)} of {cases} case{'s' * (cases > 1)}, {workers} at a time"
 
 
 def run_batch(
@@ -34,7 +66,6 @@ def run_batch(
     seed: int,
     pool: Pool,
     file: TrialFile | None = None,
-    quiet: bool = False,
     title: str = "",
 ) -> list[Record]:
     """Run the trials that `file` lacks or in which an error occurred, append each as it ends, and return all.
@@ -45,7 +76,6 @@ def run_batch(
         seed: of the batch; see `trial_seed`.
         pool: where the trials run.
         file: stores the records and holds those of earlier runs; None to store none.
-        quiet: show no progress, and report neither failed trials nor the first unsupported one of each case.
         title: of the progress bar and of reports about failed trials.
 
     Raises:
@@ -54,24 +84,42 @@ def run_batch(
     records = {record_key(record): record for record in file.records} if file else {}
     done = {key for key, record in records.items() if record["outcome"] != "error"}
     jobs = make_jobs(cases, trials, seed, done)
+    if not jobs:
+        return list(records.values())
     total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
-    if jobs and not quiet:
-        print(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()), file=sys.stderr, flush=True)
     untried: set[tuple[str, str]] = set()
-    bar = tqdm(total=total, initial=total - len(jobs), desc=title, unit="trial", disable=quiet or None, leave=False)
-    with bar, closing(run_jobs(jobs, pool)) as results:
-        for record in results:
-            if file and record != records.get(record_key(record)):
-                file.append(record)
-            records[record_key(record)] = record
-            bar.update()
-            case = record["scenario"], record["method"]
-            known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
-            if not known and not quiet:
-                bar.write(one_line(f"{title} {_failure(record)}".lstrip()), file=sys.stderr)
-            if record["outcome"] == UNSUPPORTED:
-                untried.add(case)
+    left = TimeLeft(jobs, pool.workers)
+    try:
+        with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool, left.add)) as results:
+            bar.say(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()))
+            bar.show(1.0 - len(jobs) / total, f"{total - len(jobs)} of {total}")
+            for ended, record in enumerate(results, start=1 + total - len(jobs)):
+                with held():
+                    if file and record != records.get(record_key(record)):
+                        file.append(record)
+                    records[record_key(record)] = record
+                case = record["scenario"], record["method"]
+                known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
+                if not known:
+                    bar.say(one_line(f"{title} {_failure(record)}".lstrip()))
+                if record["outcome"] == UNSUPPORTED:
+                    untried.add(case)
+                bar.show(ended / total, f"{ended} of {total}", left.seconds)
+    except KeyboardInterrupt:
+        raise BatchInterrupted(list(records.values()), total) from None
     return list(records.values())
+
+
+class BatchInterrupted(KeyboardInterrupt):
+    """Ctrl-C while a batch runs.
+
+    Attributes:
+        records: of the trials that have ended.
+    """
+
+    def __init__(self, records: list[Record], total: int) -> None:
+        super().__init__(f"{len(records)} of {total} trials ended")
+        self.records = records
 
 
 def _failure(record: Record) -> str:

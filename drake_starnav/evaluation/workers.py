@@ -2,18 +2,22 @@
 
 import multiprocessing
 import os
-import signal
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Semaphore
 from queue import SimpleQueue
+from typing import Any
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Job, Record, error_record, run_job
+from drake_starnav.utils.interrupts import kept_from_children
+from drake_starnav.utils.progress import Progress
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Each worker has one core: these variables keep its libraries from starting threads of their own."""
@@ -41,11 +45,18 @@ def local_pool(count: int) -> Pool:
     return Pool(lambda: local_processes(count), 2 * count, count)
 
 
-def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
+def run_jobs(
+    jobs: Iterable[Job], pool: Pool, ended: Callable[[Job, float], None] = lambda job, seconds: None
+) -> Generator[Record, None, None]:
     """Run trials and yield the record of each as it ends; trials of a lost worker are retried.
 
     Trials that were running when a worker was lost run again one at a time, which identifies the culprit. If its worker
     is lost again, it yields a record with the outcome `error`.
+
+    Args:
+        jobs: the trials.
+        pool: where they run.
+        ended: called with each that has run and the time that it took its worker, s, without compilation.
 
     Raises:
         StarnavError: the workers cannot be started, or can no longer be reached.
@@ -57,7 +68,7 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
         queue, limit = (suspects, 1) if suspects else (waiting, pool.in_flight)
         with pool.make_executor() as executor:
             _check(executor)
-            lost = yield from _run(queue, executor, limit)
+            lost = yield from _run(queue, executor, limit, ended)
         if queue is waiting:
             suspects.extend(lost)
             continue
@@ -69,16 +80,18 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
                 yield error_record(job, f"its worker process died, {LONE_CRASHES} times with no other trial under way")
 
 
-def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record, None, list[Job]]:
+def _run(
+    queue: deque[Job], executor: Executor, limit: int, took: Callable[[Job, float], None]
+) -> Generator[Record, None, list[Job]]:
     """Run jobs from the queue until it is empty or the executor breaks; returns those with a lost worker."""
-    running: dict[Future[Record], Job] = {}
-    ended: SimpleQueue[Future[Record]] = SimpleQueue()
+    running: dict[Future[tuple[Record, float]], Job] = {}
+    ended: SimpleQueue[Future[tuple[Record, float]]] = SimpleQueue()
     lost: list[Job] = []
     broken = False
     while running or (queue and not broken):
         while queue and len(running) < limit and not broken:
             try:
-                future = executor.submit(run_job, queue[0])
+                future = executor.submit(_timed, queue[0])
             except BrokenExecutor:
                 broken = True
             else:
@@ -92,11 +105,22 @@ def _run(queue: deque[Job], executor: Executor, limit: int) -> Generator[Record,
             raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can, for the rest")
         error = future.exception()  # never the trial's own: run_job turns that into a record
         if error is None:
-            yield future.result()
+            record, seconds = future.result()
+            took(job, seconds)
+            yield record
         else:
             lost.append(job)
             broken = broken or isinstance(error, BrokenExecutor)
     return lost
+
+
+def _timed(job: Job) -> tuple[Record, float]:
+    """The record of a trial and the time that it took, s, without what Numba compiled."""
+    from drake_starnav.utils.compilation import seconds_spent  # late: only workers compile
+
+    start, compiled = time.perf_counter(), seconds_spent()
+    record = run_job(job)
+    return record, time.perf_counter() - start - (seconds_spent() - compiled)
 
 
 def _check(executor: Executor) -> None:
@@ -111,12 +135,20 @@ def _load() -> None:
     import drake_starnav.simulation  # noqa: F401
 
 
+class _Processes(ProcessPoolExecutor):
+    """Starts its processes as they are needed, and leaves Ctrl-C to this one."""
+
+    def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        with kept_from_children():
+            return super().submit(function, *args, **kwargs)
+
+
 @contextmanager
 def local_processes(count: int) -> Iterator[Executor]:
     """Spawned processes of this machine, with one thread each.
 
     They end at once if the context is left by an exception or this process is killed. They are spawned, not forked:
-    forking with Drake's threads deadlocks.
+    forking with Drake's threads deadlocks. The first of them shows what it compiles, if this process may.
 
     Args:
         count: number of processes, >= 1.
@@ -125,7 +157,8 @@ def local_processes(count: int) -> Iterator[Executor]:
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # children read them before they import NumPy
     context = multiprocessing.get_context("spawn")
     listener, lifeline = context.Pipe(duplex=False)
-    executor = ProcessPoolExecutor(count, mp_context=context, initializer=_hold, initargs=(listener,))
+    voice = context.Semaphore(0 if Progress.silent else 1)
+    executor = _Processes(count, mp_context=context, initializer=_hold, initargs=(listener, voice))
     try:
         yield executor
         executor.shutdown()
@@ -140,12 +173,12 @@ def local_processes(count: int) -> Iterator[Executor]:
                 os.environ[name] = value
 
 
-def _hold(lifeline: Connection) -> None:
+def _hold(lifeline: Connection, voice: Semaphore) -> None:
     """Tie the worker to its parent process: it exits when the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
 
     def end_with_parent() -> None:
         lifeline.poll(None)
         os._exit(1)
 
     threading.Thread(target=end_with_parent, daemon=True).start()
+    Progress.silent = not voice.acquire(block=False)

@@ -1,1 +1,3 @@
 """Scans -> pose."""
+
+import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)

@@ -1,5 +1,6 @@
 """Regions -> where to go next."""
 
+import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import plan_step
 from drake_starnav.planning.roadmap import StarRoadmap

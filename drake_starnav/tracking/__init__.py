@@ -7,3 +7,5 @@ __all__ = [
     "DynamicObstacleParameters",
     "Tracks",
 ]
+
+import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)

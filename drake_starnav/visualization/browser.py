@@ -9,6 +9,7 @@ from typing import Any
 from PIL import Image
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.utils.interrupts import kept_from_children
 from drake_starnav.visualization.camera import PAGE, check_view
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -65,10 +66,11 @@ class BrowserCamera:
     def __enter__(self) -> "BrowserCamera":
         from playwright.sync_api import Error, sync_playwright  # an extra
 
-        self._playwright = sync_playwright().start()
+        with kept_from_children():
+            self._playwright = sync_playwright().start()
         try:
             self._browser = self._playwright.chromium.launch(
-                executable_path=find_chromium(), headless=True, args=list(FLAGS)
+                executable_path=find_chromium(), headless=True, args=list(FLAGS), handle_sigint=False
             )
             self.page = self._browser.new_page(viewport={"width": int(PAGE[0]), "height": int(PAGE[1])})
             self.page.set_default_timeout(1e3 * PATIENCE)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts

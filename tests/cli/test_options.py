@@ -9,15 +9,13 @@ import sys
 import tomllib
 from pathlib import Path
 
-import numba
 import pytest
 
-from drake_starnav.cli.main import main
+from drake_starnav.__main__ import main
 from drake_starnav.cli.options import (
     BAD_INPUT,
     DEFECT,
     ENTRY_POINT,
-    INTERRUPTED,
     check_numbers,
     command_name,
     exit_code,
@@ -26,7 +24,7 @@ from drake_starnav.cli.options import (
     typed_command,
 )
 from drake_starnav.errors import StarnavError
-from drake_starnav.utils.compilation import COMPILING, compilations, say_compiling
+from drake_starnav.utils.interrupts import INTERRUPTED
 
 
 def raising(error: BaseException) -> int:
@@ -40,7 +38,7 @@ def test_a_command_ends_with_what_its_work_returns(capsys: pytest.CaptureFixture
 
 def test_bad_input_and_interruption_are_reported_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
-    assert exit_code("name", lambda: raising(KeyboardInterrupt()), "interrupted; half is kept") == INTERRUPTED
+    assert exit_code("name", lambda: raising(KeyboardInterrupt("half is kept"))) == INTERRUPTED
     assert capsys.readouterr().err == "name: x is 1; allowed: 2\nname: interrupted; half is kept\n"
 
 
@@ -71,16 +69,19 @@ def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: 
 
 def test_the_bar_of_a_run_is_there_before_the_run(monkeypatch, capsys) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with progress_bar("driving", False):
+    with progress_bar("driving"):
         assert "driving" in capsys.readouterr().err
 
 
-def test_the_bar_of_a_run_estimates_what_may_remain(monkeypatch, capsys) -> None:
+def test_the_bar_of_a_run_bounds_what_remains(monkeypatch, capsys) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with progress_bar("driving", False) as progress:
+    now = iter(range(0, 1000, 4))
+    monkeypatch.setattr("drake_starnav.cli.options.time.monotonic", lambda: float(next(now)))
+    with progress_bar("driving") as progress:
+        progress(0.0, 60.0)
         progress(10.0, 60.0)
         shown = capsys.readouterr().err
-    assert "driving:  10.0 s of at most 60 s" in shown and "at most 00:" in shown
+    assert "driving: 10.0 s of at most 60 s" in shown and "at most" in shown.rpartition("of at most")[2]
 
 
 def test_the_entry_point_is_the_package_s_main() -> None:
@@ -113,13 +114,3 @@ def test_a_number_out_of_its_range_is_refused() -> None:
         check_numbers(options, rate=(6, 7))
     with pytest.raises(StarnavError, match=r"--speed is 0.5; allowed: 1 <= x$"):
         check_numbers(options, speed=(1, math.inf))
-
-
-def test_without_a_terminal_a_first_run_says_once_that_it_compiles(capsys) -> None:
-    double, halve = numba.njit(lambda x: 2 * x), numba.njit(lambda x: x / 2)
-    say_compiling.cache_clear()
-    for quiet, said in ((True, ""), (False, f"{COMPILING}\n")):
-        with progress_bar("x", quiet), compilations():  # the second is of `run_trial`
-            double(1.0 if quiet else 1)
-            halve(1.0 if quiet else 1)
-        assert capsys.readouterr().err == said

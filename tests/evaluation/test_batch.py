@@ -1,5 +1,6 @@
 """Whole benchmarks as a person runs them: files, interruption, exit codes."""
 
+import itertools
 import json
 import os
 import shlex
@@ -9,13 +10,15 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drake_starnav.cli.main import benchmark, simulate
 from drake_starnav.cli.options import command_name
 from drake_starnav.evaluation import read_trials, trial_seed
-from drake_starnav.evaluation.batch import announcement
+from drake_starnav.evaluation.batch import TimeLeft, announcement
 from drake_starnav.evaluation.jobs import Case, Job
+from drake_starnav.evaluation.workers import run_jobs
 
 TIMES = ("wall_s", "command", "scan", "plan")
 BROKEN = "world: !Obstacles {cylinders: [[0.1, 0.0, 0.3]]}\n"
@@ -191,24 +194,56 @@ def test_an_ended_benchmark_leaves_no_process_and_goes_on(number: int, tiny: Pat
     assert results(path) == results(whole)
 
 
-@pytest.mark.parametrize(
-    ("method", "count", "workers", "words"),
-    [
-        ("star", 4, 2, "4 trials of 1 case, 2 at a time: about 2 s"),
-        ("dwa", 480, 8, "480 trials of 1 case, 8 at a time: about 12 min"),
-        ("dwa", 4800, 4, "4800 trials of 1 case, 4 at a time: about 4 h"),
-    ],
-)
-def test_size_and_estimate_are_said_first(method: str, count: int, workers: int, words: str) -> None:
-    jobs = [Job(Case("forest", method, ""), k, k) for k in range(count)]
-    assert announcement(jobs, workers) == words
+def test_the_size_of_a_batch_is_said() -> None:
+    jobs = [Job(Case("forest", method, ""), k, k) for k in range(3) for method in ("star", "dwa")]
+    assert announcement(jobs, 2) == "6 trials of 2 cases, 2 at a time"
+    assert announcement(jobs[:1], 4) == "1 trial of 1 case, 4 at a time"
+
+
+@pytest.mark.parametrize("workers", [1, 2, 6])
+@pytest.mark.parametrize("spread", [1.0, 3.0])
+def test_the_time_that_is_left_is_known_within_a_factor_of_two(workers: int, spread: float) -> None:
+    """Two methods that take 1 and 12 s about, on workers that load for 3 s before their first trial."""
+    random = np.random.default_rng(4)
+    jobs = [Job(Case("forest", method, ""), k, k) for k in range(60) for method in ("star", "dwa")]
+    times = [{"star": 1.0, "dwa": 12.0}[job.case.method] * random.uniform(1 / spread, spread) for job in jobs]
+    starts, free = [], [0.0] * workers
+    for job, seconds in zip(jobs, times, strict=True):  # each to the worker that is free first
+        worker = free.index(min(free))
+        load = 3.0 if free[worker] == 0.0 else 0.0
+        free[worker] += load + seconds
+        starts.append((free[worker], job, load + seconds))
+    left, total = TimeLeft(jobs, workers), max(free)
+    assert left.seconds is None
+    for now, job, seconds in sorted(starts, key=lambda end: end[0]):
+        left.add(job, seconds)
+        if 0.1 * total < now < 0.75 * total:
+            assert 0.5 * (total - now) < left.seconds < 2.0 * (total - now)
+    assert left.seconds == 0.0
+
+
+def test_an_interrupted_batch_reports_on_what_ended(tiny: Path, tmp_path: Path, monkeypatch, capsys) -> None:
+    def interrupted(jobs, pool, ended):
+        yield from itertools.islice(run_jobs(jobs, pool, ended), 2)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("drake_starnav.evaluation.batch.run_jobs", interrupted)
+    command = [str(tiny), "--trials", "4", "--jobs", "1"]
+    assert benchmark([*command, "--csv", str(tmp_path / "a.csv")]) == 130
+    printed = capsys.readouterr()
+    assert "| 2      | 2       |" in printed.out
+    assert ",2,2," in (tmp_path / "a.csv").read_text()
+    assert printed.err.splitlines()[-1].endswith("interrupted; 2 of 4 trials ended")
+    assert benchmark([*command, "--json", str(tmp_path / "a.jsonl")]) == 130
+    assert "2 of 4 trials ended, in" in capsys.readouterr().err
+    assert len(read_trials(tmp_path / "a.jsonl")[1]) == 2
 
 
 def test_the_command_says_them_before_its_first_trial(tiny: Path, tmp_path: Path, capsys) -> None:
     path = tmp_path / "trials.jsonl"
     command = [str(tiny), "--trials", "1", "--jobs", "1", "--json", str(path)]
     assert benchmark(command) == 0
-    assert capsys.readouterr().err.startswith("1 trial of 1 case, 1 at a time: about 1 s\n")
+    assert capsys.readouterr().err.startswith("1 trial of 1 case, 1 at a time\n")
     assert read_trials(path)[0]["command"] == f"{command_name('benchmark')} {shlex.join(command)}"
     assert benchmark([*command, "--resume"]) == 0  # nothing to say
     assert "trials of" not in capsys.readouterr().err

@@ -38,7 +38,7 @@ DRAKE = "numpy numba pydrake"
 TABLE = {
     "errors": Room(),
     "parameters": Room("errors", "numpy"),
-    "utils": Room("errors", "numpy numba yaml"),
+    "utils": Room("errors", "numpy numba tqdm yaml"),
     "geometry": Room("errors utils", f"{ARRAYS} collada"),
     "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
     "robot": Room(f"{GROUND} geometry", "numpy"),
@@ -57,10 +57,10 @@ TABLE = {
     "visualization": Room(LOOP, f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "simulation": Room(f"{LOOP} visualization", DRAKE),
     "gym": Room(f"{LOOP} simulation", f"{DRAKE} gymnasium"),
-    "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy tqdm dask distributed jinja2 matplotlib"),
-    "cli": Room(f"{LOOP} visualization simulation evaluation", f"{DRAKE} tqdm"),
+    "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy dask distributed jinja2 matplotlib"),
+    "cli": Room(f"{LOOP} visualization simulation evaluation", DRAKE),
     "__init__": Room(f"{LOOP} visualization simulation"),
-    "__main__": Room("cli"),
+    "__main__": Room("cli utils"),
 }
 """A room may only import rooms that precede it here."""
 

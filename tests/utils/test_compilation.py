@@ -1,45 +1,91 @@
-"""What Numba compiles, and who says so."""
+"""What Numba compiles, who says so, and how much of it is left."""
+
+import time
+from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
+from numba.core import event
 
-from drake_starnav.utils.compilation import COMPILING, compilations, say_compiling
+import drake_starnav
+from drake_starnav.utils import compilation
+from drake_starnav.utils.compilation import COMPILING, PACKAGE, _Compilation, seconds_spent
+from drake_starnav.utils.progress import silence
 
-
-def test_what_numba_compiles_is_counted_and_nothing_else() -> None:
-    counts: list[int] = []
-    double = numba.njit(lambda x: 2 * x)
-    with compilations(counts.append):
-        assert double(1) == 2
-        assert double(2) == 4
-    double(1.5)
-    assert counts == [0, 1]
+PATH = Path(drake_starnav.__file__).parent
 
 
-def test_only_the_outermost_reports() -> None:
-    outer: list[int] = []
-    inner: list[int] = []
-    double = numba.njit(lambda x: 2 * x)
-    with compilations(outer.append), compilations(inner.append):
-        double(1)
-    with compilations(inner.append):
-        double(1.0)
-    assert (outer, inner) == ([0, 1], [0, 1])
+@pytest.fixture
+def listener(monkeypatch):
+    """A listener of its own, as in a new process, which takes any compilation for a long one."""
+    fresh = _Compilation()
+    monkeypatch.setattr(compilation, "SHORT", 0.0)
+    monkeypatch.setattr(compilation, "_functions", lambda: [])
+    event.unregister("numba:compile", compilation._compilation)
+    try:
+        with monkeypatch.context() as patch, event.install_listener("numba:compile", fresh):
+            patch.setattr(compilation, "_compilation", fresh)
+            yield fresh
+    finally:
+        fresh.close()
+        event.register("numba:compile", compilation._compilation)
 
 
-def test_after_an_error_the_next_is_heard() -> None:
-    counts: list[int] = []
-    with pytest.raises(ValueError, match="ours"), compilations(counts.append):
-        raise ValueError("ours")
-    with compilations(counts.append):
-        numba.njit(lambda x: 2 * x)(1)
-    assert counts == [0, 1]
+def compile_in(module: str) -> None:
+    """Compile a function that says it is of a module."""
+
+    def double(x):
+        return 2 * x
+
+    double.__module__ = module
+    numba.njit(double)(1)
 
 
-def test_a_process_says_it_once(capsys) -> None:
-    say_compiling.cache_clear()
+def test_only_functions_of_this_package_count(listener, capsys) -> None:
+    compile_in("somebody.elses")
+    assert (seconds_spent(), capsys.readouterr().err) == (0.0, "")
+    compile_in(f"{PACKAGE}.room.module")
+    assert seconds_spent() > 0.0
+
+
+def test_without_a_terminal_it_is_said_once_and_in_silence_never(listener, capsys) -> None:
+    with silence(True):
+        compile_in(f"{PACKAGE}.room.module")
+    assert capsys.readouterr().err == ""
+    listener.seconds_left = lambda: 40.0
     for _ in range(2):
-        with compilations():
-            numba.njit(lambda x: 2 * x)(1)
-            numba.njit(lambda x: x / 2)(1)
-    assert capsys.readouterr().err == f"{COMPILING}\n"
+        compile_in(f"{PACKAGE}.room.module")
+    assert capsys.readouterr().err.count(f"{COMPILING}: about 40 s") == 1
+
+
+def test_every_room_with_compiled_functions_is_followed_whoever_calls_it() -> None:
+    sources = {path: path.read_text(encoding="utf-8") for path in PATH.rglob("*.py")}
+    rooms = {path.relative_to(PATH).parts[0] for path, text in sources.items() if "from numba import njit" in text}
+    assert {"geometry", "planning"} < rooms
+    for room in rooms:
+        assert f"import {compilation.__name__}" in sources[PATH / room / "__init__.py"]
+
+
+@pytest.mark.parametrize("called", [0.7, 0.8, 0.9])
+@pytest.mark.parametrize("machine", [0.5, 1.0, 3.0])
+def test_the_estimate_is_within_a_factor_of_two(called: float, machine: float, monkeypatch) -> None:
+    """Of functions whose cost is up to e times more or less than their size tells, some of them never called."""
+    random = np.random.default_rng(7)
+    now = [0.0]
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+    sizes = random.lognormal(6.5, 0.6, 150)
+    costs = sizes * np.exp(random.uniform(-1.0, 1.0, 150)) * machine / compilation.BYTES_PER_SECOND
+    listener = _Compilation()
+    listener._waiting = dict(enumerate(sizes))
+    monkeypatch.setattr(compilation, "_module", lambda function: "module")
+    listener._expected = {"module"}
+    needed = random.permutation(150)[: round(called * 150)]
+    total = float(costs[needed].sum())
+    for k in needed:
+        left = total - now[0]
+        if now[0] > 0.1 * total and left > 0.3 * total:
+            assert 0.5 * left <= listener.seconds_left() <= 2.0 * left
+        now[0] += costs[k]
+        listener.spent = now[0]
+        listener._done += listener._waiting.pop(k)

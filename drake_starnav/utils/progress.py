@@ -1,0 +1,149 @@
+"""How far something is and how long it will take yet: a bar on a terminal, elsewhere a line from time to time."""
+
+import multiprocessing
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any
+
+REFRESH = 0.5
+"""Period of the bar while nothing is reported, s: what is left goes down."""
+FIRST_LINE, LONGEST_SILENCE = 10.0, 600.0
+"""Without a terminal, the first line comes after so long, each next one after twice the time, at most the second, s."""
+
+
+class Progress:
+    """Shows one task on standard error until it is closed; of several that are open, the newest."""
+
+    silent = multiprocessing.parent_process() is not None
+    """Whether new ones show nothing; by default they do not in the workers of another process."""
+    _open: list["Progress"] = []
+    _lock = threading.RLock()
+
+    def __init__(self, label: str) -> None:
+        """
+        Args:
+            label: of the task.
+        """
+        self._label, self._share, self._detail, self._bound = label, 0.0, "", "about"
+        self._end: float | None = None
+        self._begun = time.monotonic()
+        self._gap, self._next = FIRST_LINE, self._begun + FIRST_LINE
+        self._bar: Any = None
+        self._closed = threading.Event()
+        if self.silent or sys.stderr is None:
+            self._closed.set()
+            return
+        with self._lock:
+            if sys.stderr.isatty():
+                from tqdm import tqdm  # late: few need it
+
+                if self._open:
+                    self._open[-1]._hide()
+                self._bar = tqdm(total=1.0, leave=False, bar_format="{desc} {bar} {postfix}", file=sys.stderr)
+            self._open.append(self)
+            self._draw()
+        threading.Thread(target=self._tick, daemon=True).start()
+
+    def show(self, share: float, detail: str = "", left: float | None = None, at_most: bool = False) -> None:
+        """Report where the task is.
+
+        Args:
+            share: that is done, 0 to 1.
+            detail: where it is, in words.
+            left: time that the rest takes, s; None if unknown.
+            at_most: whether that is a bound and not an estimate.
+        """
+        with self._lock:
+            self._share, self._detail, self._bound = share, detail, "at most" if at_most else "about"
+            self._end = None if left is None else time.monotonic() + left
+            self._draw()
+
+    def count(self, done: int, total: int) -> None:
+        """Report that so many of equal parts are done."""
+        spent = time.monotonic() - self._begun
+        self.show(done / max(total, 1), f"{done} of {total}", spent / done * (total - done) if done else None)
+
+    def say(self, text: str) -> None:
+        """Print a line, above the bar if there is one."""
+        with self._lock:
+            if self._closed.is_set():
+                return
+            if self._bar is not None:
+                self._bar.write(text, file=sys.stderr)
+            else:
+                print(text, file=sys.stderr, flush=True)
+
+    def announce(self, text: str) -> None:
+        """Print a line where no bar is drawn."""
+        if self._bar is None:
+            self.say(f"{self._label}: {text}")
+
+    def close(self) -> None:
+        """Remove the bar."""
+        with self._lock:
+            self._closed.set()
+            if self in self._open:
+                self._open.remove(self)
+            if self._bar is not None:
+                self._bar.close()
+                self._bar = None
+
+    def __enter__(self) -> "Progress":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _tick(self) -> None:
+        while not self._closed.wait(REFRESH):
+            with self._lock:
+                self._draw()
+
+    def _hide(self) -> None:
+        if self._bar is not None:
+            self._bar.clear()
+
+    def _draw(self) -> None:
+        """Draw the bar, or print a line if one is due; the lock is held."""
+        if self not in self._open[-1:]:
+            return
+        now = time.monotonic()
+        words = [f"{duration_text(now - self._begun)} so far"]
+        if self._end is not None:
+            words.append(f"{self._bound} {duration_text(max(self._end - now, 1.0))} left")
+        if self._bar is not None:
+            self._bar.n = min(self._share, 1.0)
+            self._bar.set_description_str(": ".join(filter(None, (self._label, self._detail))), refresh=False)
+            self._bar.set_postfix_str(", ".join(words), refresh=False)
+            self._bar.refresh()
+        elif now >= self._next:
+            self._gap = min(2.0 * self._gap, LONGEST_SILENCE)
+            self._next = now + self._gap
+            self.announce(
+                ", ".join(filter(None, (self._detail, *words))) or f"{duration_text(now - self._begun)} so far"
+            )
+
+
+@contextmanager
+def silence(whether: bool) -> Iterator[None]:
+    """A block in which no progress is shown, if `whether`."""
+    before = Progress.silent
+    Progress.silent = before or whether
+    try:
+        yield
+    finally:
+        Progress.silent = before
+
+
+def duration_text(seconds: float) -> str:
+    """A time in words, with two digits."""
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.1f} {unit}" if seconds < 9.95 * size else f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
