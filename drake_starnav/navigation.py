@@ -89,6 +89,18 @@ class Navigation:
     matcher: ScanMatcher | None = None
     shield: TwistShield | None = None
 
+    @property
+    def robot(self) -> RobotInterface:
+        """The robot's lidar, localization and wheels."""
+        return self.station if isinstance(self.station, RobotInterface) else self.station.equipment
+
+    @property
+    def geometry_query(self) -> OutputPort:
+        """The port of the scene, in the builder that holds the station."""
+        if isinstance(self.station, RobotInterface):
+            return self.station.scene_graph.get_query_output_port()
+        return self.station.GetOutputPort("cheat.geometry_query")
+
     def localization(self, name: str) -> OutputPort:
         """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
         if self.matcher is not None:

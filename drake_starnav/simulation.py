@@ -376,21 +376,21 @@ def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, pe
         navigation: in it.
         period: of the checks, s; where obstacles move, every step of the plant is checked.
     """
-    station = navigation.station
-    if station.moving_obstacle_geometries:
-        period = station.equipment.time_step
+    robot, moving = navigation.robot, getattr(navigation.station, "moving_obstacle_geometries", ())
+    if moving:
+        period = robot.time_step
     collision = builder.AddNamedSystem(
         "collision_monitor",
         CollisionMonitor(
-            robot=station.robot_geometries,
-            ground=station.floor,
-            moving_obstacles=station.moving_obstacle_geometries,
-            hull=station.hull,
+            robot=robot.robot_geometries,
+            ground=robot.floor,
+            moving_obstacles=moving,
+            hull=getattr(navigation.station, "hull", None),
             period=period,
         ),
     )
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
-    builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
+    builder.Connect(navigation.geometry_query, collision.GetInputPort("geometry_query"))
+    builder.Connect(navigation.station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
 
 
 def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:

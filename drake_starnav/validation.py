@@ -36,8 +36,8 @@ def check_interface(scenario: Scenario, station: NavigationStation | Station | R
         )
     if robot.reach > radius + TOLERANCE:
         raise StarnavError(
-            f"robot.radius is {radius:g} m, and the station's robot reaches {robot.reach:.3f} m from its axis; "
-            "allowed: a radius that holds all of the robot"
+            f"robot.radius is {radius:g} m, and link {robot.farthest} of the station's robot reaches {robot.reach:.3f} "
+            "m from its axis; allowed: a radius that holds all of it, folded as the joints' default positions say"
         )
 
 

@@ -38,8 +38,10 @@ from drake_starnav.visualization.recorder import (
     set_look,
     start_recording,
 )
+from drake_starnav.visualization.scene_timeline import SceneTimeline, Solid
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import Tee, Timeline
+from drake_starnav.visualization.timeline import Tee, Timeline, Track
+from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
 
@@ -162,19 +164,19 @@ def replay(
     frame = 1.0 / parameters.frames_per_second
     set_look(meshcat)
     frame_camera(meshcat, world.extent)
-    _publish_world(meshcat, world)
+    scene = _publish_world(meshcat, world)
     stage = MeshcatStage(Tee(meshcat, timeline), "/starnav", frame, layers)
     stage.prepare("goal", meshes.five_pointed_star(np.zeros(2), 0.9 * radius, layers["goal"].height))
     for k, entry in enumerate(entries):
         _add_robot(meshcat, paths[entry.method], radius, entry.color, STACKED * (len(entries) - k))
     start_recording(meshcat, parameters)
     stage.move("goal", np.array(world.goal), 0.0)
-    _play_moving_obstacles(meshcat, world, max(entry.motion.duration for entry in entries), parameters)
+    _play_moving_obstacles(meshcat, scene, world, max(entry.motion.duration for entry in entries), parameters)
     for entry in entries:
         _play(meshcat, stage, entry, paths[entry.method], layers[f"trail/{entry.method}"].height, parameters)
     finish_recording(meshcat, html, caption, cameras)
     actors = tuple(Actor(entry.motion, radius, entry.color, DECK) for entry in entries)
-    return Film(caption, world, timeline, actors)
+    return Film(caption, world.extent, scene, timeline, actors)
 
 
 def _play(
@@ -193,19 +195,25 @@ def _play(
             stage.add(layer, meshes.ribbon(points, LINE_WIDTH, height), time + FRAME_SLACK)
 
 
-def _play_moving_obstacles(meshcat: Meshcat, world: World, duration: float, parameters: RecordingParameters) -> None:
+def _play_moving_obstacles(
+    meshcat: Meshcat, scene: SceneTimeline, world: World, duration: float, parameters: RecordingParameters
+) -> None:
     """Keyframes of the moving obstacles."""
     times = np.arange(0.0, duration + 1e-9, 1.0 / parameters.frames_per_second)
     positions, _ = moving_obstacle_states(world.moving_obstacles, times)
     for k, radius in enumerate(world.moving_obstacles.radii):
         path = f"{WORLD_PREFIX}/moving_obstacle_{k}"
-        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*meshes.MOVING_OBSTACLES.color))
+        poses, color = Track(), meshes.MOVING_OBSTACLES.color
+        meshcat.SetObject(path, Cylinder(radius, OBSTACLE_HEIGHT), Rgba(*color))
+        scene.solids.append(Solid(cylinder_vertices(radius, OBSTACLE_HEIGHT), None, color, poses))
         for time, (x, y) in zip(times, positions[:, k], strict=True):
-            meshcat.SetTransform(path, RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT]), time + FRAME_SLACK)
+            X_WM = RigidTransform([x, y, 0.5 * OBSTACLE_HEIGHT])
+            meshcat.SetTransform(path, X_WM, time + FRAME_SLACK)
+            poses.set(X_WM.GetAsMatrix34(), time)
 
 
-def _publish_world(meshcat: Meshcat, world: World) -> None:
-    """Show the obstacles."""
+def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
+    """Show the obstacles that stand."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     add_still_obstacles(plant, world)
@@ -213,8 +221,12 @@ def _publish_world(meshcat: Meshcat, world: World) -> None:
     show_collision_shapes(plant, scene_graph, floor_geometries(plant, scene_graph))
     looks = MeshcatVisualizerParams(role=Role.kIllustration, prefix=WORLD_PREFIX)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, looks)
+    scene = SceneTimeline(scene_graph)
     diagram = builder.Build()
-    diagram.ForcedPublish(diagram.CreateDefaultContext())
+    context = diagram.CreateDefaultContext()
+    diagram.ForcedPublish(context)
+    scene.note(scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context)), 0.0)
+    return scene
 
 
 def _add_robot(meshcat: Meshcat, path: str, radius: float, color: Color, above: float) -> None:

@@ -81,7 +81,7 @@ def with_footprints(world: World) -> World:
         if isinstance(shape, Sphere):
             discs.append(sphere_footprint(X_WG.translation(), shape.radius(), FLOOR_TOLERANCE, ROBOT_HEIGHT))
             continue
-        vertices = _vertices(inspector, geometry, X_WG)
+        vertices = shape_vertices(inspector, geometry, X_WG)
         polygon = convex_footprint(vertices, FLOOR_TOLERANCE, ROBOT_HEIGHT)
         if isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > _UPRIGHT and polygon is not None:
             discs.append((*X_WG.translation()[:2], shape.radius()))
@@ -158,12 +158,14 @@ def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
 def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:
     """Fixed collision geometries of a finalized plant that rise no higher above z = 0 than `FLOOR_TOLERANCE`."""
     inspector = scene_graph.model_inspector()
-    return [
-        geometry
-        for geometry, X_WG in _fixed_geometries(plant, inspector)
-        if not isinstance(inspector.GetShape(geometry), Sphere)
-        and _vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
-    ]
+    return [geometry for geometry, X_WG in _fixed_geometries(plant, inspector) if _is_floor(inspector, geometry, X_WG)]
+
+
+def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> bool:
+    shape = inspector.GetShape(geometry)
+    if isinstance(shape, HalfSpace):
+        return X_WG.translation()[2] <= FLOOR_TOLERANCE and X_WG.rotation().matrix()[2, 2] >= _LEVEL
+    return shape_vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
 
 
 def _fixed_geometries(plant: MultibodyPlant, inspector: SceneGraphInspector) -> list[tuple[GeometryId, RigidTransform]]:
@@ -183,7 +185,7 @@ def _geometries(inspector: SceneGraphInspector, role: Role | None) -> list[Geome
     return sorted(ids, key=GeometryId.get_value)
 
 
-def _vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
+def shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
     """Corners of a convex polyhedron that contains a shape as Drake collides with it, shape (n, 3), W, m."""
     shape = inspector.GetShape(geometry)
     if isinstance(shape, Box):
@@ -193,6 +195,8 @@ def _vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidT
     elif isinstance(shape, Capsule):
         ball = ball_vertices(np.full(3, shape.radius()))
         corners = np.vstack([ball + (0.0, 0.0, side * shape.length()) for side in (-0.5, 0.5)])
+    elif isinstance(shape, Sphere):
+        corners = ball_vertices(np.full(3, shape.radius()))
     elif isinstance(shape, Ellipsoid):
         corners = ball_vertices(np.array((shape.a(), shape.b(), shape.c())))
     elif isinstance(shape, (Mesh, Convex)):

@@ -16,7 +16,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.collision_monitor import Hull
-from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
 from drake_starnav.station.robot_interface import LIDAR_PORTS, POSE_PORTS, RobotInterface, connect_robot
@@ -41,7 +40,6 @@ class Station:
         plant, scene_graph: of the world.
         equipment: the robot's lidar, localization and wheels.
         ground: geometry of the floor that is always there.
-        floor: geometries that the robot may touch.
         moving_obstacle_geometries: what may run into the robot.
         hull: of the robot among obstacles with which the plant has no contact, see `surface_world`; None without any.
     """
@@ -50,7 +48,6 @@ class Station:
     scene_graph: SceneGraph
     equipment: RobotInterface
     ground: GeometryId
-    floor: list[GeometryId]
     moving_obstacle_geometries: list[GeometryId]
     hull: Hull | None
 
@@ -63,6 +60,11 @@ class Station:
     def robot_geometries(self) -> list[GeometryId]:
         """Proximity geometries of the robot."""
         return self.equipment.robot_geometries
+
+    @property
+    def floor(self) -> list[GeometryId]:
+        """Geometries that the robot may touch."""
+        return self.equipment.floor
 
     def GetOutputPort(self, name: str) -> OutputPort:
         """The port of a name in `STATION_OUTPUTS`."""
@@ -110,7 +112,6 @@ def add_station(
     moving = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
     step = 0.0 if continuous and not moving and not DISCRETE_ONLY & set(settings) else time_step
     plant, scene_graph, model, ground = add_plant(builder, world, robot, step, settings)
-    floor = [ground] if world.model is None else floor_geometries(plant, scene_graph)
     equipment = RobotInterface(
         plant, scene_graph, model, lidar, localization=localization, drive=drive, time_step=time_step, seed=seed
     )
@@ -119,7 +120,7 @@ def add_station(
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
     surfaces = surface_world(world)
     hull = None if surfaces is None else Hull(equipment.base_frame, equipment.reach, surfaces)
-    return Station(plant, scene_graph, equipment, ground, floor, moving_geometries, hull)
+    return Station(plant, scene_graph, equipment, ground, moving_geometries, hull)
 
 
 class NavigationStation(Diagram):
@@ -187,10 +188,15 @@ class NavigationStation(Diagram):
         )
         self.plant, self.scene_graph, self.equipment = parts.plant, parts.scene_graph, parts.equipment
         self.robot_model, self.robot_geometries = parts.robot_model, parts.robot_geometries
-        self.ground, self.floor = parts.ground, parts.floor
+        self.ground = parts.ground
         self.moving_obstacle_geometries, self.hull = parts.moving_obstacle_geometries, parts.hull
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
         for name in STATION_OUTPUTS:
             builder.ExportOutput(parts.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name("station")
+
+    @property
+    def floor(self) -> list[GeometryId]:
+        """Geometries that the robot may touch."""
+        return self.equipment.floor

@@ -1,10 +1,12 @@
 """What makes a model of a plant a robot, as one diagram."""
 
 import math
+from collections.abc import Sequence
+from functools import cached_property
 
-from pydrake.geometry import Role, SceneGraph
+from pydrake.geometry import GeometryId, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 from pydrake.systems.primitives import DiscreteTimeDelay
 
@@ -12,6 +14,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
+from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_model import drive_geometry, lidar_pose, robot_reach
 from drake_starnav.station.wheel_servo import WheelServo
@@ -40,7 +43,13 @@ class RobotInterface(Diagram):
         desired_state: vector of the robot's model, to the plant.
 
     With a continuous plant the last port is `actuation`, torques of its `WheelServo`, N m.
-    The lidar sees other robots in the plant where they reach into its plane, but not its own robot.
+    The lidar sees other robots in the plant where they reach into its plane, but not its own robot. To the robot
+    belongs whatever joints hold to it, such as an arm, and what it carries.
+
+    Attributes:
+        robot_geometries: collision shapes of all that.
+        reach: how far from the robot's axis it collides, with all joints at their defaults, m, but for what it carries.
+        farthest: the link that reaches so far.
     """
 
     def __init__(
@@ -54,6 +63,7 @@ class RobotInterface(Diagram):
         drive: DriveParameters | None = None,
         time_step: float = SimulationParameters.time_step,
         seed: int = 0,
+        carried: Sequence[BodyIndex] = (),
     ) -> None:
         """
         Args:
@@ -65,16 +75,20 @@ class RobotInterface(Diagram):
             drive: faults of the drive; none by default.
             time_step: to a multiple of which the delay of the drive is rounded up, s; a discrete plant has its own.
             seed: of the sensor's noise and of the faults.
+            carried: bodies that lie on the robot without a joint: neither seen, nor struck by it.
         """
         super().__init__()
         self.plant, self.scene_graph, self.lidar = plant, scene_graph, lidar
         self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
         self.model = self.robot_model = model
         self.time_step, self.continuous = plant.time_step() or time_step, plant.time_step() == 0.0
-        self.reach = robot_reach(plant, scene_graph, model)[0]
+        base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
+        bodies = joined_bodies(plant, model)
+        poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
+        self.reach, self.farthest = robot_reach(plant, scene_graph, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
-        frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model)]
+        frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
         mount = LidarMount(
@@ -114,6 +128,11 @@ class RobotInterface(Diagram):
             builder.ExportOutput(servo.GetOutputPort("actuation"), "actuation")
         builder.BuildInto(self)
 
+    @cached_property
+    def floor(self) -> list[GeometryId]:
+        """Collision shapes that the robot may touch."""
+        return floor_geometries(self.plant, self.scene_graph)
+
     def _add_drive_faults(
         self, builder: DiagramBuilder, wheels: WheelSpeedCommand, seed: int
     ) -> tuple[InputPort, OutputPort]:
@@ -129,6 +148,17 @@ class RobotInterface(Diagram):
             builder.Connect(late.get_output_port(), command)
             command = late.get_input_port()
         return command, turning
+
+
+def joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[BodyIndex]:
+    """A robot's links, and all bodies that joints hold to them, such as those of an arm on it; not the world body."""
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    pairs = [{joint.parent_body().index(), joint.child_body().index()} for joint in joints]
+    pairs = [pair for pair in pairs if plant.world_body().index() not in pair]
+    found = set(plant.GetBodyIndices(model))
+    while grown := {index for pair in pairs if pair & found for index in pair} - found:
+        found |= grown
+    return sorted(found)
 
 
 def delay_steps(drive: DriveParameters, time_step: float) -> int:

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -200,7 +200,7 @@ def _wheel_joint_faults(
 def _reach_faults(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex, radius: float
 ) -> Iterator[str]:
-    reach, link = robot_reach(plant, scene_graph, model)
+    reach, link = robot_reach(plant, scene_graph, _link_poses(plant, model))
     if reach > radius + TOLERANCE:
         yield f"link {link} reaches {reach:.3f} m from the robot's axis; allowed: up to robot.radius, {radius:g} m"
 
@@ -260,9 +260,10 @@ def lidar_pose(plant: MultibodyPlant, model: ModelInstanceIndex) -> RigidTransfo
     return None if X_BL is None else X_BL @ frame.GetFixedPoseInBodyFrame()
 
 
-def robot_reach(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelInstanceIndex) -> tuple[float, str]:
-    """How far from base_link's z axis a robot collides, m, and its link that reaches there."""
-    poses = _link_poses(plant, model)
+def robot_reach(
+    plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[BodyIndex, RigidTransform]
+) -> tuple[float, str]:
+    """How far from base_link's z axis a robot's links at their poses in base_link collide, m, and which of them."""
     inspector, reaches = scene_graph.model_inspector(), [(0.0, "base_link")]
     for index, X_BL in poses.items():
         body = plant.get_body(index)

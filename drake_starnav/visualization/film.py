@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.visualization.camera import Extent
 from drake_starnav.visualization.meshes import SHELL_COLOR, Color
 from drake_starnav.visualization.page import Caption
+from drake_starnav.visualization.scene_timeline import SceneTimeline
 from drake_starnav.visualization.timeline import Timeline
-from drake_starnav.worlds.world import World
 
 
 @dataclass(frozen=True)
@@ -32,13 +33,15 @@ class Film:
 
     Attributes:
         caption: text beside the scene.
-        world: that the robots drive through.
+        extent: the box of the floor that is shown, W, m.
+        scene: obstacles and all else that is solid, but the robots.
         timeline: drawings on the floor.
         actors: the robots; the camera follows the first.
     """
 
     caption: Caption
-    world: World
+    extent: Extent
+    scene: SceneTimeline
     timeline: Timeline
     actors: tuple[Actor, ...]
 

@@ -58,7 +58,7 @@ class PlotCamera:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, PAGE[0]), ylim=(PAGE[1], 0.0), frame_on=False)
         axes.set_axis_off()
         followed = self._film.actors[0].motion.at(time)
-        extent = around_robot(followed) if self._view == "follow" else self._film.world.extent
+        extent = around_robot(followed) if self._view == "follow" else self._film.extent
         matrix, offset = floor_to_page(extent)
 
         def to_page(points: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
+from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
 
@@ -70,6 +71,12 @@ class Recorder:
         self._timeline = Timeline()
         self._navigation, self._scenario = navigation, scenario
         add_visualizers(builder, navigation, scenario, self._meshcat, self._timeline)
+        station = navigation.station
+        own = [station.plant.GetBodyFrameIdOrThrow(i) for i in station.plant.GetBodyIndices(station.robot_model)]
+        self._scene = SceneTimeline(station.scene_graph, own)
+        notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
+        notes = builder.AddNamedSystem("scene_recorder", notes)
+        builder.Connect(navigation.geometry_query, notes.get_input_port())
 
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
@@ -82,7 +89,7 @@ class Recorder:
 
         Args:
             lines: of the caption, below the scenario's name.
-            motion: of the robot; without it there is no `film`.
+            motion: of the robot; None for the one that was recorded.
 
         Raises:
             StarnavError: the file cannot be written.
@@ -92,9 +99,15 @@ class Recorder:
         caption = Caption(self._scenario.name, lines, layers, self._shown)
         cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
-        if motion is not None:
-            robot = Actor(motion, self._scenario.robot.radius)
-            self.film = Film(caption, world, self._timeline, (robot,))
+        if motion is None:
+            base = station.plant.GetBodyByName("base_link", station.robot_model).index()
+            track = self._scene.frames[station.plant.GetBodyFrameIdOrThrow(base)]
+            X_WB = np.array(track.values)
+            yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
+            motion = Motion(np.array(track.times), np.column_stack((X_WB[:, :2, 3], yaw)))
+        self.film = Film(
+            caption, world.extent, self._scene, self._timeline, (Actor(motion, self._scenario.robot.radius),)
+        )
 
     def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
         """Write a still of the finished run, seen from above; it needs no browser.
@@ -105,13 +118,13 @@ class Recorder:
             width: of the picture, pixels.
 
         Raises:
-            StarnavError: the run has not been finished with the robot's motion, or the file cannot be written.
+            StarnavError: the run has not been finished, or the file cannot be written.
         """
         from drake_starnav.visualization.clips import write_png
         from drake_starnav.visualization.plot import PlotCamera  # Matplotlib is an extra
 
         if self.film is None:
-            raise StarnavError("the recorder has no film; allowed: after finish(lines, motion)")
+            raise StarnavError("the recorder has no film; allowed: after finish")
         write_png(Path(path), PlotCamera(self.film, width=width).picture(time))
 
 
@@ -132,13 +145,11 @@ def add_visualizers(
         keep: whether what is no longer shown stays in Meshcat, as a recording needs it.
     """
     station = navigation.station
-    own_plant = isinstance(station, RobotInterface)
-    query = station.scene_graph.get_query_output_port() if own_plant else station.GetOutputPort("cheat.geometry_query")
     period = 1.0 / scenario.recording.frames_per_second
-    show_collision_shapes(station.plant, station.scene_graph, [] if own_plant else station.floor)
+    show_collision_shapes(station.plant, station.scene_graph, station.floor)
     MeshcatVisualizer.AddToBuilder(
         builder,
-        query,
+        navigation.geometry_query,
         meshcat,
         MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
     )

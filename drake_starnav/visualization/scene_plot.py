@@ -5,29 +5,29 @@ from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
-from drake_starnav.station.world_geometry import OBSTACLE_COLOR, WALL_COLOR, WALL_THICKNESS
+from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
     HEADING_COLOR,
     LIDAR_COLOR,
-    MOVING_OBSTACLES,
     SPEED_COLORS,
     Layer,
 )
 from drake_starnav.visualization.page import ROOT, Caption
+from drake_starnav.visualization.scene_timeline import SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Shape
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 TEXT_COLOR = "#222222"
-OBSTACLE_ORDER, ROBOT_ORDER, ON_TOP, PANEL_ORDER = 100.0, 200.0, 300.0, 1000.0
-"""Drawing order; flat layers have the order of their height in cm."""
+SOLID_ORDER, ON_TOP, PANEL_ORDER = 100.0, 300.0, 1000.0
+"""Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
+ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
 SHADES = 16
 """A layer whose vertices have colours is drawn in so many shades of each channel."""
 MOST_OUTLINES = 300
@@ -42,7 +42,7 @@ ToAxes = Callable[[np.ndarray], np.ndarray]
 
 
 def draw_scene(axes: Axes, film: Film, time: float, to_axes: ToAxes, scale: float, dots: float = 1.0) -> None:
-    """Draw a moment of a run: obstacles, layers, robots.
+    """Draw a moment of a run: solid shapes, layers, robots.
 
     Args:
         axes: to draw into.
@@ -52,8 +52,7 @@ def draw_scene(axes: Axes, film: Film, time: float, to_axes: ToAxes, scale: floa
         scale: of that map, units of the axes per m.
         dots: factor on the size of lone points.
     """
-    _draw_world(axes, film.world, to_axes, scale)
-    _draw_moving_obstacles(axes, film.world.moving_obstacles, time, to_axes, scale)
+    _draw_solids(axes, film.scene, time, to_axes)
     for name, shape in film.timeline.visible(time + FRAME_SLACK).items():
         if film.caption.shows(name.removeprefix(f"/{ROOT}/")):
             _draw_shape(axes, shape, time, to_axes, dots)
@@ -79,29 +78,18 @@ def draw_legend(axes: Axes, caption: Caption, x: float, top: float, size: float 
         )  # fmt: skip
 
 
-def _draw_world(axes: Axes, world: World, to_axes: ToAxes, scale: float) -> None:
-    round_ones = np.vstack((world.cylinders, world.spheres))
-    outlines = [Circle(to_axes(np.array([x, y])), scale * radius) for x, y, radius in round_ones]
-    outlines += [Polygon(to_axes(polygon)) for polygon in world.polygons]
-    obstacles = PatchCollection(outlines, facecolor=OBSTACLE_COLOR[:3], linewidth=0.0, zorder=OBSTACLE_ORDER)
-    obstacles.set_rasterized(len(outlines) > MOST_OUTLINES)
-    axes.add_collection(obstacles, autolim=False)
-    if world.bounds is not None:
-        rims = []
-        for border in (0.0, WALL_THICKNESS):
-            x0, y0, x1, y1 = np.add(world.bounds, border * np.array([-1.0, -1.0, 1.0, 1.0]))
-            corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
-            rims.append(Path(to_axes(corners if border else corners[::-1]), closed=True))
-        wall = Path.make_compound_path(*rims)
-        axes.add_artist(PathPatch(wall, facecolor=WALL_COLOR[:3], linewidth=0.0, zorder=OBSTACLE_ORDER))
-
-
-def _draw_moving_obstacles(
-    axes: Axes, moving_obstacles: MovingObstacles, time: float, to_axes: ToAxes, scale: float
-) -> None:
-    positions, _ = moving_obstacle_states(moving_obstacles, np.array([time]))
-    for place, radius in zip(to_axes(positions[0]), moving_obstacles.radii, strict=True):
-        axes.add_artist(Circle(place, scale * radius, facecolor=MOVING_OBSTACLES.color, zorder=OBSTACLE_ORDER))
+def _draw_solids(axes: Axes, scene: SceneTimeline, time: float, to_axes: ToAxes) -> None:
+    """Draw solid shapes as they hide one another from above: what has one colour and height is drawn together."""
+    kinds: dict[tuple[tuple[float, ...], float], list[np.ndarray]] = {}
+    for solid in scene.solids:
+        outlines, top = solid.seen_from_above(time)
+        order = min(SOLID_ORDER + 100.0 * top, ON_TOP - 1.0) if top > FLOOR_TOLERANCE else 0.0
+        kinds.setdefault((solid.color, round(order, 3)), []).extend(map(to_axes, outlines))
+    for (color, order), outlines in kinds.items():
+        # a hairline hides the seams between the parts of a wall
+        shapes = PolyCollection(outlines, facecolor=color, edgecolor=color, linewidth=0.2, zorder=order)
+        shapes.set_rasterized(len(outlines) > MOST_OUTLINES)
+        axes.add_collection(shapes, autolim=False)
 
 
 def _draw_shape(axes: Axes, shape: Shape, time: float, to_axes: ToAxes, dots: float) -> None:

@@ -33,7 +33,7 @@ def moment_figure(film: Film, time: float) -> Figure:
         film: the run; its caption says which layers are shown.
         time: of the run, s.
     """
-    x0, y0, x1, y1 = np.add(film.world.extent, 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0]))
+    x0, y0, x1, y1 = np.add(film.extent, 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0]))
     rows = sum(map(film.caption.shows, film.caption.legend))
     height = WIDTH * (y1 - y0) / (x1 - x0)
     size = BORDER + WIDTH + MARGIN + SYMBOLS, MARGIN + max(height + BORDER, ROW_HEIGHT * rows)

@@ -25,7 +25,7 @@ def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
     film, _ = recorded
     first, second = (actor.motion.at(TIME)[:2] for actor in film.actors)
     assert np.hypot(*(first - second)) > 0.3
-    matrix, offset = floor_to_page(film.world.extent)
+    matrix, offset = floor_to_page(film.extent)
     layers = film.timeline.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
     image = np.asarray(PlotCamera(film).picture(TIME), dtype=float) / 255.0
@@ -43,7 +43,7 @@ def test_a_browser_shows_them_there_too(recorded) -> None:
     with BrowserCamera(html) as camera:
         image = np.asarray(camera.picture(TIME), dtype=float) / 255.0
         text = camera.page.inner_text("#starnav-panel")
-    matrix, offset = floor_to_page(film.world.extent)
+    matrix, offset = floor_to_page(film.extent)
     for actor in film.actors:
         column, row = np.round(matrix @ actor.motion.at(TIME)[:2] + offset).astype(int)
         ring = round(0.8 * actor.radius * np.sqrt(abs(np.linalg.det(matrix))))

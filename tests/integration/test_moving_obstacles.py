@@ -20,13 +20,14 @@ TIMES = (0.0, 2.0)
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """A trial and a comparison: the film and the page of each."""
+    """The world of a trial and a comparison, and the film and the page of each."""
     folder = tmp_path_factory.mktemp("moving")
     scenario = parse_scenario(TEXT, name="moving")
     recorder = Recorder(folder / "one.html")
     run_trial(scenario, seed=SEED, observer=recorder)
     film = record_comparison({"star": scenario}, SEED, folder / "two.html")
-    return (recorder.film, folder / "one.html"), (film, folder / "two.html")
+    world = make_world(scenario.world, SEED, scenario.robot.radius)
+    return world, (recorder.film, folder / "one.html"), (film, folder / "two.html")
 
 
 def shades(picture, world: World, time: float) -> list[np.ndarray]:
@@ -40,8 +41,8 @@ def shades(picture, world: World, time: float) -> list[np.ndarray]:
 @pytest.mark.parametrize("k", [0, 1])
 @pytest.mark.parametrize("time", TIMES)
 def test_without_a_browser(recorded, k: int, time: float) -> None:
-    film, _ = recorded[k]
-    for shade in shades(PlotCamera(film).picture(time), film.world, time):
+    world, (film, _) = recorded[0], recorded[1 + k]
+    for shade in shades(PlotCamera(film).picture(time), world, time):
         assert shade == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
 
 
@@ -49,10 +50,10 @@ def test_without_a_browser(recorded, k: int, time: float) -> None:
 def test_in_a_browser(recorded, k: int) -> None:
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")
-    film, html = recorded[k]
+    world, (_, html) = recorded[0], recorded[1 + k]
     with BrowserCamera(html) as camera:
         for time in TIMES:
-            for shade in shades(camera.picture(time), film.world, time):
+            for shade in shades(camera.picture(time), world, time):
                 assert shade == pytest.approx(MOVING_OBSTACLES.color, abs=0.13)
         assert MOVING_OBSTACLES.label in camera.page.inner_text("#starnav-panel")
 

@@ -1,0 +1,123 @@
+"""The solid shapes of a scene over time, kept in memory to draw pictures from above without a browser."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Role, SceneGraph, SceneGraphInspector
+from pydrake.systems.framework import Context, EventStatus, LeafSystem
+from scipy.spatial import ConvexHull, QhullError
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.station.mesh_files import mesh_triangles
+from drake_starnav.station.model_world import shape_vertices
+from drake_starnav.visualization.timeline import Track
+
+UNPAINTED = (0.9, 0.9, 0.9)
+"""Drake's colour of a shape that has none."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """One shape of a scene.
+
+    Attributes:
+        vertices: shape (n, 3), in its frame, m.
+        faces: triangles, shape (k, 3), of vertices; None for their convex hull.
+        color: red, green, blue, 0 to 1.
+        poses: of its frame in W, the upper rows of a transform, shape (3, 4).
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray | None
+    color: tuple[float, ...]
+    poses: Track
+
+    def seen_from_above(self, time: float) -> tuple[list[np.ndarray], float]:
+        """Polygons that cover it, each of shape (k, 2), W, m, and the height of its top, m, at a time, s."""
+        X_WF = self.poses.at(time)
+        points = self.vertices @ X_WF[:, :3].T + X_WF[:, 3]
+        if self.faces is not None:
+            return list(points[self.faces, :2]), points[:, 2].max()
+        try:
+            return [points[ConvexHull(points[:, :2]).vertices, :2]], points[:, 2].max()
+        except QhullError:  # seen edge on
+            return [], 0.0
+
+
+class SceneTimeline:
+    """The painted shapes of a scene, and where their frames were.
+
+    Attributes:
+        solids: the shapes; more may be appended.
+        frames: where each frame was, the upper rows of its transform, shape (3, 4).
+    """
+
+    def __init__(self, scene_graph: SceneGraph, hidden: Iterable[FrameId] = ()) -> None:
+        """
+        Args:
+            scene_graph: whose shapes with a look are taken.
+            hidden: frames whose shapes are not.
+        """
+        inspector, away = scene_graph.model_inspector(), set(hidden)
+        self.solids: list[Solid] = []
+        self.frames = {frame: Track() for frame in away}
+        for geometry in sorted(inspector.GetAllGeometryIds(Role.kIllustration), key=GeometryId.get_value):
+            frame = inspector.GetFrameId(geometry)
+            if frame not in away and (corners := _corners(inspector, geometry)) is not None:
+                color = inspector.GetIllustrationProperties(geometry).GetPropertyOrDefault("phong", "diffuse", None)
+                rgb = UNPAINTED if color is None else (color.r(), color.g(), color.b())
+                self.solids.append(Solid(*corners, rgb, self.frames.setdefault(frame, Track())))
+
+    def note(self, query: QueryObject, time: float) -> None:
+        """Remember where the frames are at a time, s."""
+        for frame, poses in self.frames.items():
+            if frame != SceneGraph.world_frame_id() or not poses.times:
+                poses.set(query.GetPoseInWorld(frame).GetAsMatrix34(), time)
+
+
+def _corners(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """Vertices in the frame and faces of a geometry; of what cannot be read its box, of what has no bounds None."""
+    shape, X_FG, faces = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry), None
+    try:
+        if isinstance(shape, Mesh):
+            vertices, faces = mesh_triangles(shape, inspector.GetName(geometry))
+            return vertices @ X_FG.rotation().matrix().T + X_FG.translation(), faces
+        return shape_vertices(inspector, geometry, X_FG), None
+    except (StarnavError, RuntimeError):
+        box = inspector.GetObbInGeometryFrame(geometry)
+        if box is None:
+            return None
+        corners = box.half_width() * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        X_FB = X_FG @ box.pose()
+        return corners @ X_FB.rotation().matrix().T + X_FB.translation(), None
+
+
+class SceneRecorder(LeafSystem):
+    """Notes where the shapes of a scene are.
+
+    ```
+                      ┌───────────────┐
+    geometry_query ──>│ SceneRecorder │
+                      └───────────────┘
+    ```
+
+    Ports:
+        geometry_query: abstract, `QueryObject` of the scene.
+    """
+
+    def __init__(self, timeline: SceneTimeline, *, period: float) -> None:
+        """
+        Args:
+            timeline: that remembers.
+            period: of the notes, s.
+        """
+        super().__init__()
+        self._timeline = timeline
+        self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
+
+    def _publish(self, context: Context) -> EventStatus:
+        self._timeline.note(self._query.Eval(context), context.get_time())
+        return EventStatus.Succeeded()
