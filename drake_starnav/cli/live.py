@@ -1,4 +1,4 @@
-"""A run that is watched while it happens: buttons start, pause and stop it, sliders move the goal."""
+"""A run that is watched while it happens: buttons start, pause and stop it, clicks, keys and sliders move the goal."""
 
 import dataclasses
 import time
@@ -122,7 +122,8 @@ class LiveRun:
         self._said = ""
         self._cameras = Cameras(world.extent, "top", robot_path(self._navigation.station), world.start[:2])
         layers = layers_of_run(scenario.robot.max_speed, world)
-        self._caption = Caption(scenario.name, (f"method {method}, seed {seed}, live",), layers)
+        lines = f"method {method}, seed {seed}, live", "a click sets the goal, arrow keys move it"
+        self._caption = Caption(scenario.name, lines, layers)
         self._state = LiveState(0.0, said="press start")
         self.page = LivePage(self.meshcat, self._caption, self._cameras, lambda: self._state)
 
@@ -184,7 +185,7 @@ class LiveRun:
         """
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
-            caption = dataclasses.replace(self._caption, lines=(*self._caption.lines, self.outcome))
+            caption = dataclasses.replace(self._caption, lines=(self._caption.lines[0], self.outcome))
             finish_recording(self.meshcat, self._html, caption, self._cameras)
 
     def _end(self, outcome: str) -> None:

@@ -84,6 +84,36 @@ const starnav = (function () {
     held = '';
   }
 
+  // Where the pane shows a point of W, and the point of the floor that it shows somewhere, or null above the horizon.
+  function shown(p) {
+    const {x, y} = viewer.camera.position.clone().set(...drawn(p)).project(viewer.camera);
+    return [0.5 * (1 + x) * pane.offsetWidth, 0.5 * (1 - y) * pane.offsetHeight];
+  }
+  function floorAt(x, y) {
+    const eye = viewer.camera.position;
+    const ray = eye.clone().set(2 * x / pane.offsetWidth - 1, 1 - 2 * y / pane.offsetHeight, 0.5);
+    ray.unproject(viewer.camera).sub(eye);
+    return ray.y < 0 ? [eye.x - eye.y / ray.y * ray.x, -(eye.z - eye.y / ray.y * ray.z)] : null;
+  }
+  // How the pane shows the axes of W, pixels per metre, at the camera's target.
+  function axes() {
+    const {x, z} = viewer.controls.target;
+    const from = shown([x, -z, 0]);
+    return [[x + 1, -z, 0], [x, -z + 1, 0]].map(p => shown(p).map((a, i) => a - from[i]));
+  }
+  function drawAxes() {
+    const both = axes();
+    const length = 30 / Math.max(...both.map(d => Math.hypot(...d)));
+    ['x', 'y'].forEach((name, k) => {
+      const [dx, dy] = both[k].map(a => a * length);
+      const [ex, ey] = [42 + dx, 42 + dy];
+      const barb = (side) => `M${ex} ${ey}L${ex - 0.25 * dx + side * 0.12 * dy} ${ey - 0.25 * dy - side * 0.12 * dx}`;
+      element(name).setAttribute('d', `M42 42L${ex} ${ey}${barb(1)}${barb(-1)}`);
+      element(name + '-name').setAttribute('x', 42 + 1.25 * dx);
+      element(name + '-name').setAttribute('y', 42 + 1.25 * dy);
+    });
+  }
+
   function drawScale() {
     const distance = viewer.camera.position.distanceTo(viewer.controls.target);
     const pixels = pane.offsetHeight / (2 * Math.tan(Math.PI / 360 * viewer.camera.fov) * distance);
@@ -103,6 +133,7 @@ const starnav = (function () {
       playing(animator.playing);
     }
     drawScale();
+    drawAxes();
     if (at !== null) {
       const now = followed();
       if (now.some((x, i) => x !== at[i])) move(now.map((x, i) => x - at[i]));
@@ -122,6 +153,28 @@ const starnav = (function () {
 
   function press(name) {
     viewer.connection.send(MeshCat.msgpack.encode({type: 'button', name: name}));
+  }
+  const goal = () => settings.goal.map(name => viewer.gui_controllers[name].getValue());
+  function moveGoal(place) {
+    settings.goal.forEach((name, k) => viewer.set_control_value(name, place[k], true));
+  }
+  function clickGoal(event) {
+    const box = pane.getBoundingClientRect();
+    const place = floorAt(event.clientX - box.x, event.clientY - box.y);
+    const [x0, y0, x1, y1] = settings.extents.top;
+    if (place && place[0] >= x0 && place[0] <= x1 && place[1] >= y0 && place[1] <= y1) moveGoal(place);
+  }
+  // The goal follows the arrow keys as the pane shows the floor, along an axis where that is nearly so.
+  const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+  const [KEY_STEP, NEARLY] = [0.05, 0.1];
+  function keyGoal(event) {
+    const arrow = ARROWS[event.code];
+    if (!arrow || event.target.tagName === 'INPUT') return;
+    event.preventDefault();
+    const [[a, b], [c, d]] = axes();
+    const way = [(d * arrow[0] - c * arrow[1]), (a * arrow[1] - b * arrow[0])].map(x => x / (a * d - b * c));
+    const length = Math.hypot(...way);
+    moveGoal(goal().map((x, k) => x + KEY_STEP * (Math.abs(way[k]) < NEARLY * length ? 0 : way[k] / length)));
   }
   async function follow_run() {
     try {
@@ -162,7 +215,19 @@ const starnav = (function () {
     else if (animator.playing) animator.pause();
     else animator.play();
   };
-  for (const event of ['pointerdown', 'wheel']) pane.addEventListener(event, () => { turned = true; });
+  let pressed = null;  // where, while it may be a click
+  pane.addEventListener('wheel', () => { turned = true; });
+  pane.addEventListener('pointerdown', event => { pressed = event.button === 0 ? [event.clientX, event.clientY] : null; });
+  document.addEventListener('pointermove', event => {
+    if (!event.buttons || !pane.contains(event.target)) return;
+    if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) return;
+    [pressed, turned] = [null, true];
+  });
+  pane.addEventListener('pointerup', event => {
+    if (pressed && settings.live) clickGoal(event);
+    pressed = null;
+  });
+  if (settings.live) document.addEventListener('keydown', keyGoal);
   new ResizeObserver(resize).observe(pane);
   resize();
   look(view);

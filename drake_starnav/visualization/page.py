@@ -23,6 +23,7 @@ from drake_starnav.visualization.camera import (
     check_view,
 )
 from drake_starnav.visualization.meshes import DECK_COLOR, HEADING_COLOR, LAYERS, SPEED_COLORS, Layer
+from drake_starnav.visualization.slider_goal import SLIDERS
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
@@ -99,6 +100,8 @@ def with_panel(page: str, caption: Caption, cameras: Cameras, *, live: bool = Fa
         f'<div id="starnav-views">{buttons}</div>'
         f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
         f'<details id="starnav-controls"><summary>Meshcat</summary></details></div>'
+        '<svg id="starnav-axes" width="84" height="84"><path id="starnav-x"/><path id="starnav-y"/>'
+        '<text id="starnav-x-name">x</text><text id="starnav-y-name">y</text></svg>'
         '<div id="starnav-bar"><button id="starnav-play" title="play or pause" aria-label="play or pause"></button>'
         '<input id="starnav-time" type="range" min="0" step="any" value="0" aria-label="time">'
         '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
@@ -137,6 +140,7 @@ def _script(cameras: Cameras, followed: list[str], live: bool) -> str:
         "followed": followed,
         "start": [*map(float, cameras.start), 0.0],
         "live": live,
+        "goal": SLIDERS,
     }
     text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
     return Path(__file__).with_name("page.js").read_text(encoding="utf-8").replace("SETTINGS", text, 1)

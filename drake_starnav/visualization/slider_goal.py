@@ -8,9 +8,9 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.worlds.world import World
 
-SLIDERS = {"goal x": ("ArrowLeft", "ArrowRight"), "goal y": ("ArrowDown", "ArrowUp")}
-"""By label in Meshcat's panel, the keys that decrease and increase the value."""
-STEP = 0.05
+SLIDERS = ("goal x", "goal y")
+"""Labels in Meshcat's panel; the page of a live run also moves them by clicks and arrow keys."""
+STEP = 0.01
 """Step of the sliders, m."""
 
 
@@ -26,7 +26,7 @@ def add_goal_sliders(meshcat: Meshcat, world: World) -> Callable[[], np.ndarray 
     """
     x0, y0, x1, y1 = world.extent
     for label, low, high, value in zip(SLIDERS, (x0, y0), (x1, y1), world.goal, strict=True):
-        meshcat.AddSlider(label, low, high, STEP, value, *SLIDERS[label])
+        meshcat.AddSlider(label, low, high, STEP, value)
 
     def values() -> np.ndarray:
         return np.array([meshcat.GetSliderValue(label) for label in SLIDERS])
