@@ -57,7 +57,7 @@ def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> Non
     if fits:
         check_interface(ROOM, station)
     else:
-        with pytest.raises(StarnavError, match="allowed: a radius that holds all of the robot"):
+        with pytest.raises(StarnavError, match="allowed: a radius that holds all of it, folded as"):
             check_interface(ROOM, station)
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import FrameId, GeometryId, Mesh, QueryObject, Role, SceneGraph, SceneGraphInspector
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
-from scipy.spatial import ConvexHull, QhullError
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.mesh_files import mesh_triangles
 from drake_starnav.station.model_world import shape_vertices
 from drake_starnav.visualization.timeline import Track
+from drake_starnav.worlds.footprints import convex_footprint
 
 UNPAINTED = (0.9, 0.9, 0.9)
 """Drake's colour of a shape that has none."""
@@ -40,10 +40,8 @@ class Solid:
         points = self.vertices @ X_WF[:, :3].T + X_WF[:, 3]
         if self.faces is not None:
             return list(points[self.faces, :2]), points[:, 2].max()
-        try:
-            return [points[ConvexHull(points[:, :2]).vertices, :2]], points[:, 2].max()
-        except QhullError:  # seen edge on
-            return [], 0.0
+        shadow = convex_footprint(points, -np.inf, np.inf)
+        return ([] if shadow is None else [shadow]), points[:, 2].max()
 
 
 class SceneTimeline:

@@ -97,7 +97,7 @@ def test_in_a_browser_the_floor_is_white_and_the_bodies_have_their_colours(recor
 def test_what_is_seen_edge_on_covers_nothing() -> None:
     track = Track([0.0], [np.eye(3, 4)])
     wall = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
-    assert Solid(wall, None, BLUE, track).seen_from_above(0.0) == ([], 0.0)
+    assert Solid(wall, None, BLUE, track).seen_from_above(0.0) == ([], 1.0)
 
 
 def test_a_turned_shape_is_turned_and_a_hollow_one_stays_hollow() -> None:
