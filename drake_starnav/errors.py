@@ -17,17 +17,17 @@ class UnsupportedError(StarnavError):
     """A method that is not applicable in a world, which is not a failed trial."""
 
 
-def check_kind(value: Any, kind: type, name: str, whence: str) -> None:
+def check_kind(value: Any, kind: type, name: str, source: str) -> None:
     """Raise a `StarnavError` unless an argument is of a kind.
 
     Args:
         value: of the argument.
         kind: that it must have.
         name: of the argument.
-        whence: where one gets such a value, in words.
+        source: where such a value comes from, in words.
     """
     if not isinstance(value, kind):
-        raise StarnavError(f"{name} is {shown(value)}; allowed: a {kind.__name__}, {whence}")
+        raise StarnavError(f"{name} is {shown(value)}; allowed: a {kind.__name__}, {source}")
 
 
 def shown(value: Any, most: int = LONGEST_VALUE) -> str:

@@ -55,7 +55,7 @@ from drake_starnav.robot import RobotParameters
 HORIZON = 1.5
 """How far ahead the law looks, s."""
 STEP = 0.1
-"""Step of the foreseen motion, s."""
+"""Step of the simulated motion, s."""
 HOLD = 0.3
 """How long a sampled twist is held before the path is followed, s."""
 SPEED_SAMPLES = 5

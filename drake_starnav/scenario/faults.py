@@ -53,7 +53,7 @@ class DriveParameters:
         when="for a base that does not follow its commands well; it widens the safety margin, and is not simulated",
     )
     slip: float = parameter(
-        0.0, "largest share of its speed that a wheel loses; drawn for each wheel anew every second", low=0.0, high=0.5
+        0.0, "largest share of its speed that a wheel loses; drawn again for each wheel every second", low=0.0, high=0.5
     )
 
     def __post_init__(self) -> None:

@@ -27,7 +27,7 @@ def check_drive(
     """Raise a `StarnavError` with the likely cause if the robot has not driven as it was told lately.
 
     Nothing is known before two spans have passed. Commands start from the speed that the robot has, so it is not
-    reported for being slow, but for not moving.
+    reported for slowness, only for standing still.
 
     Args:
         station: with the robot.

@@ -49,7 +49,7 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
 
     Args:
         inspector: of the scene.
-        role: shapes without it are invisible, but for those with the property `SURFACE`.
+        role: shapes without it are invisible, except those with the property `SURFACE`.
         exclude: frames whose shapes are left out.
 
     Raises:

@@ -40,7 +40,7 @@ class FixedPath(LeafSystem):
     def __init__(self, path: np.ndarray) -> None:
         """
         Args:
-            path: shape (n, 2), from about where the robot starts to where it shall stop, W, m.
+            path: shape (n, 2), from near the robot to where it stops, W, m.
 
         Raises:
             StarnavError: the path has another shape, no point, or is not finite.

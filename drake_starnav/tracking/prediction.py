@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 HORIZON = 3.0
-"""How far ahead encounters are foreseen, s."""
+"""How far ahead trajectories are predicted, s."""
 PREDICTION_LEAD = 0.3
 """Trajectories extend this far beyond the horizon, so that they last until the next scan, s."""
 PREDICTION_STEP = 0.1

@@ -66,7 +66,7 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
 
 
 def _around(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
-    """The capsules that reach into the bounding box of points: no other bars a line between two of them."""
+    """The capsules that reach into the bounding box of points: no other blocks a line between two of them."""
     low, high = points.min(axis=0), points.max(axis=0)
     axes = capsules[:, :4].reshape(-1, 2, 2)
     radius = capsules[:, 4:]

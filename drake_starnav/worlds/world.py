@@ -150,7 +150,7 @@ class World:
     def discs(self) -> np.ndarray:
         """What cylinders and spheres bar to the robot, shape (n + m, 3): x, y, radius.
 
-        A sphere bars what it fills below the robot's height: above that it may bulge over the robot.
+        A sphere blocks what it fills below the robot's height; above that it may bulge over the robot.
         """
         sections = self.spheres.copy()
         above = np.maximum(sections[:, 2] - ROBOT_HEIGHT, 0.0)  # from the robot's top up to the sphere's equator

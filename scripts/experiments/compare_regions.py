@@ -208,7 +208,7 @@ def measure_regions(options: argparse.Namespace) -> Measured:
     text = (
         f"{sample_text(options)}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
         f"Star of the ranges themselves: all three regions are of a point robot.\n{OBSTACLES}\n"
-        "Areas of polytope and ellipse count where they were seen (but for the last row).\n\n"
+        "Areas of polytope and ellipse count where they were seen (except in the last row).\n\n"
         f"{table(comparisons)}"
     )
     return text, lambda path: plot(comparisons[:EXAMPLES], path)

@@ -51,10 +51,10 @@ def explored_way(world: World, robot_radius: float, goal_tolerance: float, range
     """The explorer's way to within `goal_tolerance` of the goal, shape (k, 2), W, m.
 
     Hits only ever close cells. A shortest path thus remains the shortest until hits close it, and only then the
-    explorer searches anew. It drives towards the farthest cell of the path in straight reach.
+    explorer searches again. It drives towards the farthest cell of the path in straight reach.
 
     Args:
-        world: unknown to the explorer but for its extent, start and goal.
+        world: unknown to the explorer except for its extent, start and goal.
         robot_radius: m.
         goal_tolerance: m.
         range_max: of the explorer's sensor, m.

@@ -122,7 +122,7 @@ def draw_frontiers(axis: Any, moment: PlannerInput) -> None:
 
 
 def draw_roadmap(axis: Any, moment: PlannerInput) -> None:
-    """All regions, the graph of their centres, living frontiers, and the path to the short-term goal."""
+    """All regions, the graph of their centres, open frontiers, and the path to the short-term goal."""
     from matplotlib.collections import LineCollection
 
     roadmap = moment.state.roadmap

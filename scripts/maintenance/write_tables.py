@@ -265,7 +265,7 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
     )
     parts.append(
         "## plant_config, simulator_config\n\n"
-        "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over our settings of the plant (but for\n"
+        "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over the settings of this package's plant (except for\n"
         "`time_step`: see `simulation.time_step`) and Drake's defaults of the simulator. The margins assume ours.\n"
     )
     methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())

@@ -1,4 +1,4 @@
-"""Results for the tests of reports, made up but for their worlds."""
+"""Results for the tests of reports, made up except for their worlds."""
 
 import random
 

@@ -25,7 +25,7 @@ PERIOD = 0.02
 
 
 def driven(robot: RobotParameters, seed: int, count: int = 500) -> np.ndarray:
-    """Commands of somebody who changes his mind twice a second, through the certificate, shape (count, 2)."""
+    """Commands that change twice a second, through the certificate, shape (count, 2)."""
     rng, twist, wanted, twists = np.random.default_rng(seed), np.zeros(2), np.zeros(2), []
     for _ in range(count):
         if rng.random() < 0.04:

@@ -1,5 +1,6 @@
 """One vocabulary: the glossary's terms are used, and words that were replaced by the field's do not return."""
 
+import functools
 import re
 import subprocess
 import tokenize
@@ -23,6 +24,22 @@ REPLACED = re.compile(
     re.VERBOSE,
 )
 """Identifiers that have other names now."""
+PROSE = {
+    "be they": "whether",
+    "whence": "source",
+    "wherefrom": "from which",
+    "thereof": "of it",
+    "hitherto": "so far",
+    "lest": "so that ... not",
+    "upon": "on",
+    "ought": "should",
+    "nobody can": "cannot",
+    "of a user's": "a user's",
+    "at first sight": "on the first scan",
+    "decided on from": "decided when",
+    "living frontiers?": "open frontiers",
+}
+"""Phrases that readers of plain technical English stumble over, as regular expressions, and what to write instead."""
 KEEPS = {"renamed.py", "test_renamed.py", "test_words.py"}
 """Files about the old names."""
 
@@ -64,6 +81,18 @@ def named(text: str) -> list[str]:
     return re.findall(r"[A-Za-z_]\w*", quoted) + [name for pair in keys for name in pair]
 
 
+def prose(path: Path) -> Iterator[tuple[int, str]]:
+    """Comments and strings of a module, or all of a page, with single spaces, and the lines they begin in."""
+    if path.suffix != ".py":
+        yield 1, " ".join(path.read_text(encoding="utf-8", errors="replace").split())
+        return
+    kinds = {tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}
+    with tokenize.open(path) as file:
+        for token in tokenize.generate_tokens(file.readline):
+            if token.type in kinds:
+                yield token.start[0], " ".join(token.string.split())
+
+
 def test_the_glossary_is_short_and_its_terms_are_unique() -> None:
     assert 0 < len(terms()) <= MOST_TERMS and len(set(terms())) == len(terms())
     assert all(len(line) <= 160 for line in GLOSSARY.read_text(encoding="utf-8").splitlines())
@@ -100,3 +129,16 @@ def test_no_file_has_a_replaced_name() -> None:
     assert not [
         path for path in files("*.py", "*.yaml", "*.svg") if REPLACED.fullmatch(path.stem.removeprefix("test_"))
     ]
+
+
+@pytest.mark.parametrize("phrase", PROSE)
+def test_no_archaic_phrase_is_in_prose(phrase: str) -> None:
+    pattern = re.compile(rf"\b{phrase}\b", re.IGNORECASE)
+    found = [f"{path.relative_to(ROOT)}:{line}" for path, line, text in all_prose() if pattern.search(text)]
+    assert not found, f"write {PROSE[phrase]!r} instead"
+
+
+@functools.cache
+def all_prose() -> list[tuple[Path, int, str]]:
+    """The prose of all tracked modules and pages."""
+    return [(path, line, text) for path in files("*.py", "*.md") for line, text in prose(path)]

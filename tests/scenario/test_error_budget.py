@@ -259,6 +259,6 @@ def test_a_robot_stands_before_it_meets_what_comes_from_out_of_range(given: Decl
     braking = v / given.robot.max_acceleration
     ways = v * (commanded + drive) + 0.5 * v * braking, speed * (commanded + drive + braking)
     assert range_max - sum(ways) >= -1e-9
-    if robot_speed == 1.0:  # and it is no farther than that asks for, but for a step and a sweep
+    if robot_speed == 1.0:  # and it is no farther than required, up to a step and a sweep
         spare = given.time_step + (1.0 / given.lidar.rate if given.lidar.rolling else 0.0)
         assert range_max - sum(ways) <= (v + speed) * spare + 1e-9

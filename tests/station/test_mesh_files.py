@@ -55,7 +55,7 @@ def signed_volume(vertices, triangles):
 def test_triangles_are_where_drake_has_the_mesh(extension, in_memory, tmp_path):
     shape = mesh_of(extension, tmp_path, in_memory)
     vertices, triangles = mesh_triangles(shape, "solid")
-    hull = shape.GetConvexHull()  # the solid is convex but for the edge 0 1, so all its vertices are on the hull
+    hull = shape.GetConvexHull()  # the solid is convex except for the edge 0 1, so all its vertices are on the hull
     expected = {tuple(np.round(hull.vertex(k), 6) + 0.0) for k in range(hull.num_vertices())}
     assert {tuple(np.round(vertex, 6) + 0.0) for vertex in vertices[np.unique(triangles)]} >= expected
     assert vertices.min(axis=0) == pytest.approx(np.min([*expected], axis=0), abs=1e-6)

@@ -55,7 +55,7 @@ def state_hash() -> str:
 
 @pytest.mark.parametrize("kind", [Crowd(moving_obstacles=(20, 20)), DynaBarn(id=3)])
 def test_bodies_are_where_their_paths_say(kind) -> None:
-    """Also where a path begins anew elsewhere, and whatever the robot does."""
+    """Also where a path restarts elsewhere, and whatever the robot does."""
     world = make_world(kind, 1, 0.25)
     run = Run(world, twist=(0.0, 0.5))
     for time in (0.0, 0.05, 1.0, 3.335, 10.0, 20.0):

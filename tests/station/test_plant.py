@@ -189,7 +189,7 @@ def test_what_drake_cannot_simulate_is_said_in_one_sentence(continuous: bool) ->
 
 
 class Broken(LeafSystem):
-    """A system of a user's that has a defect."""
+    """A user's system that has a defect."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -85,7 +85,7 @@ def test_a_disc_that_comes_into_range_is_not_taken_to_be_small_and_fast() -> Non
 
 
 def test_a_disc_that_was_hidden_for_a_moment_keeps_its_track() -> None:
-    """It turned while it was behind the column, so that it is not quite where it was foreseen."""
+    """It turned while it was behind the column, so that it is not quite where it was predicted."""
 
     def at(t: float) -> np.ndarray:
         return np.array(((2.4 + 0.8 * min(max(t - 1.0, 0.0), 0.6), 0.9 * t - 1.2),))

@@ -1,4 +1,4 @@
-"""Foreseen places of discs: straight, and off a wall."""
+"""Predicted places of discs: straight, and off a wall."""
 
 import numpy as np
 

@@ -23,7 +23,7 @@ def large(scan: LaserScan, noise: float = 0.01) -> np.ndarray:
 
 
 def own(scan: LaserScan, pose: np.ndarray, disc: tuple[float, float, float]) -> np.ndarray:
-    """Which beams hit a disc, but for noise."""
+    """Which beams hit a disc, without noise."""
     points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), pose)
     return np.abs(np.hypot(points[:, 0] - disc[0], points[:, 1] - disc[1]) - disc[2]) < 0.04
 

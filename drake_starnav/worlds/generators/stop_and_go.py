@@ -24,7 +24,7 @@ _TRIES = 1000  # places drawn for one moving obstacle, and headings for one walk
 
 @dataclass(frozen=True)
 class StopAndGo:
-    """A room crossed from left to right among discs that stand, then walk at once at full speed, and never yield."""
+    """A room crossed from left to right among discs that stand, then start at full speed and never yield."""
 
     moving_obstacles: int = parameter(8, "discs that move", low=0, high=1000)
     speed: tuple[float, float] = parameter(

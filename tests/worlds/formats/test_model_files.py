@@ -1,4 +1,4 @@
-"""Model files as Gazebo has them, in a form that Drake reads: nothing that bars the way is left out."""
+"""Model files as Gazebo has them, in a form that Drake reads: nothing that blocks the way is left out."""
 
 from pathlib import Path
 from xml.etree import ElementTree
