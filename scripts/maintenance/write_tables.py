@@ -265,8 +265,9 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
     )
     parts.append(
         "## plant_config, simulator_config\n\n"
-        "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over the settings of this package's plant (except for\n"
-        "`time_step`: see `simulation.time_step`) and Drake's defaults of the simulator. The margins assume ours.\n"
+        "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over the settings of this package's\n"
+        "plant (except for `time_step`: see `simulation.time_step`) and Drake's defaults of the\n"
+        "simulator. The margins assume ours.\n"
     )
     methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
     said = "A method sets the parameters below; a scenario's own values override them."
