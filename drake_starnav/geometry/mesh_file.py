@@ -6,6 +6,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from drake_starnav.errors import StarnavError, said_by
 
@@ -39,6 +40,19 @@ def mesh_triangles(data: bytes, suffix: str) -> tuple[np.ndarray, np.ndarray]:
         raise StarnavError("a corner that is not finite")
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, index.reshape(-1, 3)
+
+
+def depth_in_hull(vertices: np.ndarray, triangles: np.ndarray) -> float:
+    """How deep inside the convex hull of a mesh the middles of its triangles lie, at most, m; 0 of a flat mesh."""
+    try:
+        planes = ConvexHull(vertices).equations
+    except QhullError:
+        return 0.0
+    middles = vertices[triangles].mean(axis=1)
+    depth = np.full(len(middles), np.inf)
+    for x, y, z, offset in planes:
+        np.minimum(depth, -(middles @ (x, y, z) + offset), out=depth)
+    return float(depth.max())
 
 
 def _stl(data: bytes) -> np.ndarray:

@@ -9,8 +9,11 @@ from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineV
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.gltf import gltf_triangles
+from drake_starnav.geometry.mesh_file import depth_in_hull
 
 READABLE = (".obj", ".gltf", ".vtk")
+DENT = 0.01
+"""Drake collides with the convex hull of a mesh. Where that differs by more than this, it is no contact to go by, m."""
 _Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """From glTF's axes, y up, to Drake's, as Drake turns it."""
 
@@ -61,6 +64,11 @@ def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise _unreadable(shape, name, f"a corner that is not among its {len(vertices)} vertices")
     return vertices * shape.scale3(), triangles
+
+
+def is_hollow(shape: Mesh, name: str) -> bool:
+    """Whether some of a mesh's surface lies more than `DENT` inside its convex hull; errors as of `mesh_triangles`."""
+    return depth_in_hull(*mesh_triangles(shape, name)) > DENT
 
 
 def _obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:

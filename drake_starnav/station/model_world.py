@@ -1,8 +1,8 @@
 """A Drake model file as a world: its bodies in a plant, and what they bar to the robot.
 
 Contact is with whatever the file holds. Clearance and shortest path know the footprints: for each collision geometry
-that is fixed to the world, the shadow of its part that is no higher than the robot. What Drake collides with as its
-convex hull, a mesh, has the footprint of the hull.
+that is fixed to the world, the shadow of its part that is no higher than the robot. A mesh has the footprint of its
+convex hull, with which Drake collides; one that is hollow that of its surface, see `settle_fixed`.
 """
 
 import dataclasses
@@ -19,6 +19,8 @@ from pydrake.geometry import (
     GeometryId,
     HalfSpace,
     Mesh,
+    PerceptionProperties,
+    RenderLabel,
     Role,
     SceneGraph,
     SceneGraphInspector,
@@ -30,8 +32,10 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
+from drake_starnav.station.parser_warnings import none_skipped
 from drake_starnav.station.robot_model import massless_links
-from drake_starnav.station.scene_slices import read_solids
+from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
@@ -41,6 +45,8 @@ from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
 """Geometry that rises no higher than this above the floor is part of it, m."""
+SHEET = 0.001
+"""Thickness that a footprint takes the surface of a hollow mesh to have, m."""
 _UPRIGHT = 1.0 - 1e-12
 _LEVEL = 1.0 - 1e-6
 _TIME_STEP = 0.01  # of a plant that is never simulated
@@ -62,7 +68,7 @@ def with_footprints(world: World) -> World:
     """The world of a model file with the footprints of the file's geometry as cylinders and polygons.
 
     Raises:
-        StarnavError: as of `add_model` and `drop_half_spaces`, or the lidar cannot read a mesh.
+        StarnavError: as of `add_model` and `settle_fixed`, or the lidar cannot read a mesh.
     """
     if world.model is None:
         return world
@@ -70,12 +76,17 @@ def with_footprints(world: World) -> World:
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, _TIME_STEP)
     add_model(plant, scene_graph, world.model)
     plant.Finalize()
-    drop_half_spaces(plant, scene_graph)
     inspector = scene_graph.model_inspector()
     read_solids(inspector, Role.kProximity)  # refuses now what the lidar cannot read
+    surfaces = [
+        polygon
+        for shape, X_WG in settle_fixed(plant, scene_graph)
+        for polygon in _shell(*mesh_triangles(shape, "of a surface"), X_WG)
+    ]
     fixed = _fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
-    discs, polygons = [], []
+    discs: list[Any] = []
+    polygons: list[np.ndarray | None] = [*surfaces]
     for geometry, X_WG in fixed:
         shape = inspector.GetShape(geometry)
         if isinstance(shape, Sphere):
@@ -91,8 +102,21 @@ def with_footprints(world: World) -> World:
         world,
         cylinders=np.array([disc for disc in discs if disc is not None]),
         polygons=tuple(polygon for polygon in polygons if polygon is not None),
-        model=dataclasses.replace(world.model, moving=moving),
+        model=dataclasses.replace(world.model, moving=moving, surfaces=tuple(surfaces)),
     )
+
+
+def _shell(vertices: np.ndarray, triangles: np.ndarray, X_WG: RigidTransform) -> list[np.ndarray]:
+    """The footprints of a mesh's triangles, as sheets of `SHEET`."""
+    corners = vertices[triangles] @ X_WG.rotation().matrix().T + X_WG.translation()
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(normal, axis=1)
+    low, high = corners[..., 2].min(axis=1), corners[..., 2].max(axis=1)
+    near = (size > 0.0) & (low < ROBOT_HEIGHT) & (high > FLOOR_TOLERANCE)
+    half = 0.5 * SHEET * normal[near] / size[near, None]
+    sheets = np.concatenate((corners[near] + half[:, None], corners[near] - half[:, None]), axis=1)
+    prints = (convex_footprint(sheet, FLOOR_TOLERANCE, ROBOT_HEIGHT) for sheet in sheets)
+    return [polygon for polygon in prints if polygon is not None]
 
 
 def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) -> None:
@@ -105,12 +129,13 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     parser.SetAutoRenaming(True)
     parser.package_map().PopulateFromRosPackagePath()
     parser.package_map().AddPackageXml(str(model_path("package.xml")))
-    place, files = model.path or "directives", Models()
+    place, files = model.path or "directives", Models(weld=model.weld)
     try:
-        if model.text:
-            instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
-        else:
-            instances = parser.AddModels(str(files.model(Path(model.path))))
+        with none_skipped(f"model {place}"):
+            if model.text:
+                instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
+            else:
+                instances = parser.AddModels(str(files.model(Path(model.path))))
     except StarnavError:
         raise
     except (RuntimeError, ValueError) as error:
@@ -135,16 +160,31 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
             raise StarnavError(f"model {place}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
 
 
-def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Take the collision role from the half spaces of a plant just finalized, which are the floor z = 0.
+def settle_fixed(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[tuple[Mesh, RigidTransform]]:
+    """Take from fixed shapes of a plant just finalized the contact that would be none of theirs.
 
-    There is a floor already, and half spaces among many anchored shapes crash Drake (issue 19263).
+    Half spaces are the floor z = 0: there is one already, and half spaces among many anchored shapes crash Drake (issue
+    19263). Meshes that are hollow, as the walls of a house in one file are, would fill their convex hull: they stay as
+    surfaces, which lidars see.
+
+    Returns:
+        The hollow meshes and where they are.
 
     Raises:
-        StarnavError: there is another half space.
+        StarnavError: there is another half space, or a mesh cannot be read.
     """
     inspector = scene_graph.model_inspector()
     fixed = dict(_fixed_geometries(plant, inspector))
+    hollow = []
+    for geometry, X_WG in fixed.items():
+        shape = inspector.GetShape(geometry)
+        if isinstance(shape, Mesh) and is_hollow(shape, inspector.GetName(geometry)):
+            hollow.append((shape, X_WG))
+            scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
+            surface = PerceptionProperties()
+            surface.AddProperty("label", "id", RenderLabel.kDontCare)
+            surface.AddProperty(*SURFACE, True)
+            scene_graph.AssignRole(plant.get_source_id(), geometry, surface)
     for geometry in _geometries(inspector, Role.kProximity):
         if isinstance(inspector.GetShape(geometry), HalfSpace):
             X_WG = fixed.get(geometry)
@@ -153,6 +193,7 @@ def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
                     f"model: half space {inspector.GetName(geometry)} is not the floor z = 0; allowed: a box instead"
                 )
             scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
+    return hollow
 
 
 def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:

@@ -27,6 +27,7 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGa
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
+from drake_starnav.station.parser_warnings import none_skipped
 from drake_starnav.station.robot_file import WHEELS, robot_urdf
 from drake_starnav.worlds.footprints import ball_vertices
 
@@ -62,7 +63,10 @@ def add_robot(
     path, text = robot_urdf(robot)
     parser = Parser(plant, model_name_prefix=name)
     try:
-        (model,) = parser.AddModelsFromString(text, "urdf")
+        with none_skipped(f"robot model {path}"):
+            (model,) = parser.AddModelsFromString(text, "urdf")
+    except StarnavError:
+        raise
     except (RuntimeError, ValueError) as error:
         raise StarnavError(
             f"robot model {path} cannot be read: {' '.join(str(error).split())}; allowed: a URDF file with one robot"

@@ -57,7 +57,7 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
     """
     parts: dict[FrameId, _Parts] = {inspector.world_frame_id(): _Parts()}
     deformable = set(inspector.GetAllDeformableGeometryIds())
-    for geometry in sorted(_seen(inspector, role), key=GeometryId.get_value):
+    for geometry in sorted(seen_geometries(inspector, role), key=GeometryId.get_value):
         frame = inspector.GetFrameId(geometry)
         if frame in exclude:
             continue
@@ -69,7 +69,8 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
     return {frame: part.solids() for frame, part in parts.items()}
 
 
-def _seen(inspector: SceneGraphInspector, role: Role) -> set[GeometryId]:
+def seen_geometries(inspector: SceneGraphInspector, role: Role = Role.kProximity) -> set[GeometryId]:
+    """The shapes of a role, and those with the property `SURFACE`."""
     surfaces = {
         geometry
         for geometry in inspector.GetAllGeometryIds(Role.kPerception)

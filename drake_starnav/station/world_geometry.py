@@ -100,9 +100,10 @@ def surface_world(world: World) -> World | None:
 
     `CollisionMonitor` finds the robot's contacts with them.
     """
-    if world.model is not None or len(world.polygons) <= MOST_POLYGONS:
+    polygons = world.polygons if world.model is None else world.model.surfaces
+    if not polygons or world.model is None and len(polygons) <= MOST_POLYGONS:
         return None
-    return World(world.name, world.start, world.goal, polygons=world.polygons)
+    return World(world.name, world.start, world.goal, polygons=polygons)
 
 
 def add_surface(plant: MultibodyPlant, mesh: Mesh, name: str, *, seen: bool) -> None:

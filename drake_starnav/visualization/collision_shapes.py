@@ -13,6 +13,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
+from drake_starnav.station.scene_slices import seen_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 
 
@@ -27,10 +28,10 @@ def show_collision_shapes(plant: MultibodyPlant, scene_graph: SceneGraph, floor:
         floor: collision shapes that are not drawn.
     """
     inspector = scene_graph.model_inspector()
-    unseen = set(floor)
+    seen, unseen = seen_geometries(inspector), set(floor)
     for frame in inspector.GetAllFrameIds():
         boxes = [_box(inspector, geometry) for geometry in inspector.GetGeometries(frame, Role.kIllustration)]
-        for geometry in inspector.GetGeometries(frame, Role.kProximity):
+        for geometry in sorted(seen & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
             box = _box(inspector, geometry)
             if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
                 continue

@@ -57,12 +57,14 @@ class ModelFile:
         weld: whether bodies without a joint are welded where they stand.
         moving: whether it has collision geometry that moves; known once its footprints are.
         text: model directives, as in a .dmd.yaml file.
+        surfaces: footprints of those fixed meshes with which the plant has no contact, each of shape (k, 2), m.
     """
 
     path: str
     weld: bool = True
     moving: bool = False
     text: str = ""
+    surfaces: tuple[np.ndarray, ...] = ()
 
 
 class Outlines(NamedTuple):

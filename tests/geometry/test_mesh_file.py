@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.mesh_file import mesh_triangles
+from drake_starnav.geometry.mesh_file import depth_in_hull, mesh_triangles
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], float)
 FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
@@ -125,3 +125,11 @@ def test_a_file_that_is_cut_off_is_refused(data: bytes, suffix: str, share: floa
 def test_hostile_files_are_refused(data: bytes, suffix: str, message: str) -> None:
     with pytest.raises(StarnavError, match=message):
         mesh_triangles(data, suffix)
+
+
+def test_how_deep_a_mesh_is_dented() -> None:
+    assert depth_in_hull(CORNERS, FACES) == pytest.approx(0.0, abs=1e-12)
+    dent = np.vstack((CORNERS, [(0.0, 0.0, 0.3)]))  # the bottom's corner, pushed in
+    faces = np.array([(0, 2, 4), (2, 1, 4), (1, 0, 4), *FACES[1:]])
+    assert depth_in_hull(dent, faces) == pytest.approx(0.1)
+    assert depth_in_hull(CORNERS[:3], FACES[:1]) == 0.0

@@ -19,9 +19,11 @@ from drake_starnav.scenario.schema import scenario_text
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.simulation import omniscient_path, run_trial
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.station.navigation_station import NavigationStation, add_station
+from drake_starnav.station.plant import make_simulator
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Model, Room, World, clearance, make_world
+from drake_starnav.worlds.clearance import nearest_obstacle
 from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile
 
 KITCHEN = load_scenario("kitchen").world
@@ -174,14 +176,48 @@ def test_there_is_no_shortest_path_among_what_moves(tmp_path: Path) -> None:
     assert omniscient_path(dataclasses.replace(world, model=None), RADIUS) is not None
 
 
-def test_a_mesh_bars_what_its_convex_hull_does(tmp_path: Path) -> None:
-    (tmp_path / "l.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0.2 0.2 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 0.2 0.2 1\nv 0 1 1\n"
-        "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n"
+def test_a_mesh_without_dents_bars_what_its_convex_hull_does(tmp_path: Path) -> None:
+    (tmp_path / "wedge.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\n"
+        "f 1 3 2\nf 4 5 6\nf 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5\nf 3 1 4\nf 3 4 6\n"
     )
-    mesh = '<collision name="m"><origin xyz="1 1 0"/><geometry><mesh filename="l.obj"/></geometry></collision>'
-    (polygon,) = world_of(urdf(tmp_path, mesh)).polygons
+    mesh = '<collision name="m"><origin xyz="1 1 0"/><geometry><mesh filename="wedge.obj"/></geometry></collision>'
+    world = world_of(urdf(tmp_path, mesh))
+    (polygon,) = world.polygons
     assert {tuple(corner) for corner in polygon.round(9)} == {(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)}
+    assert world.model.surfaces == ()
+
+
+def ring(inner: float = 1.0, outer: float = 1.2, height: float = 1.0) -> str:
+    """The walls of a square room in one OBJ file."""
+    square = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
+    points = [(*(size * corner), z) for z in (0.0, height) for size in (inner, outer) for corner in square]
+    quads = [(k, (k + 1) % 4, (k + 1) % 4 + 8, k + 8) for k in range(4)]  # the inner side
+    quads += [(k + 4, k + 12, (k + 1) % 4 + 12, (k + 1) % 4 + 4) for k in range(4)]
+    quads += [(k + z, k + 4 + z, (k + 1) % 4 + 4 + z, (k + 1) % 4 + z) for z in (0, 8) for k in range(4)]
+    faces = [(q[0], q[i], q[i + 1]) for q in quads for i in (1, 2)]
+    lines = ["v {} {} {}".format(*point) for point in points]
+    return "\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces)])
+
+
+def test_a_hollow_mesh_bars_what_its_surface_does(tmp_path: Path) -> None:
+    (tmp_path / "ring.obj").write_text(ring())
+    mesh = '<collision name="walls"><geometry><mesh filename="ring.obj"/></geometry></collision>'
+    world = world_of(urdf(tmp_path, mesh), start=[-0.6, 0.0, 0.0], goal=[0.6, 0.0])
+    assert clearance(world, np.array([(0.0, 0.0), (0.9, 0.3)])) == pytest.approx([1.0, 0.1], abs=1e-3)
+    assert not world.model.moving
+    builder = DiagramBuilder()
+    station = add_station(builder, world, RobotParameters(), LidarParameters(noise=0.0, beams=4))
+    inspector = station.scene_graph.model_inspector()
+    assert not any("walls" in inspector.GetName(g) for g in inspector.GetAllGeometryIds(Role.kProximity))
+    simulator = make_simulator(builder.Build())
+    port = station.GetOutputPort("lidar.ranges")
+    context = port.get_system().GetMyContextFromRoot(simulator.get_mutable_context())
+    station.GetInputPort("drive.twist_command").FixValue(context, [0.0, 0.0])
+    simulator.AdvanceTo(0.01)
+    assert port.Eval(context) == pytest.approx([0.4, 1.0, 1.6, 1.0], abs=1e-3)
+    assert station.hull is not None
+    assert nearest_obstacle(station.hull.surfaces, (0.9, 0.3))[1] == pytest.approx(0.1, abs=1e-3)
 
 
 @pytest.mark.parametrize("name", ["no.obj", "no.stl"])

@@ -34,6 +34,8 @@ FOLDERS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PAT
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")
 READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
+EVERYWHERE = ("sun", "ground_plane")
+"""Included models without which no world of Gazebo's is: there is a floor and light already."""
 MOST_PIECES = 200
 """A mesh of more connected pieces stays one."""
 DEEPEST = 50
@@ -48,6 +50,11 @@ _KEPT = {
     "world": _OF_WORLD,
     "model": {"model", "include", "frame", "joint", "link", "pose", "static", "self_collide"},
     "link": {"pose", "inertial", "collision", "visual", "gravity"},
+    "collision": {"pose", "geometry", "surface"},
+    "surface": {"friction"},
+    "ode": {"mu", "mu2"},
+    "visual": {"pose", "geometry", "material"},
+    "material": {"ambient", "diffuse", "specular", "emissive"},
 }
 """Of these elements of SDF only these parts concern bodies."""
 
@@ -59,8 +66,13 @@ class Models:
         read: all files that have been opened.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, weld: bool = False) -> None:
+        """
+        Args:
+            weld: whether bodies that no joint holds will not move.
+        """
         self.read: set[Path] = set()
+        self._weld = weld
         self._open: list[Path] = []
         self._written: dict[str, Path] = {}
 
@@ -155,10 +167,19 @@ class Models:
                     if part.tag == "population":
                         raise StarnavError(f"model {path} has a <population>; allowed: its models one by one")
                     element.remove(part)
+        for parent in root.iter():
+            for include in parent.findall("include"):
+                if _name_in(include).lower().replace(" ", "_") in EVERYWHERE:
+                    parent.remove(include)
         for world in root.iter("world"):
             self._name_apart(world)
         for include in root.iter("include"):
             self._include(include, path)
+        for model in root.iter("model"):
+            if model.findtext("static", "0").strip() in ("1", "true") or (self._weld and model.find("joint") is None):
+                for link in model.findall("link"):
+                    for inertial in link.findall("inertial"):  # often not valid, as Gazebo takes no notice of it
+                        link.remove(inertial)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 mesh = visual.find("geometry/mesh")
@@ -181,7 +202,7 @@ class Models:
                 continue
             name = model.get("name") if model.tag == "model" else model.findtext("name")
             if name is None:
-                name = (model.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
+                name = _name_in(model)
             number, free = 0, name
             while free in taken:
                 number += 1
@@ -196,7 +217,7 @@ class Models:
 
     def _include(self, include: Element, path: Path) -> None:
         uri = include.findtext("uri") or ""
-        found = self.find(uri, path.parent)
+        found = self.find(uri, path.parent) or self.find(f"model://{_name_in(include)}", path.parent)
         if found is None:
             raise StarnavError(
                 f"model {path}: include {shown(uri.strip())} is not found; allowed: a file, or the name of a folder "
@@ -297,6 +318,11 @@ def parsed_xml(data: bytes) -> Element:
     if b"<drake:" in data and b"xmlns:drake" not in data:
         data = re.sub(rb"<(robot|sdf)\b", rb'<\1 xmlns:drake="%s"' % DRAKE_NAMESPACE.encode(), data, count=1)
     return ElementTree.fromstring(data)
+
+
+def _name_in(include: Element) -> str:
+    """The model's name in the URI of an `<include>`."""
+    return (include.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
 
 
 def _folders_named(name: str, folder: Path) -> Iterator[Path]:

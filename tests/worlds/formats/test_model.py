@@ -20,7 +20,7 @@ def test_the_world_is_the_file_with_its_ends(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({}, r"Model\.directives is ''; allowed: a \.dmd\.yaml, \.sdf or \.urdf file"),
+        ({}, r"Model\.directives is ''; allowed: a \.dmd\.yaml, \.sdf, \.world or \.urdf file"),
         ({"directives": "world.obj"}, r"'world\.obj'; allowed"),
         ({"directives": "/nowhere/world.sdf"}, r"/nowhere/world\.sdf: no such file"),
         ({"directives": "package://drake_starnav/worlds/no.sdf"}, r"no\.sdf: no such file"),

@@ -55,6 +55,21 @@ def test_only_what_concerns_bodies_stays(tmp_path: Path) -> None:
     assert {part.tag for part in root.find("world/model/link")} == {"collision"}
 
 
+@pytest.mark.parametrize("uri", ["model://sun", "model://ground_plane", "https://fuel.server/1.0/models/Ground Plane"])
+def test_the_floor_and_the_sun_are_everywhere(uri: str, tmp_path: Path) -> None:
+    root = prepared(sdf(tmp_path, f'<world name="w"><include><uri>{uri}</uri></include>{MODEL.format(BOX)}</world>'))
+    assert [part.tag for part in root.find("world")] == ["model"]
+
+
+def test_what_does_not_move_needs_no_inertia(tmp_path: Path) -> None:
+    loose = MODEL.replace("<static>1</static>", "").format(BOX.replace("</link>", "<inertial/></link>"))
+    joined = loose.replace("</model>", "<joint/></model>")
+    static = loose.replace("<link", "<static>true</static><link", 1)
+    for weld, inertials in ((True, 1), (False, 2)):
+        root = ElementTree.parse(Models(weld=weld).model(sdf(tmp_path, loose + joined + static))).getroot()
+        assert len(list(root.iter("inertial"))) == inertials
+
+
 def test_models_of_one_name_are_told_apart(tmp_path: Path) -> None:
     sdf(tmp_path, MODEL.format(BOX), "crate/model.sdf")
     include = "<include><uri>model://crate</uri></include>"

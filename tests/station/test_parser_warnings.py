@@ -1,0 +1,39 @@
+"""No shape and no inertia is left out of a plant with no more than a warning."""
+
+import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.station.parser_warnings import none_skipped
+
+LINK = '<sdf version="1.7"><model name="m"><link name="l">{}</link></model></sdf>'
+COLLISION = '<collision name="c"><geometry>{}</geometry>{}</collision>'
+INERTIA = '<inertial><mass value="0"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+def parse(text: str, kind: str) -> None:
+    with none_skipped("model m"):
+        builder = DiagramBuilder()
+        plant, _ = AddMultibodyPlantSceneGraph(builder, 0.01)
+        Parser(plant).AddModelsFromString(text, kind)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        (LINK.format(COLLISION.format("<cone/>", "")), "sdf"),
+        (LINK.format(COLLISION.format("<polyline><point>0 0</point><height>1</height></polyline>", "")), "sdf"),
+        (f'<robot name="r"><link name="l">{INERTIA}</link></robot>', "urdf"),
+    ],
+)
+def test_what_matters_is_refused(text: str, kind: str) -> None:
+    with pytest.raises(StarnavError, match="model m cannot be read: .*; allowed: what Drake's parser reads") as caught:
+        parse(text, kind)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_does_not_matter_is_not_said(capfd: pytest.CaptureFixture[str]) -> None:
+    parse(LINK.format(COLLISION.format("<box><size>1 1 1</size></box>", "<max_contacts>3</max_contacts>")), "sdf")
+    assert capfd.readouterr().err == ""
