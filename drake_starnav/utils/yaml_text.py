@@ -41,14 +41,6 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
     raise StarnavError(f"{place}{where}: {said_by(ValueError(reason))}; allowed: valid YAML")
 
 
-def yaml_texts(text: str) -> list[str]:
-    """All scalars of a YAML text, including keys, as written; none if the text is not valid."""
-    try:
-        return [event.value for event in yaml.parse(text, Loader=PlainLoader) if isinstance(event, yaml.ScalarEvent)]
-    except (yaml.YAMLError, ValueError):
-        return []
-
-
 def _check_size(text: str) -> None:
     """Raise a `YAMLError` unless the values that a text stands for are few enough, and none holds itself."""
     sizes: dict[str, int] = {}

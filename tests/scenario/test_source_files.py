@@ -1,6 +1,5 @@
 """All files that a world or a robot is made from are known, however deep: none is edited or written unnoticed."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -12,44 +11,44 @@ from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.source_files import source_files
 
 MODEL = "world: !Model {directives: %s, goal: [4, 0]}\n"
-GLTF = {
-    "asset": {"version": "2.0"},
-    "buffers": [{"uri": "data%201.bin"}, {"uri": "data:,x"}],
-    "images": [{"uri": "i.png"}],
-}
+MESH = "<collision><geometry><mesh><uri>{}</uri></mesh></geometry></collision>"
+LINK = '<model name="{0}"><link name="l">{1}</link></model>'
 CHAINS: dict[str, dict[str, str]] = {
     "directives": {
         "scenario.yaml": MODEL % "w.dmd.yaml",
         "w.dmd.yaml": "directives:\n- add_model: {name: a, file: 'file://{folder}/a/thing.sdf'}\n"
         "- add_directives: {file: package://mine/more.dmd.yaml}\n",
         "mine/more.dmd.yaml": "directives:\n- add_model: {name: b, file: package://mine/b.urdf}\n",
-        "mine/b.urdf": "<robot><drake:x/><mesh filename='package://mine/meshes/b.obj'/></robot>",
+        "mine/b.urdf": '<robot name="b"><drake:x/><link name="l"><visual><geometry>'
+        '<mesh filename="package://mine/meshes/b.obj"/></geometry></visual></link></robot>',
         "mine/meshes/b.obj": "v 0 0 0\n",
-        "a/thing.sdf": "<sdf><mesh><uri>my box.obj</uri></mesh><include><uri>model://part</uri></include></sdf>",
-        "a/my box.obj": "mtllib box.mtl\nv 0 0 0\n",
-        "a/box.mtl": "newmtl a\nmap_Kd -s 1 1 1 light wood.png\n",
-        "a/light wood.png": "pixels",
+        "a/thing.sdf": f"<sdf><world name='w'>{LINK.format('box', MESH.format('my box.obj'))}"
+        "<include><uri>model://part</uri></include></world></sdf>",
+        "a/my box.obj": "v 0 0 0\n",
         "part/model.config": "<model><sdf version='1.7'>part.sdf</sdf></model>",
-        "part/part.sdf": "<sdf><uri><![CDATA[deep.gltf]]></uri></sdf>",
-        "part/deep.gltf": json.dumps(GLTF),
-        "part/data 1.bin": "bytes",
-        "part/i.png": "pixels",
+        "part/part.sdf": f"<sdf>{LINK.format('deep', MESH.format('<![CDATA[deep.gltf]]>'))}</sdf>",
+        "part/deep.gltf": "{}",
     },
-    "mujoco": {
-        "scenario.yaml": MODEL % "w.dmd.yaml",
-        "w.dmd.yaml": "directives:\n- add_model: {name: a, file: 'file://{folder}/a.xml'}\n",
-        "a.xml": '<mujoco><compiler meshdir="assets"/><include file="more.xml"/><mesh file="a.obj"/></mujoco>',
-        "more.xml": "<mujoco/>",
-        "assets/a.obj": "v 0 0 0\n",
+    "gazebo": {
+        "scenario.yaml": MODEL % "worlds/w.world",
+        "worlds/w.world": "<sdf><world name='w'><include><uri>model://crate</uri></include></world></sdf>",
+        "models/crate/model.sdf": f"<sdf>{LINK.format('crate', MESH.format('c.stl'))}</sdf>",
+        "models/crate/c.stl": "solid c\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\nendsolid c\n",
+    },
+    "text": {
+        "scenario.yaml": "world: !Model {goal: [4, 0]}\ndirectives:\n- add_model: {name: a, file: 'file://{folder}/a.sdf'}\n",
+        "a.sdf": f"<sdf>{LINK.format('a', '')}</sdf>",
     },
     "map": {
         "scenario.yaml": "world: !RosMap {file: maps/m.yaml}\n",
-        "maps/m.yaml": "image: images/m.pgm\nresolution: 0.05\n",
+        "maps/m.yaml": "image: images/m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nfree_thresh: 0.2\n"
+        "occupied_thresh: 0.6\n",
         "maps/images/m.pgm": "P5",
     },
     "robot": {
         "scenario.yaml": "world: !Room {}\nrobot: {model: own/robot.urdf}\n",
-        "own/robot.urdf": '<robot name="r"><link><visual><mesh filename="hull.obj"/></visual></link></robot>',
+        "own/robot.urdf": '<robot name="r"><link name="l"><collision><geometry><mesh filename="hull.obj"/></geometry>'
+        "</collision></link></robot>",
         "own/hull.obj": "v 0 0 0\n",
     },
     "worlds": {"scenario.yaml": "world: !Barn {file: w.json}\n", "w.json": '{"worlds": []}'},
@@ -96,8 +95,9 @@ def test_no_command_writes_over_any_of_them(chain: str, name: str, tmp_path: Pat
 def test_files_that_name_each_other_or_nothing_readable_end(tmp_path: Path) -> None:
     files = {
         "scenario.yaml": MODEL % "a.sdf",
-        "a.sdf": "<sdf><uri>b.sdf</uri><uri>a.sdf</uri><uri>/</uri><uri>.</uri><uri>loop</uri><uri>package://no/x</uri></sdf>",
-        "b.sdf": "<sdf><uri>a.sdf</uri><uri>file:///dev/zero</uri><uri>model://</uri></sdf>",
+        "a.sdf": "<sdf><world name='w'><include><uri>b.sdf</uri></include><include><uri>loop</uri></include></world>"
+        "</sdf>",
+        "b.sdf": "<sdf><world name='w'><include><uri>a.sdf</uri></include></world></sdf>",
     }
     scenario = write(tmp_path, files)
     (tmp_path / "loop").symlink_to("loop")

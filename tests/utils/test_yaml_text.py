@@ -4,7 +4,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils import yaml_text
-from drake_starnav.utils.yaml_text import load_yaml, yaml_texts
+from drake_starnav.utils.yaml_text import load_yaml
 
 
 def test_aliases_stand_for_what_they_name() -> None:
@@ -31,8 +31,3 @@ def test_what_is_refused_is_reported_with_its_place(monkeypatch, text: str, mess
     monkeypatch.setattr(yaml_text, "DEEPEST", 3)
     with pytest.raises(StarnavError, match=f"^here.*{message}.*; allowed: valid YAML$"):
         load_yaml(text, "here")
-
-
-def test_all_scalars_of_a_text() -> None:
-    assert yaml_texts("a: !Rpy {b: [1, 'c d']}\n") == ["a", "b", "1", "c d"]
-    assert yaml_texts("a: [") == []

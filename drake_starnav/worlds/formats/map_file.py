@@ -85,11 +85,20 @@ def read_map(path: Path) -> OccupancyMap:
     mode = mode.lower() if isinstance(mode, str) else mode
     if mode not in MODES:
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
-    if not isinstance(keys["image"], str):
-        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
-    shade, opacity = read_image(path.parent / keys["image"])
+    shade, opacity = read_image(_image(keys, path))
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
     return OccupancyMap(cells[::-1].copy(), resolution, (pose[0], pose[1], pose[2]))
+
+
+def image_path(path: Path) -> Path:
+    """The image that a map_server YAML file names; errors as of `read_map`."""
+    return _image(_read_yaml(path), path)
+
+
+def _image(keys: dict[str, Any], path: Path) -> Path:
+    if not isinstance(keys["image"], str):
+        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
+    return path.parent / keys["image"]
 
 
 def occupancy(

@@ -116,7 +116,7 @@ class Models:
                     f".{'urdf' if root.tag == 'robot' else 'sdf'}",
                 )
             else:
-                return path  # a format of which Drake reads all or nothing
+                return path  # in a format of which Drake reads all or nothing
         finally:
             self._open.pop()
         written = _write(text.encode(), suffix)
@@ -280,6 +280,7 @@ class Models:
             raise StarnavError(f"{place}: mesh {shown(uri.strip())}: no such file; allowed: a mesh file")
         suffix = path.suffix.lower()
         if suffix not in CONVERTED:
+            self.read.add(path.resolve())
             return [path.resolve()]
         data = self._bytes(path, "mesh", LARGEST_MESH)
         try:
