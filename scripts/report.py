@@ -2,7 +2,7 @@
 
 import sys
 
-from drake_starnav.__main__ import main
+from drake_starnav.cli.main import script
 
 if __name__ == "__main__":
-    sys.exit(main("report"))
+    sys.exit(script("report"))

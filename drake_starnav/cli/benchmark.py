@@ -4,7 +4,7 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,13 +12,11 @@ from typing import TYPE_CHECKING
 from drake_starnav.cli.options import (
     NOT_REACHED,
     REACHED,
-    CommandParser,
+    Command,
     add_overrides,
     check_numbers,
     check_seed,
-    command_name,
     print_written,
-    run_command,
 )
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.scenario import METHODS, scenario_names
@@ -36,13 +34,7 @@ MOST_WORLDS = 100_000
 """Limit for one range of `--worlds`."""
 
 
-def benchmark(arguments: Sequence[str] | None = None) -> int:
-    """Run many trials and report their figures; see `--help`. Returns the exit code."""
-    parser = CommandParser(
-        prog=command_name("benchmark"),
-        description="Run many trials of scenarios and methods, and compare them.",
-        epilog="exit codes: 0 all trials ran, 1 some could not be run, 2 bad input, 130 interrupted",
-    )
+def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", nargs="*", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
     parser.add_argument("--suite", metavar="NAME", help="a named set of scenarios and methods with its table: table1")
     parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)} (default: star, or the suite's)")
@@ -55,7 +47,6 @@ def benchmark(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a line for each trial as it ends")
     _add_report_options(parser)
     add_batch_options(parser)
-    return run_command(parser, arguments, _benchmark)
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
@@ -150,17 +141,11 @@ def _benchmark(options: argparse.Namespace) -> int:
     return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
 
 
-def report(arguments: Sequence[str] | None = None) -> int:
-    """Report on trials that have run; see `--help`. Returns the exit code."""
-    parser = CommandParser(
-        prog=command_name("report"),
-        description="Make tables, plots and recordings of trials that `benchmark` has run.",
-    )
+def _add_file_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", nargs="+", type=Path, help="files by `benchmark --json`, as they are or as .xz")
     _add_report_options(parser)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that record (default: cores)")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
-    return run_command(parser, arguments, _report_files)
 
 
 def _report_files(options: argparse.Namespace) -> int:
@@ -252,3 +237,16 @@ def _report(results: "Results", options: argparse.Namespace) -> None:
         write_text(options.html, write_page(Report(results, chosen, options.panels)))
         if not options.quiet:
             print(f"wrote recordings into {folder}, with links in {options.html}")
+
+
+benchmark = Command(
+    "benchmark",
+    "Run many trials of scenarios and methods, and compare them.",
+    _add_options,
+    _benchmark,
+    "0 all trials ran, 1 some could not be run",
+)
+report = Command(
+    "report", "Make tables, plots and recordings of trials that `benchmark` has run.", _add_file_options, _report_files
+)
+"""The commands; see `Command`."""

@@ -9,10 +9,12 @@ import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
 from drake_starnav.errors import StarnavError, one_line, said_by, shown
+from drake_starnav.scenario.shipped import scenario_names
 from drake_starnav.utils.interrupts import INTERRUPTED, end_quietly
 from drake_starnav.utils.progress import Progress, silence
 
@@ -38,6 +40,32 @@ class CommandParser(argparse.ArgumentParser):
 def command_name(name: str) -> str:
     """The name under which a command was started: through the package, or by its own script."""
     return f"{program_name()} {name}" if Path(sys.argv[0]).stem in (ENTRY_POINT, "__main__") else f"{name}.py"
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command of `starnav`, to be called with its arguments.
+
+    Attributes:
+        name: that it is called by.
+        description: what it does, in a sentence.
+        add_options: adds its options to a parser.
+        work: does it with the parsed options and returns the exit code; see `exit_code` for what it may raise.
+        codes: what its exit codes below 2 mean.
+    """
+
+    name: str
+    description: str
+    add_options: Callable[[argparse.ArgumentParser], None]
+    work: Callable[[argparse.Namespace], int]
+    codes: str = "0 done"
+
+    def __call__(self, arguments: Sequence[str] | None = None) -> int:
+        """Run it with these arguments, or with those of the process; returns the exit code."""
+        epilog = f"exit codes: {self.codes}, {BAD_INPUT} bad input, {INTERRUPTED} interrupted"
+        parser = CommandParser(prog=command_name(self.name), description=self.description, epilog=epilog)
+        self.add_options(parser)
+        return run_command(parser, arguments, self.work)
 
 
 def typed_command(prog: str, arguments: Sequence[str]) -> str:
@@ -156,6 +184,11 @@ def _drop_output() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except AttributeError:  # it was closed from the beginning
         pass
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """Add the argument `scenario`."""
+    parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:

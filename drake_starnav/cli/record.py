@@ -4,7 +4,6 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 from drake_starnav.cli.options import (
     NOT_REACHED,
     REACHED,
-    CommandParser,
+    Command,
     add_overrides,
     check_numbers,
     check_seed,
     command_name,
     print_written,
     progress_bar,
-    run_command,
 )
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.evaluation.trial_file import PACKED, read_trials
@@ -78,13 +76,7 @@ class Still:
         return film.duration if self.time is None else self.time
 
 
-def record(arguments: Sequence[str] | None = None) -> int:
-    """Record one run; see `--help`. Returns the exit code."""
-    parser = CommandParser(
-        prog=command_name("record"),
-        description="Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
-        epilog="exit codes: 0 done, 1 done but the run is not the one it should repeat, 2 bad input, 130 interrupted",
-    )
+def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "run",
         metavar="TRIAL.json|SCENARIO",
@@ -118,7 +110,6 @@ def record(arguments: Sequence[str] | None = None) -> int:
         "(default: a browser if there is one)",
     )  # fmt: skip
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
-    return run_command(parser, arguments, _record)
 
 
 def _record(options: argparse.Namespace) -> int:
@@ -333,3 +324,13 @@ def _stills(html: Path, options: argparse.Namespace) -> list[Still]:
 
 def _clips(options: argparse.Namespace) -> dict[str, Path]:
     return {kind: path for kind in ("gif", "mp4") if (path := getattr(options, kind)) is not None}
+
+
+record = Command(
+    "record",
+    "Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
+    _add_options,
+    _record,
+    "0 done, 1 done but the run is not the one it should repeat",
+)
+"""The command; see `Command`."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from drake_starnav.cli.main import record
+from drake_starnav.cli.record import record
 from scripts.maintenance.record_results import with_section
 
 ROOT = Path(__file__).parents[2]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.cli.live import LiveRun
-from drake_starnav.cli.main import simulate
+from drake_starnav.cli.simulate import simulate
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
 

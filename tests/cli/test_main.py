@@ -9,7 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.main import COMMANDS, benchmark, main, record, report, show_world, simulate
+from drake_starnav.cli.benchmark import benchmark, report
+from drake_starnav.cli.main import MODULES, main
+from drake_starnav.cli.record import record
+from drake_starnav.cli.show_world import show_world
+from drake_starnav.cli.simulate import simulate
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.utils.compilation import COMPILING
 from drake_starnav.worlds import WORLD_KINDS
@@ -169,7 +173,7 @@ def test_write_protected_file_is_reported_before_the_run(scenario_file: Path, tm
 def test_listing_names_every_command_scenario_method_and_world(arguments, capsys) -> None:
     assert main(arguments) == 0
     printed = capsys.readouterr().out
-    for name in (*COMMANDS, *scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
+    for name in (*MODULES, *scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
         assert re.search(rf"(^|\W){re.escape(name)}(\W|$)", printed), name
 
 
@@ -194,7 +198,7 @@ def test_an_unknown_command_is_reported_with_the_nearest(capsys) -> None:
 
 
 def test_scripts_and_module_offer_the_same_commands() -> None:
-    assert all((Path(__file__).parents[2] / "scripts" / f"{name}.py").is_file() for name in COMMANDS if name != "demo")
+    assert all((Path(__file__).parents[2] / "scripts" / f"{name}.py").is_file() for name in MODULES if name != "demo")
 
 
 def test_the_demo_leaves_its_recording_where_it_says(tmp_path: Path, monkeypatch, capsys) -> None:

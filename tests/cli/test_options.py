@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.__main__ import main
+from drake_starnav.cli.main import main
 from drake_starnav.cli.options import (
     BAD_INPUT,
     DEFECT,

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from drake_starnav.cli.main import benchmark, simulate
+from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.cli.record import Run, chosen_run, read_trial, record
+from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import make_cases, make_header
 from drake_starnav.visualization.browser import browser_missing

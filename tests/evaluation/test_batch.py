@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_starnav.cli.main import benchmark, simulate
+from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.cli.options import command_name
+from drake_starnav.cli.simulate import simulate
 from drake_starnav.evaluation import read_trials, trial_seed
 from drake_starnav.evaluation.batch import TimeLeft, announcement
 from drake_starnav.evaluation.jobs import Case, Job

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from drake_starnav.cli.main import benchmark
+from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import cluster, dask_pool, read_trials
 

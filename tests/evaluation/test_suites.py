@@ -2,7 +2,7 @@
 
 import pytest
 
-from drake_starnav.cli.main import benchmark
+from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import SUITES, find_suite, make_cases, suite_table
 from drake_starnav.evaluation.suites import Published, Suite

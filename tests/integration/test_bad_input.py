@@ -12,7 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.main import COMMANDS, benchmark, main, record, report, show_world, simulate
+from drake_starnav.cli.benchmark import benchmark, report
+from drake_starnav.cli.main import find_command, main
+from drake_starnav.cli.record import record
+from drake_starnav.cli.show_world import show_world
+from drake_starnav.cli.simulate import simulate
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [0.2, 0.0]}\n"
 LAUGHS = "[&x0 [l,l,l,l,l,l,l,l,l,l]" + "".join(f", &x{k} [{','.join([f'*x{k - 1}'] * 10)}]" for k in range(1, 9)) + "]"
@@ -108,7 +112,7 @@ def test_every_command_refuses_it(command: str, name: str, folder: Path, capsys)
     (folder / "bad.yaml").write_text(SCENARIOS[name])
     option = {"record": "--html", "benchmark": "--csv", "show_world": "--out"}[command]
     suffix = {"record": "html", "benchmark": "csv", "show_world": "png"}[command]
-    refused(COMMANDS[command], ["bad.yaml", option, f"new/a.{suffix}"], folder, capsys)
+    refused(find_command(command), ["bad.yaml", option, f"new/a.{suffix}"], folder, capsys)
 
 
 @pytest.mark.parametrize(

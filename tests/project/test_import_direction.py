@@ -60,7 +60,7 @@ TABLE = {
     "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy dask distributed jinja2 matplotlib"),
     "cli": Room(f"{LOOP} visualization simulation evaluation", DRAKE),
     "__init__": Room(f"{LOOP} visualization simulation"),
-    "__main__": Room("cli utils"),
+    "__main__": Room("cli"),
 }
 """A room may only import rooms that precede it here."""
 

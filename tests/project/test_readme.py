@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import pytest
 
-from drake_starnav.cli.main import COMMANDS
+from drake_starnav.cli.main import MODULES
 from drake_starnav.cli.options import ENTRY_POINT
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.worlds import WORLD_KINDS
@@ -81,7 +81,7 @@ def test_commands_name_real_scripts_targets_and_options(page: Path) -> None:
         elif command == "source .venv/bin/activate":
             assert "VENV ?= .venv\n" in makefile
         elif program == ENTRY_POINT:
-            assert target in ("", *COMMANDS)
+            assert target in ("", *MODULES)
             assert_has_options(("-m", "drake_starnav", *([target] if target else [])), rest)
         elif target == "-m":
             module = ROOT / rest[0].replace(".", "/")

@@ -17,7 +17,7 @@ def test_names_are_those_of_the_files_and_methods() -> None:
 
 def test_help_is_shown_before_anything_heavy_is_imported() -> None:
     code = (
-        "import sys; from drake_starnav.cli.main import simulate\n"
+        "import sys; from drake_starnav.cli.simulate import simulate\n"
         "try: simulate(['--help'])\n"
         "except SystemExit: pass\n"
         "print(*sorted({'numba', 'scipy', 'pydrake', 'tqdm'} & set(sys.modules)))"

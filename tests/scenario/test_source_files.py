@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.main import simulate
+from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import TrialFile, make_cases, make_header
 from drake_starnav.scenario import load_scenario

@@ -44,7 +44,7 @@ call of a function of this name, or of any."""
 def interrupted(how: str, moment: str, arguments: list[str], folder: Path) -> subprocess.CompletedProcess:
     """A command that receives Ctrl-C at a moment, in a folder of its own."""
     (folder / "tiny.yaml").write_text(SCENARIO)
-    code = "import os, signal, sys\nfrom drake_starnav.__main__ import main\nmoment = sys.argv.pop(1)\n"
+    code = "import os, signal, sys\nfrom drake_starnav.cli.main import main\nmoment = sys.argv.pop(1)\n"
     code += f"{textwrap.dedent(how)}\nsys.exit(main())"
     return subprocess.run(
         [sys.executable, "-c", code, moment, *arguments], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},

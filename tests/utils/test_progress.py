@@ -14,6 +14,7 @@ def clock(monkeypatch):
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     monkeypatch.setattr(progress, "REFRESH", 3600.0)
+    monkeypatch.setattr(progress, "FIRST_LINE", 10.0)
     return now
 
 

@@ -1,0 +1,52 @@
+"""The command `show_world`: a picture of a scenario's world."""
+
+import argparse
+from pathlib import Path
+
+from drake_starnav.cli.options import REACHED, Command, add_overrides, add_scenario, check_seed, progress_bar
+from drake_starnav.errors import StarnavError
+from drake_starnav.utils.files import check_outputs, file_name
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    add_scenario(parser)
+    parser.add_argument("--seed", type=int, default=0, help="of the world (default: 0)")
+    add_overrides(parser)
+    parser.add_argument("--out", type=Path, metavar="FILE", help="a .png or an .html (default: out/SCENARIO.png)")
+
+
+def _work(options: argparse.Namespace) -> int:
+    from drake_starnav.scenario.schema import load_scenario
+    from drake_starnav.scenario.source_files import input_files
+    from drake_starnav.worlds import make_world
+
+    check_seed(options.seed)
+    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    file = Path("out", f"{file_name(scenario.name)}.png") if options.out is None else options.out
+    if file.suffix not in (".png", ".html"):
+        raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png or .html")
+    check_outputs([file], input_files(options.scenario, scenario))
+    with progress_bar(f"{scenario.name} seed {options.seed}"):
+        make_world(scenario.world, options.seed, scenario.robot.radius)  # bad input is reported before Drake is loaded
+        from drake_starnav.simulation import omniscient_path
+        from drake_starnav.station.model_world import make_world_with_footprints
+        from drake_starnav.visualization.world_figure import write_html, write_png
+
+        world = make_world_with_footprints(scenario.world, options.seed, scenario.robot.radius)
+        found = omniscient_path(world, scenario.robot.radius)
+        length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
+        title = f"{scenario.name} · seed {options.seed} · {length}"
+        write = write_png if file.suffix == ".png" else write_html
+        write(world, scenario.robot, None if found is None else found[1], title, file)
+    moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
+    print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
+    return REACHED
+
+
+show_world = Command(
+    "show_world",
+    "Draw a scenario's world with start, goal, shortest path and the paths of moving obstacles.",
+    _add_options,
+    _work,
+)
+"""The command; see `Command`."""

@@ -1,0 +1,137 @@
+"""The commands `simulate` and `demo`: drive one scenario."""
+
+import argparse
+import json
+import os
+import sys
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drake_starnav.cli.options import (
+    NOT_REACHED,
+    REACHED,
+    Command,
+    add_overrides,
+    add_scenario,
+    check_seed,
+    print_written,
+    progress_bar,
+)
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario.shipped import METHODS
+from drake_starnav.utils.files import check_outputs, write_text
+
+if TYPE_CHECKING:
+    from drake_starnav.scenario import Scenario
+
+CODES = "0 the goal was reached, 1 it was not"
+DEMO_FILES = Path("out", "forest.html"), Path("out", "forest.json")
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    add_scenario(parser)
+    _add_run_options(parser)
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a recording that opens offline")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
+    parser.add_argument(
+        "--meshcat", action="store_true", help="drive in a live page with buttons, the goal moved by sliders"
+    )
+    parser.add_argument(
+        "--real-time-rate", type=float, metavar="X",
+        help="with --meshcat: simulated time over real time at most; 0 for as fast as it goes (default: 1)",
+    )  # fmt: skip
+
+
+def _add_demo_options(parser: argparse.ArgumentParser) -> None:
+    _add_run_options(parser)
+    html, figures = DEMO_FILES
+    parser.set_defaults(scenario="forest", html=html, json=figures, meshcat=False, real_time_rate=None)
+
+
+def _add_run_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--method", default="star", help=f"one of {', '.join(METHODS)} (default: star)")
+    parser.add_argument("--seed", type=int, default=0, help="of the world and the sensor's noise (default: 0)")
+    add_overrides(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from drake_starnav.scenario.schema import load_scenario, scenario_text
+    from drake_starnav.scenario.source_files import input_files
+    from drake_starnav.worlds import make_world
+
+    check_seed(options.seed)
+    _check_live_options(options)
+    scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
+    check_outputs((options.html, options.json), input_files(options.scenario, scenario))
+    if options.meshcat:
+        return _simulate_live(scenario, options)
+    with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
+        world = make_world(scenario.world, options.seed, scenario.robot.radius)
+        from drake_starnav.simulation import run_trial, trial_record  # late: a bad world is reported before it
+
+        trial = run_trial(
+            scenario,
+            method=options.method,
+            seed=options.seed,
+            world=world if world.model is None else None,  # only Drake can read a model's footprints
+            html=options.html,
+            progress=progress,
+        )
+    if options.json is not None:
+        fields = {**trial_record(trial), "text": scenario_text(scenario)}
+        write_text(options.json, json.dumps(fields, indent=2) + "\n")
+    if not options.quiet:
+        print(_table(trial_record(trial)))
+        print_written((options.html, options.json))
+        if options.html is not None:
+            print(f"open {options.html.resolve().as_uri()} in a browser, no network needed")
+    return REACHED if trial.outcome == "reached" else NOT_REACHED
+
+
+def _check_live_options(options: argparse.Namespace) -> None:
+    rate = options.real_time_rate
+    if rate is not None and not (options.meshcat and 0.0 <= rate <= 100.0):
+        raise StarnavError(f"--real-time-rate is {rate:g}; allowed: 0 <= x <= 100, with --meshcat")
+    if options.meshcat and options.json is not None:
+        raise StarnavError("--json with --meshcat, where the goal moves and no figure can be repeated; allowed: --html")
+
+
+def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
+    from drake_starnav.cli.live import LiveRun  # late: bad input is reported before Drake is loaded
+
+    rate = 1.0 if options.real_time_rate is None else options.real_time_rate
+    say = (lambda text: None) if options.quiet else print
+    run = LiveRun(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
+    address = run.page.address
+    print(f"open {address} and press play (s); pause (space), stop (escape), the goal: arrow keys", flush=True)
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
+        webbrowser.open(address)
+    run.run()
+    run.finish()
+    return NOT_REACHED if run.collided else REACHED
+
+
+def _table(record: dict) -> str:
+    shortest = record["shortest_path_m"]
+    ratio = f" ({record['path_length_m'] / shortest:.3f} x shortest)" if shortest else ""
+    clearance = record["min_clearance_m"]
+    micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
+    rows = (
+        ("outcome", record["outcome"] + (f" of {record['contact']}" if record["contact"] else "")),
+        ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
+        ("path", f"{record['path_length_m']:.2f} m{ratio}"),
+        ("mean speed", f"{record['mean_speed_mps']:.2f} m/s"),
+        ("least clearance", "nothing to hit" if clearance is None else f"{clearance * 1000:.0f} mm"),
+        ("roadmap", f"{record['nodes']} nodes"),
+        ("median times", ", ".join(f"{name} {value:.0f} us" for name, value in micro.items())),
+    )
+    return "\n".join(f"{name:>16}  {value}" for name, value in rows)
+
+
+simulate = Command("simulate", "Drive one scenario and report how it went.", _add_options, _simulate, CODES)
+demo = Command(
+    "demo", f"Drive the forest; write {DEMO_FILES[0]} and {DEMO_FILES[1]}.", _add_demo_options, _simulate, CODES
+)
+"""The commands; see `Command`."""
