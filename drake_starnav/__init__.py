@@ -57,7 +57,6 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station.robot_interface import RobotInterface as RobotInterface
     from drake_starnav.station.robot_interface import connect_robot as connect_robot
     from drake_starnav.station.robot_model import add_robot as add_robot
-    from drake_starnav.station.scenario_config import ScenarioConfig as ScenarioConfig
     from drake_starnav.station.wheel_speed_command import WheelSpeedCommand as WheelSpeedCommand
     from drake_starnav.station.world_geometry import add_ground as add_ground
     from drake_starnav.station.world_geometry import add_world as add_world
@@ -110,7 +109,6 @@ _PUBLIC = {
     "load_scenario": "scenario",
     "parse_scenario": "scenario",
     "save_scenario": "scenario",
-    "ScenarioConfig": "station.scenario_config",
     "scenario_names": "scenario",
     "LidarSensor": "station.lidar_sensor",
     "LidarMount": "station.lidar_sensor",

@@ -9,7 +9,6 @@ world is chosen by a tag, e.g. `world: !Forest {width: 20}`; the models of a `!M
 import dataclasses
 import math
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -145,9 +144,6 @@ _ScenarioDumper.add_representer(_Tagged, _written_section)
 _ScenarioDumper.add_representer(str, _written_text)
 _TaggedDumper.add_representer(_Tagged, lambda dumper, value: dumper.represent_mapping(f"!{value.tag}", dict(value)))
 _Loader.add_multi_constructor("!", _tagged)
-_Loader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
-)
 
 
 def scenario_path(name_or_path: str | Path) -> Path:
@@ -323,14 +319,9 @@ def _move_directives(sections: dict[str, Any], place: str) -> None:
         raise StarnavError(f"directives in {place} is {shown(directives)}; allowed: a list of Drake's model directives")
     if not isinstance(world, _Tagged):
         raise _misplaced(place, "no world" if world is None else f"world: {shown(world)}")
-    check_takes_directives(world.tag, world.get("directives"), place)
+    if world.tag != Model.__name__ or world.get("directives"):
+        raise _misplaced(place, f"world: !{world.tag}" if world.tag != Model.__name__ else "world.directives")
     world["directives"] = directives
-
-
-def check_takes_directives(kind: str, directives: Any, place: str) -> None:
-    """Raise a `StarnavError` unless a world of a kind, with such directives of its own, takes those of its scenario."""
-    if kind != Model.__name__ or directives:
-        raise _misplaced(place, f"world: !{kind}" if kind != Model.__name__ else "world.directives")
 
 
 def _misplaced(place: str, beside: str) -> StarnavError:

@@ -1,5 +1,6 @@
 """YAML from untrusted sources: plain values only, whose total size is checked before they are constructed."""
 
+import re
 from typing import Any
 
 import yaml
@@ -13,8 +14,16 @@ MOST_VALUES = 1_000_000
 DEEPEST = 100
 """Greatest depth of nested lists and mappings."""
 
-PlainLoader: type = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Makes numbers, texts, lists and mappings; of other tags only what a subclass adds. The one in C is much faster."""
+_Loader: type = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the one in C is much faster
+
+
+class PlainLoader(_Loader):
+    """Makes numbers, texts, lists and mappings; of other tags only what a subclass adds."""
+
+
+PlainLoader.add_implicit_resolver(  # as in YAML 1.2; 1.1 reads 1e-3 as a text
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
+)
 
 
 def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:

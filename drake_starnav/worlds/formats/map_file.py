@@ -69,8 +69,7 @@ def read_map(path: Path) -> OccupancyMap:
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     origin = keys["origin"]
-    pose = [x for x in map(_as_number, origin) if x is not None] if isinstance(origin, list) else []
-    if len(pose) != 3 or len(pose) != len(origin):
+    if not (isinstance(origin, list) and len(origin) == 3 and all(_is_number(x) for x in origin)):
         raise StarnavError(f"map {path}: origin is {shown(origin)}; allowed: finite [x, y, yaw], m and rad")
     free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
     if not 0.0 <= free <= occupied <= 1.0:
@@ -87,7 +86,8 @@ def read_map(path: Path) -> OccupancyMap:
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
     shade, opacity = read_image(_image(keys, path))
     cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
-    return OccupancyMap(cells[::-1].copy(), resolution, (pose[0], pose[1], pose[2]))
+    x, y, yaw = (float(value) for value in origin)
+    return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 
 def image_path(path: Path) -> Path:
@@ -228,20 +228,12 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return keys
 
 
-def _as_number(value: Any) -> float | None:
-    """A finite number, or None; YAML 1.1 takes 5e-2, which map_server reads as a number, for a text."""
-    if isinstance(value, str):
-        try:
-            value = float(value)
-        except ValueError:
-            return None
-    return (
-        float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value) else None
-    )
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and is_finite(value)
 
 
 def _number(keys: dict[str, Any], key: str, path: Path) -> float:
-    number = _as_number(keys[key])
-    if number is None:
-        raise StarnavError(f"map {path}: {key} is {shown(keys[key])}; allowed: a finite number")
-    return number
+    value = keys[key]
+    if not _is_number(value):
+        raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")
+    return float(value)
