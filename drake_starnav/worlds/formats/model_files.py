@@ -117,6 +117,8 @@ class Models:
                 )
             else:
                 return path  # in a format of which Drake reads all or nothing
+        except RecursionError:
+            raise StarnavError(f"model {path} is nested too deeply; allowed: what Drake's parser reads") from None
         finally:
             self._open.pop()
         written = _write(text.encode(), suffix)
@@ -316,6 +318,8 @@ class Models:
 def parsed_xml(data: bytes) -> Element:
     """The root of an XML file, which need not declare the prefix `drake`: Drake takes it as it is."""
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
+    if b"<xacro:" in data:
+        raise ElementTree.ParseError("it has macros of xacro, which are still to be expanded")
     if b"<drake:" in data and b"xmlns:drake" not in data:
         data = re.sub(rb"<(robot|sdf)\b", rb'<\1 xmlns:drake="%s"' % DRAKE_NAMESPACE.encode(), data, count=1)
     return ElementTree.fromstring(data)

@@ -1,10 +1,13 @@
 """Model files as Gazebo has them, in a form that Drake reads: nothing that blocks the way is left out."""
 
+import contextlib
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.formats.model_files import FOLDERS, Models
@@ -199,6 +202,8 @@ def test_what_cannot_be_built_is_refused(shape: str, message: str, tmp_path: Pat
         ('<world name="w"><population name="p"/></world>', "has a <population>"),
         ("<world", "cannot be read: .*XML"),
         ("<!DOCTYPE a><world/>", "has entities"),
+        ("<xacro:macro/>", "cannot be read: it has macros of xacro, which are still to be expanded; allowed"),
+        ("<model>" * 20_000 + "</model>" * 20_000, "is nested too deeply"),
     ],
 )
 def test_broken_files_are_refused(content: str, message: str, tmp_path: Path) -> None:
@@ -227,3 +232,22 @@ def test_the_files_of_directives_are_replaced(tmp_path: Path) -> None:
     assert "package://drake_models/none.urdf" in text
     assert text.count('file: "file:///') == 2
     assert {read.name for read in models.read} == {"w.dmd.yaml", "more.dmd.yaml", "model.sdf"}
+
+
+WHOLE = (
+    '<sdf version="1.7"><world name="w"><include><uri>model://sun</uri></include>'
+    + MODEL.format(
+        LINK.format("<mesh><uri>a.stl</uri></mesh>") + LINK.format("<cone><radius>1</radius><length>1</length></cone>")
+    )
+    + "</world></sdf>"
+).encode()
+
+
+@given(st.integers(0, len(WHOLE)), st.integers(0, 40), st.binary(max_size=20))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_damage_of_a_file_is_refused_or_none(tmp_path: Path, at: int, gone: int, new: bytes) -> None:
+    (tmp_path / "a.stl").write_bytes(ascii_stl())
+    path = tmp_path / "m.sdf"
+    path.write_bytes(WHOLE[:at] + new + WHOLE[at + gone :])
+    with contextlib.suppress(StarnavError):
+        ElementTree.parse(Models().model(path))
