@@ -44,6 +44,7 @@ LARGEST_MESH = 64 * 2**20
 """Of a file to convert, bytes."""
 _AROUND = 96
 """Sides of a cone, which is up to 0.05 % too wide."""
+_PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "empty"}
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
     "sdf": {"world", "model"},
@@ -111,10 +112,8 @@ class Models:
                     self.urdf(root, path.parent)
                 else:
                     self._sdf(root, path)
-                text, suffix = (
-                    ElementTree.tostring(root, encoding="unicode"),
-                    f".{'urdf' if root.tag == 'robot' else 'sdf'}",
-                )
+                text = ElementTree.tostring(root, encoding="unicode")
+                suffix = ".urdf" if root.tag == "robot" else ".sdf"
             else:
                 return path  # in a format of which Drake reads all or nothing
         except RecursionError:
@@ -177,9 +176,10 @@ class Models:
             self._name_apart(world)
         for include in root.iter("include"):
             self._include(include, path)
-        for model in root.iter("model"):
-            if model.findtext("static", "0").strip() in ("1", "true") or (self._weld and model.find("joint") is None):
-                for link in model.findall("link"):
+        for model in (*root.findall("model"), *root.findall("world/model")):
+            joined = next(model.iter("joint"), None) is not None
+            if model.findtext("static", "0").strip() in ("1", "true") or (self._weld and not joined):
+                for link in model.iter("link"):
                     for inertial in link.findall("inertial"):  # often not valid, as Gazebo takes no notice of it
                         link.remove(inertial)
         for link in root.iter("link"):
@@ -251,15 +251,16 @@ class Models:
             if shape.tag == "mesh":
                 if shape.find("submesh") is not None:
                     raise StarnavError(f"{place} is a part of a mesh; allowed: a mesh file of its own")
-                scale = shape.findtext("scale", "1 1 1")
                 pieces = self._pieces(shape.findtext("uri") or "", path.parent, place)
             elif shape.tag in _SOLIDS:
                 try:
                     meshes = _SOLIDS[shape.tag](shape)
                 except (ValueError, StarnavError) as error:
                     raise StarnavError(f"{place}: {shape.tag}: {said_by(error)}; allowed: a solid shape") from None
-                scale, pieces = "1 1 1", [_write_obj(*mesh) for mesh in meshes]
-            elif shape.tag in ("box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "empty"):
+                pieces = [_write_obj(*mesh) for mesh in meshes]
+                geometry.clear()
+                SubElement(SubElement(geometry, "mesh"), "uri")
+            elif shape.tag.rpartition("}")[2] in _PRIMITIVES:
                 continue
             else:
                 solids = "box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane or mesh"
@@ -268,12 +269,7 @@ class Models:
                 copy = collision if k == 0 else _copy(collision, link)
                 if k > 0:
                     copy.set("name", f"{collision.get('name')}_{k}")
-                inside = copy.find("geometry")
-                assert inside is not None
-                inside.clear()
-                mesh = SubElement(inside, "mesh")
-                SubElement(mesh, "uri").text = f"file://{piece}"
-                SubElement(mesh, "scale").text = scale
+                copy.find("geometry/mesh/uri").text = f"file://{piece}"  # type: ignore[union-attr]
 
     def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""

@@ -142,6 +142,19 @@ def test_meshes_become_files_that_drake_reads(data: bytes, suffix: str, uri: str
     assert Path(mesh.get("filename").removeprefix("file://")).suffix == ".obj"
 
 
+def test_what_is_drake_s_own_stays(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    mesh = LINK.format("<mesh><uri>a.obj</uri><drake:declare_convex/></mesh>")
+    root = prepared(
+        sdf(
+            tmp_path,
+            MODEL.format(f"{mesh}<drake:collision_filter_group/>") + MODEL.format(LINK.format("<drake:capsule/>")),
+        )
+    )
+    for tag in ("declare_convex", "collision_filter_group", "capsule"):
+        assert len(list(root.iter(f"{{http://drake.mit.edu}}{tag}"))) == 1
+
+
 def test_pieces_of_a_mesh_that_do_not_hang_together_collide_apart(tmp_path: Path) -> None:
     far = ascii_stl().replace(
         b"endsolid a mesh\n", ascii_stl(np.array([(9, 0, 0), (9, 1, 0), (9, 0, 1), (10, 0, 0)]))[13:]
