@@ -6,7 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_starnav.control import ControlInput, ControllerParameters, control_step
+from drake_starnav.control import ControllerInputs, ControllerParameters, followed
+from drake_starnav.control.certificates import standard_certificates
+from drake_starnav.control.motion import Actuation
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
@@ -20,6 +23,7 @@ from drake_starnav.worlds.view import scan_from, visible_shapes
 LIDAR, ROBOT, PLANNER, CONTROLLER = LidarParameters(), RobotParameters(), PlannerParameters(), ControllerParameters()
 SAFE_RADIUS = ROBOT.radius + CONTROLLER.safety_margin
 SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
+COMMANDS = Actuation(ROBOT.limits, ROBOT.radius, 1.0 / CONTROLLER.rate, CONTROLLER.delay)
 ARRIVED = 0.3
 """At the goal the drive ends this far from it, m."""
 SAMPLED = 10
@@ -78,9 +82,12 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
 
 
 def command(moment: CommandMoment) -> np.ndarray:
-    """The controller's twist."""
-    now = ControlInput(moment.pose, moment.twist, np.zeros(2), moment.guidance, moment.star)
-    return control_step(now, CONTROLLER, ROBOT).twist
+    """The twist that controller and shield command."""
+    inputs = ControllerInputs(moment.pose, moment.twist, moment.guidance, moment.star)
+    desired = followed(inputs, CONTROLLER, ROBOT).twist
+    asked = standard_certificates(moment.star, CONTROLLER.safety_margin, COMMANDS, moment.pose[:2])
+    target, _ = certified_twist(moment.pose, moment.twist, desired, asked, COMMANDS)
+    return np.array(ramped_twist(moment.twist, target, COMMANDS))
 
 
 def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> Drive:

@@ -10,15 +10,11 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import (
-    LONGEST_STEP,
-    SAMPLE_SPACING,
-    STOPPED_DISTANCE,
-)
-from drake_starnav.control.certificates import PROPOSALS
+from drake_starnav.control.braking_certificate import STOPPED_DISTANCE
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, HEADING_GAIN
 from drake_starnav.control.modulation import CENTER, FARTHEST, NEAR_WALL_SCALE, SIGMA
+from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING
 from drake_starnav.control.path_following import (
     MAX_BEND,
     MODULATION_DISTANCE,
@@ -26,6 +22,7 @@ from drake_starnav.control.path_following import (
     TURNING_TIMES,
     near_wall_radius,
 )
+from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
@@ -196,7 +193,7 @@ def command(
     parameters: ControllerParameters,
     robot: RobotParameters,
 ) -> np.ndarray:
-    """As the twist of `control.control_step`; the path must not be empty."""
+    """As the command of `kinematic_drive`; the path must not be empty."""
     path = guidance.path
     offset = path - pose[:2]
     away = np.hypot(offset[:, 0], offset[:, 1])

@@ -81,7 +81,7 @@ def whole(scenario: Scenario, world: World) -> tuple[Simulator, VectorLogSink]:
     builder = DiagramBuilder()
     station = scenario_station(builder, scenario, world, SEED)
     navigation = add_navigation(builder, scenario, seed=SEED, world=world, station=station)
-    log = LogVectorOutput(navigation.controller.GetOutputPort("twist_command"), builder, COMMAND_PERIOD)
+    log = LogVectorOutput(navigation.shield.GetOutputPort("twist_command"), builder, COMMAND_PERIOD)
     simulator = make_simulator(builder.Build())
     return simulator, log
 

@@ -12,7 +12,8 @@ TYPE_CHECKING = False  # as in typing, which takes half the time until a command
 if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.baselines.known_obstacles import KnownObstacles as KnownObstacles
     from drake_starnav.control import ControllerParameters as ControllerParameters
-    from drake_starnav.control.braking_certificate import Certificate as Certificate
+    from drake_starnav.control.certificates import Certificate as Certificate
+    from drake_starnav.control.motion import BrakingMotion as BrakingMotion
     from drake_starnav.errors import StarnavError as StarnavError
     from drake_starnav.geometry.trajectory import Motion as Motion
     from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
@@ -61,8 +62,8 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.station.world_geometry import add_ground as add_ground
     from drake_starnav.station.world_geometry import add_world as add_world
     from drake_starnav.systems.baseline_controller import BaselineController as BaselineController
-    from drake_starnav.systems.certified_controller import CertifiedController as CertifiedController
     from drake_starnav.systems.convex_sets import convex_cover as convex_cover
+    from drake_starnav.systems.dsm_controller import DsmController as DsmController
     from drake_starnav.systems.fixed_goal import FixedGoal as FixedGoal
     from drake_starnav.systems.fixed_path import FixedPath as FixedPath
     from drake_starnav.systems.obstacle_tracker import ObstacleTracker as ObstacleTracker
@@ -71,6 +72,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.systems.star_perception import StarPerception as StarPerception
     from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as StarRoadmapPlanner
     from drake_starnav.systems.twist_shield import TwistShield as TwistShield
+    from drake_starnav.systems.twist_shield import Unshielded as Unshielded
     from drake_starnav.tracking import DynamicObstacleParameters as DynamicObstacleParameters
     from drake_starnav.tracking import Tracks as Tracks
     from drake_starnav.visualization.inline_page import InlinePage as InlinePage
@@ -100,7 +102,8 @@ _PUBLIC = {
     "PlannerStatus": "planning",
     "Guidance": "planning.guidance",
     "SafetyStar": "regions.safe_region",
-    "Certificate": "control.braking_certificate",
+    "Certificate": "control.certificates",
+    "BrakingMotion": "control.motion",
     "Tracks": "tracking",
     "ControllerParameters": "control",
     "World": "worlds",
@@ -121,9 +124,10 @@ _PUBLIC = {
     "StarPerception": "systems.star_perception",
     "StarRoadmapPlanner": "systems.star_roadmap_planner",
     "ScanMatcher": "systems.scan_matcher",
-    "CertifiedController": "systems.certified_controller",
+    "DsmController": "systems.dsm_controller",
     "BaselineController": "systems.baseline_controller",
     "TwistShield": "systems.twist_shield",
+    "Unshielded": "systems.twist_shield",
     "WheelSpeedCommand": "station.wheel_speed_command",
     "CollisionMonitor": "station.collision_monitor",
     "ArrivalMonitor": "station.arrival_monitor",

@@ -12,13 +12,13 @@ from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PassThrough
 
-from drake_starnav.control.law import ControlInput
+from drake_starnav.control.certificates import standard_certificates
+from drake_starnav.control.motion import Actuation
 from drake_starnav.control.rollout import rollout_step
-from drake_starnav.control.shield import shielded
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.navigation import add_navigation
-from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import with_margins
@@ -26,6 +26,7 @@ from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.release import release
+from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.validation import validate
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -155,7 +156,9 @@ class KinematicMotion:
         margins = with_margins(scenario)
         self._scenario, self._world, self._seed, self._shield = scenario, world, seed, shield
         self._settings = PerceptionSettings(*margins, scenario.robot.radius)
-        self._controller, self._shapes = margins[1], visible_shapes(world)
+        controller, robot = margins[1], scenario.robot
+        self._margin, self._rate, self._shapes = controller.safety_margin, controller.rate, visible_shapes(world)
+        self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
         self.pose, self._twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
         self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()
         self._look()
@@ -168,14 +171,14 @@ class KinematicMotion:
 
     def drive(self, action: np.ndarray) -> None:
         """Drive for `PERIOD` at a twist (v, omega), m/s and rad/s."""
-        rate, robot = self._controller.rate, self._scenario.robot
-        law, step = shielded(action), 1.0 / rate
+        rate, robot, actuation = self._rate, self._scenario.robot, self._actuation
         for _ in range(max(round(PERIOD * rate), 1)):
             want = action
             if self._shield:
-                now = ControlInput(self.pose, self._twist, np.zeros(2), Guidance.none(), self._seen.safety)
-                want = law(now, self._controller, robot).twist
-            *pose, v, omega, _ = rollout_step(*self.pose, *self._twist, *want, step, robot.limits)
+                certificates = standard_certificates(self._seen.safety, self._margin, actuation, self.pose[:2])
+                want, _ = certified_twist(self.pose, self._twist, action, certificates, actuation)
+            driven = ramped_twist(self._twist, want, actuation)
+            *pose, v, omega, _ = rollout_step(*self.pose, *self._twist, *driven, 1.0 / rate, robot.limits)
             self.pose, self._twist = np.array(pose), np.array((v, omega))
             self._ticks += 1
             if clearance(self._world, self.pose[None, :2])[0] < robot.radius:
@@ -195,7 +198,9 @@ class PlantMotion:
         builder = DiagramBuilder()
         action, nobody = PassThrough(2), ConstantVectorSource([0.0, 0.0])
         station = scenario_station(builder, scenario, world, seed)
-        own: dict[str, Any] = {"planner": nobody, "controller": action, "shield": shield}
+        own: dict[str, Any] = {"planner": nobody, "controller": action}
+        if not shield:
+            own["shield"] = Unshielded(scenario.robot, scenario.controller)
         navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, **own)
         add_collision_monitor(builder, navigation)
         builder.ExportInput(action.get_input_port(), "action")

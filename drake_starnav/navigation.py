@@ -1,6 +1,7 @@
 """The whole navigation loop as one Drake diagram."""
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -9,9 +10,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import ConstantValueSource
 
 from drake_starnav.baselines import known_obstacles, paper
-from drake_starnav.baselines.sampling_mpc import predictive_step
-from drake_starnav.control import Law, control_step
-from drake_starnav.control.parameters import CERTIFIED, GUIDED
+from drake_starnav.control.certificates import Certificate
+from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError, check_kind
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step
@@ -23,36 +23,84 @@ from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import STATION_OUTPUTS, NavigationStation, Station
 from drake_starnav.station.robot_interface import RobotInterface, delay_steps
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.certified_controller import CertifiedController
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
+from drake_starnav.systems.paper_controller import PaperController
+from drake_starnav.systems.predictive_controller import PredictiveController
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
-from drake_starnav.systems.twist_shield import TwistShield
+from drake_starnav.systems.twist_shield import TwistShield, Unshielded
+from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.validation import check_interface, validate
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
 
-class Method(NamedTuple):
-    """The functions of a method that follows the planner's guidance."""
+class ControllerNeeds(NamedTuple):
+    """What a controller is made of.
 
-    law: Law
+    Attributes:
+        scenario: with its margins.
+        obstacles: what is declared of moving obstacles, where they are tracked.
+        state_lead: how far in the future its `state` lies, s.
+        stopwatch: if any.
+    """
+
+    scenario: Scenario
+    obstacles: DynamicObstacleParameters | None
+    state_lead: float
+    stopwatch: Stopwatch | None
+
+
+class Method(NamedTuple):
+    """One way to drive.
+
+    Attributes:
+        controller: makes the system that proposes twists.
+        perceive, step: perception and planner, where there is a planner.
+        guided: whether it follows the planner's guidance.
+        shielded: whether its twists are certified; not those of the methods to compare with, as published.
+    """
+
+    controller: Callable[[ControllerNeeds], System]
     perceive: Perceive = perceive
     step: PlanStep = plan_step
+    guided: bool = True
+    shielded: bool = True
+
+
+def _guided(kind: type[DsmController]) -> Callable[[ControllerNeeds], System]:
+    return lambda needs: kind(
+        needs.scenario.robot,
+        needs.scenario.controller,
+        obstacles=needs.obstacles,
+        state_lead=needs.state_lead,
+        stopwatch=needs.stopwatch,
+    )
+
+
+def _paper(needs: ControllerNeeds) -> System:
+    return PaperController(needs.scenario.robot, stopwatch=needs.stopwatch)
+
+
+def _baseline(needs: ControllerNeeds) -> System:
+    scenario = needs.scenario
+    return BaselineController(scenario.robot, getattr(scenario, scenario.controller.kind), stopwatch=needs.stopwatch)
 
 
 METHODS = {
-    "star": Method(control_step),
-    "mpc": Method(predictive_step),
-    "star_paper": Method(paper.control_step, paper.perceive, paper.plan_step),
+    "star": Method(_guided(DsmController)),
+    "mpc": Method(_guided(PredictiveController)),
+    "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False),
+    **dict.fromkeys(("dsm", "foa", "dwa", "apf"), Method(_baseline, guided=False, shielded=False)),
 }
-"""By `controller.kind`, of GUIDED."""
+"""By `controller.kind`."""
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
     "known_obstacles",
@@ -73,10 +121,10 @@ class Navigation:
         goal: its only output is the goal.
         perception: None for a baseline that heads for the goal itself.
         planner: None for such a baseline.
-        controller: whose twist is driven, or shielded.
+        controller: proposes the twist.
         tracker: if the scenario declares obstacles that move.
         matcher: if it declares that the believed pose errs.
-        shield: the certificate around the twist of a controller of the user's.
+        shield: decides what of it is driven.
     """
 
     world: World
@@ -87,7 +135,7 @@ class Navigation:
     controller: Any = None
     tracker: ObstacleTracker | None = None
     matcher: ScanMatcher | None = None
-    shield: TwistShield | None = None
+    shield: Any = None
 
     @property
     def robot(self) -> RobotInterface:
@@ -108,22 +156,16 @@ class Navigation:
         return self.station.GetOutputPort(f"localization.{name}")
 
     @property
-    def certifier(self) -> System | None:
-        """The system that has the port `certificate`; None if there is none."""
-        system = self.shield or self.controller
-        return system if system is not None and "certificate" in outputs(system) else None
-
-    @property
     def certificate(self) -> OutputPort | None:
-        """The port of the certificate, in the same frame; None of a controller that has no such port."""
-        return None if self.certifier is None else (self.matcher or self.certifier).GetOutputPort("certificate")
+        """The port of the certificate, in the same frame; None of a shield that has no such port."""
+        if self.shield is None or "certificate" not in outputs(self.shield):
+            return None
+        return (self.matcher or self.shield).GetOutputPort("certificate")
 
     @property
     def twist_command(self) -> OutputPort | None:
-        """The port of the twist that is driven; None without a controller."""
-        if self.shield is not None:
-            return self.shield.GetOutputPort("twist_command")
-        return None if self.controller is None else output_port(self.controller, "twist_command", 2, "controller")
+        """The port of the twist that is driven; None without a shield."""
+        return None if self.shield is None else output_port(self.shield, "twist_command", 2, "shield")
 
 
 def add_navigation(
@@ -137,14 +179,15 @@ def add_navigation(
     goal: System | None = None,
     planner: System | None = None,
     controller: System | None = None,
-    shield: bool = False,
+    shield: System | None = None,
+    certificates: tuple[Certificate, ...] = (),
 ) -> Navigation:
-    """Add the station, perception, planner and controller of a scenario to a builder, and wire them.
+    """Add the station, perception, planner, controller and shield of a scenario to a builder, and wire them.
 
     A planner or controller of your own is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`,
     `pose`, `state`, `goal`, `star`, `safety_star` and `tracks`, as of the systems that output them, and for a
-    controller the planner's outputs: `short_term_goal`, `guidance` and all others. Inputs that are connected already
-    stay so. The certificate guarantees nothing about a controller without the shield.
+    controller `twist_command`, which is driven now, and the planner's outputs: `short_term_goal`, `guidance` and all
+    others. Inputs that are connected already stay so.
 
     The lidar scans at multiples of its period, in an unrestricted update. What follows from a scan, the plan included,
     is calculated when something first asks for it, see `ScanState`. Drake executes unrestricted updates before the
@@ -162,8 +205,9 @@ def add_navigation(
         stopwatch: records wall-clock times, if given.
         goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
         planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
-        controller: instead of the scenario's; it outputs `twist_command`, (v, omega), m/s and rad/s.
-        shield: whether a twist of your controller is driven only as far as the certificate accepts it.
+        controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
+        shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
+        certificates: of your own, each of which must accept what is driven, too; for the scenario's shield.
 
     Raises:
         UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
@@ -174,10 +218,12 @@ def add_navigation(
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     if world is not None:
         check_kind(world, World, "world", "as from make_world")
-    _check_own_systems(scenario, planner, controller, shield)
+    method = METHODS[scenario.controller.kind]
+    _check_own_systems(scenario, method, planner, controller, certificates if shield is None else ())
     validate(scenario)
+    given = goal, planner, controller, shield
     for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
-        if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in (goal, planner, controller):
+        if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in given:
             raise StarnavError(
                 f"the builder has a system named {name} already; allowed: one navigation a builder, without systems of "
                 "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
@@ -205,33 +251,46 @@ def add_navigation(
             ),
         )
     goal = add_system(builder, "goal", goal or FixedGoal(world.goal), "goal")
-    if scenario.controller.kind in GUIDED or scenario.controller.target == "short_term_goal":
-        made = _add_planning(builder, scenario, Navigation(world, station, goal), planner, stopwatch)
-    else:
-        made = Navigation(world, station, goal)
-    if controller is not None:
-        made = _add_own_controller(builder, scenario, made, controller, shield)
-    elif scenario.controller.kind in GUIDED:
-        made = _add_certified_controller(builder, scenario, made, stopwatch)
-    else:
-        made = _add_baseline(builder, scenario, made, stopwatch)
-    assert made.twist_command is not None
-    connect(builder, made.twist_command, station.GetInputPort("drive.twist_command"), "controller")
-    if made.matcher is not None and made.certifier is not None:
-        builder.Connect(made.certifier.GetOutputPort("certificate"), made.matcher.GetInputPort("certificate"))
+    made = Navigation(world, station, goal)
+    if method.guided or scenario.controller.target == "short_term_goal":
+        made = _add_planning(builder, scenario, made, method, planner, stopwatch)
+    moving = scenario.obstacles if made.tracker is not None else None
+    if shield is None and method.shielded:
+        shield = TwistShield(
+            scenario.robot,
+            scenario.controller,
+            certificates=certificates,
+            obstacles=moving,
+            state_lead=_lead(scenario),
+            stopwatch=stopwatch,
+        )
+    elif shield is None:
+        shield = Unshielded(scenario.robot, scenario.controller, stopwatch=stopwatch)
+    own, needs = controller is not None, ControllerNeeds(scenario, moving, _lead(scenario), stopwatch)
+    controller = add_system(builder, "controller", controller or method.controller(needs), "controller")
+    made = dataclasses.replace(made, controller=controller, shield=add_system(builder, "shield", shield, "shield"))
+    _connect_control(builder, scenario, made, method, own)
+    connect(builder, made.twist_command, station.GetInputPort("drive.twist_command"), "shield")
+    if made.matcher is not None and "certificate" in outputs(made.shield):
+        builder.Connect(made.shield.GetOutputPort("certificate"), made.matcher.GetInputPort("certificate"))
     return made
 
 
-def _check_own_systems(scenario: Scenario, planner: System | None, controller: System | None, shield: bool) -> None:
+def _check_own_systems(
+    scenario: Scenario,
+    method: Method,
+    planner: System | None,
+    controller: System | None,
+    certificates: tuple[Certificate, ...],
+) -> None:
     """Raise a `StarnavError` where a scenario excludes systems of the user's."""
     settings = scenario.controller
-    if shield and controller is None:
-        raise StarnavError("shield is True without a controller of your own; allowed: with one")
-    if controller is not None and not settings.certifies:
+    if (controller is not None or certificates) and not method.shielded:
+        what = "a controller" if controller is not None else "certificates"
         raise StarnavError(
-            f"controller.kind is {settings.kind} with a controller of your own; allowed: {', '.join(CERTIFIED)}"
+            f"controller.kind is {settings.kind} with {what} of your own; allowed: {', '.join(CERTIFIED)}"
         )
-    if planner is not None and settings.kind not in GUIDED and settings.target != "short_term_goal":
+    if planner is not None and not method.guided and settings.target != "short_term_goal":
         raise StarnavError(
             f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
             "allowed: controller.target short_term_goal"
@@ -242,11 +301,11 @@ def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
     made: Navigation,
+    method: Method,
     own: System | None,
     stopwatch: Stopwatch | None,
 ) -> Navigation:
     lidar, station = scenario.lidar, made.station
-    method = METHODS.get(scenario.controller.kind, METHODS["star"])  # a baseline may head for short-term goals
     scan, tracker = station.GetOutputPort("lidar.scan"), None
     if _tracks(scenario):
         tracker = builder.AddNamedSystem(
@@ -270,7 +329,7 @@ def _add_planning(
     builder.Connect(scan, perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
     matcher = None
-    if _matches(scenario):
+    if _matches(scenario, method):
         localization = scenario.localization
         error = OdometryError(localization.drift, localization.jump, lidar.noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
@@ -316,56 +375,10 @@ def _tracks(scenario: Scenario) -> bool:
     return scenario.obstacles.max_speed > 0.0 and scenario.controller.kind != "star_paper"
 
 
-def _matches(scenario: Scenario) -> bool:
+def _matches(scenario: Scenario, method: Method) -> bool:
     """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
     localization = scenario.localization
-    return localization.matching and not localization.exact and scenario.controller.kind in GUIDED
-
-
-def _add_certified_controller(
-    builder: DiagramBuilder, scenario: Scenario, made: Navigation, stopwatch: Stopwatch | None
-) -> Navigation:
-    controller = builder.AddNamedSystem(
-        "controller",
-        CertifiedController(
-            scenario.robot,
-            scenario.controller,
-            law=METHODS[scenario.controller.kind].law,
-            obstacles=scenario.obstacles if made.tracker is not None else None,
-            lead=_lead(scenario),
-            stopwatch=stopwatch,
-        ),
-    )
-    guide: System = made.matcher or made.planner
-    if "guidance" not in outputs(made.planner):
-        names = ", ".join(outputs(made.planner)) or "none"
-        raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
-    connect(builder, guide.GetOutputPort("guidance"), controller.GetInputPort("guidance"), "planner")
-    _connect_certifier(builder, scenario, made, controller)
-    return dataclasses.replace(made, controller=controller)
-
-
-def _add_own_controller(
-    builder: DiagramBuilder, scenario: Scenario, made: Navigation, controller: System, shield: bool
-) -> Navigation:
-    controller = add_system(builder, "controller", controller, "controller")
-    connect_inputs(builder, controller, _sources(made), "controller")
-    twist = output_port(controller, "twist_command", 2, "controller")
-    made = dataclasses.replace(made, controller=controller)
-    if not shield:
-        return made
-    guard = builder.AddNamedSystem(
-        "shield",
-        TwistShield(
-            scenario.robot,
-            scenario.controller,
-            obstacles=scenario.obstacles if made.tracker is not None else None,
-            lead=_lead(scenario),
-        ),
-    )
-    builder.Connect(twist, guard.GetInputPort("desired_twist"))
-    _connect_certifier(builder, scenario, made, guard)
-    return dataclasses.replace(made, shield=guard)
+    return localization.matching and not localization.exact and method.guided
 
 
 def _lead(scenario: Scenario) -> float:
@@ -373,13 +386,33 @@ def _lead(scenario: Scenario) -> float:
     return delay_steps(scenario.drive, scenario.simulation.time_step) * scenario.simulation.time_step
 
 
-def _connect_certifier(builder: DiagramBuilder, scenario: Scenario, made: Navigation, certifier: System) -> None:
-    """Connect what the certificate needs: the safety star, the state when a command takes effect, and the tracks."""
-    assert made.perception is not None
+def _connect_control(builder: DiagramBuilder, scenario: Scenario, made: Navigation, method: Method, own: bool) -> None:
+    """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
+    assert made.twist_command is not None
+    driven = {"twist_command": made.twist_command}
+    add_sources = _guided_sources if method.guided else _baseline_sources
+    sources = driven | add_sources(builder, scenario, made)
+    if not own and method.guided and "guidance" not in sources:
+        names = ", ".join(outputs(made.planner)) or "none"
+        raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
+    connect_inputs(builder, made.controller, _sources(made) | driven if own else sources, "controller")
+    sources["desired_twist"] = output_port(made.controller, "desired_twist", 2, "controller")
+    connect_inputs(builder, made.shield, sources, "shield")
+
+
+def _guided_sources(builder: DiagramBuilder, scenario: Scenario, made: Navigation) -> dict[str, OutputPort]:
+    """What controllers of this package that follow guidance, and their shield, may read, in the odometry's frame.
+
+    The state is the one in which a command finds the robot.
+    """
+    assert made.perception is not None and made.twist_command is not None
     rate = scenario.controller.rate
-    if made.tracker is not None:
-        builder.Connect(made.tracker.GetOutputPort("tracks"), certifier.GetInputPort("tracks"))
     star, state = made.perception.GetOutputPort("safety_star"), made.station.GetOutputPort("localization.state")
+    sources = {}
+    if "guidance" in outputs(made.planner):
+        sources["guidance"] = (made.matcher or made.planner).GetOutputPort("guidance")
+    if made.tracker is not None:
+        sources["tracks"] = made.tracker.GetOutputPort("tracks")
     if scenario.localization.jump > 0.0:
         guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, rolling=scenario.lidar.rolling)
         guard = builder.AddNamedSystem("jump_guard", guard)
@@ -390,46 +423,35 @@ def _connect_certifier(builder: DiagramBuilder, scenario: Scenario, made: Naviga
         predictor = StatePredictor(delay=_lead(scenario), rate=rate)
         predictor = builder.AddNamedSystem("predictor", predictor)
         builder.Connect(state, predictor.GetInputPort("state"))
-        builder.Connect(certifier.GetOutputPort("twist_command"), predictor.GetInputPort("twist_command"))
+        builder.Connect(made.twist_command, predictor.GetInputPort("twist_command"))
         state = predictor.get_output_port()
-    builder.Connect(star, certifier.GetInputPort("safety_star"))
-    builder.Connect(state, certifier.GetInputPort("state"))
+    return {**sources, "safety_star": star, "state": state}
 
 
-def _add_baseline(
-    builder: DiagramBuilder, scenario: Scenario, made: Navigation, stopwatch: Stopwatch | None
-) -> Navigation:
-    """Add a baseline; it reads the same scans at the same times as the star controller."""
-    world, station, goal, planner = made.world, made.station, made.goal, made.planner
-    kind = scenario.controller.kind
-    settings = getattr(scenario, kind)
-    controller = builder.AddNamedSystem(
-        "controller",
-        BaselineController(scenario.robot, scenario.controller, settings, stopwatch=stopwatch),
-    )
-    builder.Connect(goal.get_output_port(), controller.GetInputPort("goal"))
-    for name, port in (
-        ("lidar.scan", "scan"),
-        ("localization.scan_pose", "scan_pose"),
-        ("localization.state", "state"),
-    ):
-        builder.Connect(station.GetOutputPort(name), controller.GetInputPort(port))
-    if planner is not None:
-        target = output_port(planner, "short_term_goal", 2, "planner")
-        builder.Connect(target, controller.GetInputPort("short_term_goal"))
-    if kind == "dsm":
+def _baseline_sources(builder: DiagramBuilder, scenario: Scenario, made: Navigation) -> dict[str, OutputPort]:
+    """What baselines may read: the same scans at the same times as the star controller."""
+    world, station, kind = made.world, made.station, scenario.controller.kind
+    sources = {
+        "goal": made.goal.get_output_port(),
+        "scan": station.GetOutputPort("lidar.scan"),
+        "scan_pose": station.GetOutputPort("localization.scan_pose"),
+        "state": station.GetOutputPort("localization.state"),
+    }
+    if made.planner is not None:
+        sources["short_term_goal"] = output_port(made.planner, "short_term_goal", 2, "planner")
+    if getattr(scenario, kind).known:
         count = len(world.polygons)
         if count or world.model is not None or len(world.moving_obstacles):
             others = "a model file" if world.model is not None else "obstacles that move"
             what = f"{count} polygon{'s' * (count > 1)}" if count else others
             raise UnsupportedError(
-                f"controller.kind dsm in world {world.name}, which has {what}; "
+                f"controller.kind {kind} in world {world.name}, which has {what}; "
                 "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
             )
         known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + scenario.dsm.margin)
         source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
-        builder.Connect(source.get_output_port(), controller.GetInputPort("obstacles"))
-    return dataclasses.replace(made, controller=controller)
+        sources["obstacles"] = source.get_output_port()
+    return sources
 
 
 class NavigationDiagram(Diagram):
@@ -447,7 +469,7 @@ class NavigationDiagram(Diagram):
         self.simulator_config = scenario.simulator_config
         builder = DiagramBuilder()
         self.navigation = add_navigation(builder, scenario, seed=seed, world=world)
-        for name in ("planner", "matcher", "controller"):
+        for name in ("planner", "matcher", "controller", "shield"):
             system = getattr(self.navigation, name)
             for port_name, port in ({} if system is None else outputs(system)).items():
                 builder.ExportOutput(port, f"{name}.{port_name}")
@@ -460,11 +482,11 @@ class NavigationDiagram(Diagram):
 def make_diagram(scenario: Scenario, *, seed: int = 0, world: World | None = None) -> NavigationDiagram:
     """The built diagram of a scenario: simulate it, or add it to a builder of your own.
 
-    Any simulator steps it; `make_simulator` also applies the scenario's `simulator_config`. It exports the planner's,
-    the controller's and the station's outputs under dotted names: `planner.guidance`, `planner.short_term_goal`,
-    `planner.roadmap`, `planner.status` (if there is a planner), `controller.twist_command`,
-    `controller.guiding_vector`, `controller.certificate`, and all of the station's; if the scenario declares that the
-    believed pose errs, also `matcher.pose` and the others of the matcher.
+    Any simulator steps it; `make_simulator` also applies the scenario's `simulator_config`. It exports the outputs of
+    planner, controller, shield and station under dotted names: `planner.guidance`, `planner.short_term_goal`,
+    `planner.roadmap`, `planner.status` (if there is a planner), `controller.desired_twist`,
+    `controller.guiding_vector`, `shield.twist_command`, `shield.certificate`, and all of the station's; if the scenario
+    declares that the believed pose errs, also `matcher.pose` and the others of the matcher.
 
     Args:
         scenario: the parameters, as from `load_scenario`.

@@ -1,8 +1,11 @@
 """The robot's body and limits."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
+
+import numpy as np
 
 from drake_starnav.parameters import check_parameters, parameter
 
@@ -21,6 +24,18 @@ class Limits(NamedTuple):
     max_yaw_rate: float
     max_acceleration: float
     max_yaw_acceleration: float
+
+
+def saturated(twist: Sequence[float] | np.ndarray, limits: Limits) -> tuple[float, float]:
+    """A twist (v, omega), m/s and rad/s, each cut off where it exceeds the robot's limit; NaN stays NaN.
+
+    The one place where what is asked of a robot becomes what it can do: the shield asks here, and so do the wheels.
+    """
+    v, omega = float(twist[0]), float(twist[1])
+    return (
+        min(max(v, -limits.max_speed), limits.max_speed),
+        min(max(omega, -limits.max_yaw_rate), limits.max_yaw_rate),
+    )
 
 
 @dataclass(frozen=True)

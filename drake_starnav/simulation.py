@@ -13,6 +13,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Diagram, DiagramBuilder, System, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
+from drake_starnav.control.certificates import Certificate
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import Motion, evenly_sampled
@@ -125,7 +126,8 @@ class OwnSystems(TypedDict, total=False):
     goal: System
     planner: System
     controller: System
-    shield: bool
+    shield: System
+    certificates: tuple[Certificate, ...]
 
 
 def run_trial(
@@ -151,8 +153,8 @@ def run_trial(
         csv: file for the robot's states at each step of the plant, if any.
         observer: follows the run, if any; it must not change it.
         progress: called regularly with the simulated time and the time limit, s.
-        own: goal, planner, controller and shield of your own, as for `add_navigation`. Systems serve for one trial, and
-            are not to be used after it.
+        own: goal, planner, controller, shield and certificates of your own, as for `add_navigation`. Systems serve for
+            one trial, and are not to be used after it.
 
     Raises:
         UnsupportedError: the method cannot be tried in this world.

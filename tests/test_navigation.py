@@ -22,9 +22,10 @@ from drake_starnav.scenario import parse_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.worlds import make_world
 from drake_starnav.worlds.world import World
 from tests.helpers.posts import GOALS, LOOP_OUTPUTS, STATION_OUTPUTS, posts, simulated
@@ -148,7 +149,11 @@ def test_a_station_of_a_larger_robot_or_with_another_step_is_refused() -> None:
     scenario = posts()
     large = dataclasses.replace(scenario.robot, radius=scenario.robot.radius + 0.1)
     for robot, step, words in (
-        (large, 0.005, "robot.radius is 0.25 m, and the station's robot reaches 0.350 m from its axis; allowed: "),
+        (
+            large,
+            0.005,
+            "robot.radius is 0.25 m, and link base_link of the station's robot reaches 0.350 m from its axis; ",
+        ),
         (scenario.robot, 0.004, "the station has time_step 0.004 s, the scenario's simulation.time_step is 0.005 s"),
     ):
         builder = DiagramBuilder()
@@ -231,10 +236,11 @@ def test_is_a_subsystem_of_a_user_s_builder() -> None:
 def test_systems_that_are_added_are_handed_back() -> None:
     builder = DiagramBuilder()
     navigation = add_navigation(builder, posts())
-    kinds = (NavigationStation, StarPerception, StarRoadmapPlanner, CertifiedController)
-    systems = (navigation.station, navigation.perception, navigation.planner, navigation.controller)
+    kinds = (NavigationStation, StarPerception, StarRoadmapPlanner, DsmController, TwistShield)
+    names = ("station", "perception", "planner", "controller", "shield")
+    systems = tuple(getattr(navigation, name) for name in names)
     assert tuple(type(system) for system in systems) == kinds
-    assert [s.get_name() for s in builder.GetSystems()] == ["station", "goal", "perception", "planner", "controller"]
+    assert [s.get_name() for s in builder.GetSystems()] == ["station", "goal", *names[1:]]
     assert navigation.world.goal == (3.8, 0.0)
 
 
@@ -254,9 +260,9 @@ def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> N
 @pytest.mark.parametrize(
     ("method", "names"),
     [
-        ("dwa", ["station", "goal", "controller"]),
-        ("foa_roadmap", ["station", "goal", "perception", "planner", "controller"]),
-        ("dsm", ["station", "goal", "controller", "known_obstacles"]),
+        ("dwa", ["station", "goal", "controller", "shield"]),
+        ("foa_roadmap", ["station", "goal", "perception", "planner", "controller", "shield"]),
+        ("dsm", ["station", "goal", "controller", "shield", "known_obstacles"]),
     ],
 )
 def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: list[str]) -> None:
@@ -264,6 +270,7 @@ def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: l
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario)
     assert isinstance(navigation.controller, BaselineController)
+    assert isinstance(navigation.shield, Unshielded) and not isinstance(navigation.shield, TwistShield)
     assert [system.get_name() for system in builder.GetSystems()] == names
     diagram = make_diagram(scenario)
     exports = [diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())]
@@ -277,7 +284,7 @@ def test_python_systems_live_as_long_as_the_simulator() -> None:
     simulator.AdvanceTo(0.5)
     diagram = simulator.get_system()
     gc.collect()
-    assert diagram.GetOutputPort("controller.twist_command").Eval(simulator.get_context())[0] > 0.0
+    assert diagram.GetOutputPort("shield.twist_command").Eval(simulator.get_context())[0] > 0.0
 
 
 def test_python_systems_live_as_long_as_the_diagram() -> None:
@@ -320,13 +327,17 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     perception = builder.AddSystem(
         StarPerception(scenario.robot, scenario.planner, scenario.controller, scenario.lidar)
     )
-    controller = builder.AddSystem(CertifiedController(scenario.robot, scenario.controller))
+    controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller))
+    shield = builder.AddSystem(TwistShield(scenario.robot, scenario.controller))
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
         (perception, "safety_star", controller, "safety_star"),
         (station, "localization.state", controller, "state"),
-        (controller, "twist_command", station, "drive.twist_command"),
+        (controller, "desired_twist", shield, "desired_twist"),
+        (perception, "safety_star", shield, "safety_star"),
+        (station, "localization.state", shield, "state"),
+        (shield, "twist_command", station, "drive.twist_command"),
     ):
         builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
     builder.ExportInput(controller.GetInputPort("guidance"), "guidance")
@@ -345,7 +356,7 @@ class Pursuit(LeafSystem):
         super().__init__()
         self._state = self.DeclareVectorInputPort("state", 5)
         self._target = self.DeclareVectorInputPort(*names or ("short_term_goal",), 2)
-        self.DeclareVectorOutputPort("twist_command", 2, self._calc_twist)
+        self.DeclareVectorOutputPort("desired_twist", 2, self._calc_twist)
 
     def _calc_twist(self, context, output) -> None:
         x, y, yaw, _, _ = self._state.Eval(context)
@@ -381,13 +392,13 @@ def test_a_controller_of_ones_own_follows_the_short_term_goals() -> None:
     assert np.hypot(*(pose[:2] - GOALS[0])) < 0.1
     assert isinstance(navigation.planner, StarRoadmapPlanner)
     assert isinstance(navigation.controller, Pursuit)
-    assert navigation.certificate is None and navigation.shield is None
+    assert isinstance(navigation.shield, TwistShield)
 
 
 @pytest.mark.parametrize("faults", [[], ["drive.delay=0.1", "lidar.delay=0.05"], ["localization.drift=0.02"]])
 def test_the_shield_stops_a_controller_that_drives_into_a_post(faults: list[str]) -> None:
     scenario = posts(overrides=["lidar.noise=0.0", *faults])
-    pose, navigation, simulator = driven(8.0, scenario, controller=Pursuit("goal"), shield=True)
+    pose, navigation, simulator = driven(8.0, scenario, controller=Pursuit("goal"))
     gap = np.hypot(*(pose[:2] - (1.7, 0.1))) - 0.4 - scenario.robot.radius
     assert 0.0 < gap < 0.25
     port = navigation.certificate
@@ -396,12 +407,14 @@ def test_the_shield_stops_a_controller_that_drives_into_a_post(faults: list[str]
 
 
 def test_without_the_shield_it_hits_the_post() -> None:
-    pose, _, _ = driven(8.0, controller=Pursuit("goal"))
-    assert np.hypot(*(pose[:2] - (1.7, 0.1))) - 0.4 - posts().robot.radius < 0.002
+    scenario = posts()
+    free = Unshielded(scenario.robot, scenario.controller)
+    pose, _, _ = driven(8.0, controller=Pursuit("goal"), shield=free)
+    assert np.hypot(*(pose[:2] - (1.7, 0.1))) - 0.4 - scenario.robot.radius < 0.002
 
 
 def test_the_shield_holds_among_obstacles_that_move() -> None:
-    _, navigation, _ = driven(0.5, posts(overrides=["obstacles.max_speed=0.5"]), controller=Pursuit(), shield=True)
+    _, navigation, _ = driven(0.5, posts(overrides=["obstacles.max_speed=0.5"]), controller=Pursuit())
     assert navigation.tracker is not None
 
 
@@ -441,7 +454,7 @@ def test_a_planner_and_a_controller_of_ones_own_agree_on_their_ports() -> None:
             "planner has the output ports y0; allowed: one named guidance",
         ),
         ("star", {"goal": "there"}, "goal is str; allowed: a System of Drake"),
-        ("star", {"shield": True}, "shield is True without a controller of your own"),
+        ("star", {"shield": True}, "shield is bool; allowed: a System of Drake"),
         ("star_paper", {"controller": Pursuit()}, "controller.kind is star_paper with a controller of your own"),
         ("foa", {"controller": Pursuit()}, "controller.kind is foa with a controller of your own; allowed: star, mpc"),
         ("foa", {"planner": Beeline()}, "controller.kind is foa, which heads for the goal, with a planner"),

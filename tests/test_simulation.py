@@ -18,6 +18,7 @@ from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
 from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, scenario_station, trial_record
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import make_simulator
+from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import World, make_world
 from tests.helpers.head_on import head_on
@@ -83,21 +84,22 @@ def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None
     class Ahead(LeafSystem):
         def __init__(self) -> None:
             super().__init__()
-            self.DeclareVectorOutputPort("twist_command", 2, lambda context, output: output.SetFromVector([0.5, 0.0]))
+            self.DeclareVectorOutputPort("desired_twist", 2, lambda context, output: output.SetFromVector([0.5, 0.0]))
 
     scenario, html, csv = (
         parse_scenario(SMALL + "simulation: {timeout: 6}\n", name="small"),
         str(tmp_path / "a.html"),
         str(tmp_path / "a.csv"),
     )
-    trial = run_trial(scenario, seed=3, controller=Ahead(), html=html, csv=csv)
+    free = Unshielded(scenario.robot, scenario.controller)
+    trial = run_trial(scenario, seed=3, controller=Ahead(), shield=free, html=html, csv=csv)
     assert (trial.method, trial.outcome) == ("Ahead", "collision")
     table = np.genfromtxt(csv, delimiter=",", names=True)
     assert table.dtype.names == ("t", "x", "y", "yaw", "v", "omega")
     assert table["t"][-1] == pytest.approx(trial.time_s)
     assert table["x"][-1] == pytest.approx(trial.path[-1][0], abs=1e-3)
     assert "method Ahead" in (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert run_trial(scenario, seed=3, controller=Ahead(), shield=True, observer=None).min_clearance_m > 0.0
+    assert run_trial(scenario, seed=3, controller=Ahead(), observer=None).min_clearance_m > 0.0
 
 
 @pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dvva", "did you mean dwa")])

@@ -1,4 +1,4 @@
-"""One period of a baseline controller: the robot's state and surroundings -> (v, omega).
+"""What a baseline controller is: from the robot's state and surroundings to a desired twist.
 
 DSM, FOA and the potential field give velocities of a robot that moves in any direction; a differential drive follows
 them by the turning law of the star controller, at their speed. The dynamic window gives a twist at once.
@@ -6,29 +6,20 @@ them by the turning law of the star controller, at their speed. The dynamic wind
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from drake_starnav.baselines.dsm_circles import DsmParameters, dsm_velocity
-from drake_starnav.baselines.dwa import PERIOD, DwaParameters, dwa_twist
-from drake_starnav.baselines.foa import FoaParameters, foa_cluster_velocity, foa_velocity
 from drake_starnav.baselines.known_obstacles import KnownObstacles
-from drake_starnav.baselines.potential_field import PotentialFieldParameters, potential_field_velocity
-from drake_starnav.control.heading_controller import (
-    CREEP_SPEED,
-    GOAL_SLOWDOWN,
-    limited_twist,
-    turning_law,
-    wrapped_angle,
-)
-from drake_starnav.control.parameters import ControllerParameters
+from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN, turning_law, wrapped_angle
+from drake_starnav.control.inputs import Proposal
 from drake_starnav.robot import RobotParameters
 
-BaselineParameters = DsmParameters | FoaParameters | DwaParameters | PotentialFieldParameters
 AT_REST = 0.12
 """A robot this near to its goal stops, m: nearby obstacles may keep a baseline from coming nearer."""
 STANDING = 1e-9
 """A slower velocity has no direction to turn towards, m/s."""
+STOP = Proposal(np.zeros(2), np.zeros(2))
 
 
 @dataclass(frozen=True)
@@ -42,6 +33,7 @@ class Situation:
         goal: where to slow down, shape (2,), W, m.
         points: hits of the current scan, shape (n, 2), W, m; none for a baseline that knows its obstacles.
         obstacles: known obstacles; none for a baseline that has only its scan.
+        robot: its radius and limits.
     """
 
     pose: np.ndarray
@@ -50,72 +42,46 @@ class Situation:
     goal: np.ndarray
     points: np.ndarray
     obstacles: KnownObstacles
+    robot: RobotParameters
+
+    def nominal_velocity(self, speed: float) -> np.ndarray:
+        """Straight to the target at a speed, slower towards the goal only; shape (2,), W, m/s."""
+        offset = self.target - self.pose[:2]
+        distance = math.hypot(offset[0], offset[1])
+        if distance < STANDING:
+            return np.zeros(2)
+        left = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
+        return min(speed, GOAL_SLOWDOWN * left + CREEP_SPEED) / distance * offset
+
+    def followed(self, velocity: np.ndarray, max_speed: float) -> Proposal:
+        """The twist that turns towards a velocity (2,), W, and drives as fast, up to a speed, m/s."""
+        speed = math.hypot(velocity[0], velocity[1])
+        if speed < STANDING:
+            return STOP
+        bearing = math.atan2(velocity[1], velocity[0])
+        speed = min(speed, max_speed, self.robot.max_speed)
+        return Proposal(turning_law(wrapped_angle(bearing - self.pose[2]), speed, self.robot), unit_vector(bearing))
 
 
-def baseline_step(
-    situation: Situation, settings: BaselineParameters, controller: ControllerParameters, robot: RobotParameters
-) -> tuple[np.ndarray, np.ndarray]:
-    """The twist for the next period, and the direction that it follows.
+class Baseline(Protocol):
+    """A baseline: the parameters of its section in a scenario, with what it does by them."""
 
-    Args:
-        situation: state and surroundings.
-        settings: of the baseline; their type selects it.
-        controller: its rate.
-        robot: its radius and limits.
+    @property
+    def known(self) -> bool:
+        """Whether it is told its obstacles; it has no scan then."""
 
-    Returns:
-        twist: (v, omega) at the end of the period, within the limits, m/s and rad/s.
-        direction: unit vector, shape (2,), W; zero when there is nowhere to go.
-    """
-    x, y, yaw = situation.pose
-    period = 1.0 / controller.rate
+    def propose(self, situation: Situation) -> Proposal:
+        """The twist that it desires, and the direction that it follows."""
+
+
+def baseline_step(situation: Situation, baseline: Baseline) -> Proposal:
+    """What a baseline proposes; at its goal it stops."""
+    x, y, _ = situation.pose
     if math.hypot(situation.goal[0] - x, situation.goal[1] - y) < AT_REST:
-        return limited_twist(situation.twist, np.zeros(2), robot, period), np.zeros(2)
-    if isinstance(settings, DwaParameters):
-        v, omega = dwa_twist(situation.pose, situation.twist, situation.target, situation.points, robot, settings)
-        heading = yaw + omega * PERIOD
-        return limited_twist(situation.twist, np.array((v, omega)), robot, period), _unit(heading)
-    velocity = _velocity(situation, settings, robot)
-    speed = math.hypot(velocity[0], velocity[1])
-    if speed < STANDING:
-        return limited_twist(situation.twist, np.zeros(2), robot, period), np.zeros(2)
-    bearing = math.atan2(velocity[1], velocity[0])
-    speed = min(speed, settings.max_speed, robot.max_speed)
-    desired = turning_law(wrapped_angle(bearing - yaw), speed, robot)
-    return limited_twist(situation.twist, desired, robot, period), _unit(bearing)
+        return STOP
+    return baseline.propose(situation)
 
 
-def _velocity(
-    situation: Situation,
-    settings: DsmParameters | FoaParameters | PotentialFieldParameters,
-    robot: RobotParameters,
-) -> np.ndarray:
-    position = situation.pose[:2]
-    if isinstance(settings, PotentialFieldParameters):
-        return potential_field_velocity(
-            position, situation.target, situation.points, robot_radius=robot.radius, parameters=settings
-        )
-    speed = min(settings.max_speed, robot.max_speed)
-    nominal = _nominal_velocity(position, situation.target, situation.goal, speed)
-    radius = robot.radius + settings.margin
-    if isinstance(settings, DsmParameters):
-        known = situation.obstacles
-        return dsm_velocity(
-            position, nominal, known.circles, robot_radius=radius, reference_points=known.reference_points
-        )
-    velocity = foa_cluster_velocity if settings.clusters else foa_velocity
-    return velocity(position, nominal, situation.points, control_radius=radius)
-
-
-def _nominal_velocity(position: np.ndarray, target: np.ndarray, goal: np.ndarray, speed: float) -> np.ndarray:
-    """Straight to the target, slower towards the goal only."""
-    offset = target - position
-    distance = math.hypot(offset[0], offset[1])
-    if distance < STANDING:
-        return np.zeros(2)
-    left = math.hypot(goal[0] - position[0], goal[1] - position[1])
-    return min(speed, GOAL_SLOWDOWN * left + CREEP_SPEED) / distance * offset
-
-
-def _unit(bearing: float) -> np.ndarray:
+def unit_vector(bearing: float) -> np.ndarray:
+    """Towards a bearing, shape (2,)."""
     return np.array((math.cos(bearing), math.sin(bearing)))

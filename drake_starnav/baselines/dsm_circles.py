@@ -17,8 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
+from drake_starnav.control.inputs import Proposal
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
@@ -41,6 +43,21 @@ class DsmParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self, "dsm")
+
+    known = True
+    """The circles are given."""
+
+    def propose(self, situation: Situation) -> Proposal:
+        """The twist that follows `dsm_velocity`, and its direction."""
+        robot, obstacles = situation.robot, situation.obstacles
+        velocity = dsm_velocity(
+            situation.pose[:2],
+            situation.nominal_velocity(min(self.max_speed, robot.max_speed)),
+            obstacles.circles,
+            robot_radius=robot.radius + self.margin,
+            reference_points=obstacles.reference_points,
+        )
+        return situation.followed(velocity, self.max_speed)
 
 
 def dsm_velocity(

@@ -19,7 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from drake_starnav.baselines.baseline_step import Situation, unit_vector
 from drake_starnav.baselines.checks import rows, vector
+from drake_starnav.control.inputs import Proposal
 from drake_starnav.parameters import check_parameters, parameter
 from drake_starnav.robot import RobotParameters
 
@@ -43,6 +45,15 @@ class DwaParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self, "dwa")
+
+    known = False
+    """It has its scan alone."""
+
+    def propose(self, situation: Situation) -> Proposal:
+        """`dwa_twist`, and where it turns to."""
+        pose = situation.pose
+        v, omega = dwa_twist(pose, situation.twist, situation.target, situation.points, situation.robot, self)
+        return Proposal(np.array((v, omega)), unit_vector(pose[2] + omega * PERIOD))
 
 
 def dwa_twist(

@@ -16,8 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import positive, rows, vector
 from drake_starnav.baselines.directional_mean import directional_mean
+from drake_starnav.control.inputs import Proposal
 from drake_starnav.parameters import check_parameters, parameter
 
 MIN_DISTANCE = 1e-3
@@ -46,6 +48,17 @@ class FoaParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self, "foa")
+
+    known = False
+    """It has its scan alone."""
+
+    def propose(self, situation: Situation) -> Proposal:
+        """The twist that follows `foa_velocity`, or `foa_cluster_velocity`, and its direction."""
+        robot = situation.robot
+        nominal = situation.nominal_velocity(min(self.max_speed, robot.max_speed))
+        modulated = foa_cluster_velocity if self.clusters else foa_velocity
+        velocity = modulated(situation.pose[:2], nominal, situation.points, control_radius=robot.radius + self.margin)
+        return situation.followed(velocity, self.max_speed)
 
 
 def foa_velocity(

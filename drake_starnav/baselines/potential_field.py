@@ -16,7 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from drake_starnav.baselines.baseline_step import Situation
 from drake_starnav.baselines.checks import positive, rows, vector
+from drake_starnav.control.inputs import Proposal
 from drake_starnav.parameters import check_parameters, parameter
 
 ATTRACTIVE_GAIN = 1.0
@@ -40,6 +42,20 @@ class PotentialFieldParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self, "apf")
+
+    known = False
+    """It has its scan alone."""
+
+    def propose(self, situation: Situation) -> Proposal:
+        """The twist that follows `potential_field_velocity`, and its direction."""
+        velocity = potential_field_velocity(
+            situation.pose[:2],
+            situation.target,
+            situation.points,
+            robot_radius=situation.robot.radius,
+            parameters=self,
+        )
+        return situation.followed(velocity, self.max_speed)
 
 
 def potential_field_velocity(

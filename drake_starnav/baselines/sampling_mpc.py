@@ -15,8 +15,8 @@ the present twist. Three properties keep the robot from waiting forever in narro
  (2) T does not jump where a corner is passed, and includes the time to accelerate;
  (3) a motion is judged by its best moment in the second half of the horizon, so that a setback of the prediction near
      the horizon is no reason to start later.
-The candidates are certified in the order of their cost until one passes; if none does, the law's twist goes through
-the certificate as it would without prediction.
+The candidates are certified in the order of their cost, and the first that passes is proposed; if none does, the law's
+twist is, as it would be without prediction.
 """
 
 import dataclasses
@@ -26,18 +26,18 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.certificates import certified_twist, first_inside
+from drake_starnav.control.certificates import Certificate, first_accepted
 from drake_starnav.control.heading_controller import (
     CREEP_SPEED,
     GOAL_SLOWDOWN,
     gripped,
-    limited_twist,
     turning_twist,
     wrapped_angle,
 )
-from drake_starnav.control.law import Command, ControlInput
+from drake_starnav.control.inputs import ControllerInputs, Proposal
+from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.path_following import desired_twist
+from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import (
     ARRIVED,
     KnownSpace,
@@ -48,7 +48,6 @@ from drake_starnav.control.rollout import (
     time_to_go,
     times_left,
 )
-from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.star_region import RegionStack, covers, segment_covered
 from drake_starnav.robot import RobotParameters
 
@@ -92,43 +91,34 @@ class _Settings(NamedTuple):
     margin: float
 
 
-def predictive_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
-    """One period of the controller, as `path_following.control_step` and with its arguments."""
-    direction, desired = desired_twist(now, parameters, robot)
-    arrived = now.guidance.distance_to_goal(now.pose[:2]) < ARRIVED
-    v, omega, accepted = predictive_twist(
-        now._replace(guidance=Guidance.none()) if arrived else now, desired, parameters, robot
-    )
-    desired = np.array((v, omega))
-    return Command(limited_twist(now.twist, desired, robot, 1.0 / parameters.rate), direction, accepted)
-
-
 def predictive_twist(
-    now: ControlInput, reactive: np.ndarray, parameters: ControllerParameters, robot: RobotParameters
-) -> tuple[float, float, bool]:
-    """The certified candidate with the least cost.
+    inputs: ControllerInputs,
+    certificates: tuple[Certificate, ...],
+    actuation: Actuation,
+    parameters: ControllerParameters,
+    robot: RobotParameters,
+) -> Proposal:
+    """The certified candidate with the least cost; where there is none, or no way point is in sight, the law's twist.
 
     Args:
-        now: what the controller is given.
-        reactive: (v, omega) that the law wants, m/s and rad/s; the fallback where no way point is in sight.
+        inputs: what the controller is given.
+        certificates: that the twist must pass.
+        actuation: what commands do.
         parameters: of the controller.
         robot: its size and limits.
-
-    Returns:
-        v (m/s), omega (rad/s), and whether any motion was certified; if not, the twist brakes.
     """
-    pose, twist, _, guidance, star = now
-    limits, period = robot.limits, 1.0 / parameters.rate
-    seen = path_in_sight(pose[:2], guidance.path, guidance.regions) if len(guidance.path) else None
-    if seen is not None:
-        twists = candidates(twist, reactive, robot)
-        in_sight = now._replace(guidance=dataclasses.replace(guidance, path=seen))
-        twists = twists[np.argsort(rollout_costs(twists, in_sight, parameters, robot), kind="stable")]
-        known = star.center, star.bearing_0, star.values
-        k = first_inside(*pose, *twist, twists, period, parameters.delay, limits, known)
-        if k >= 0:
-            return float(twists[k, 0]), float(twists[k, 1]), True
-    return certified_twist(pose, twist, reactive, period, limits, star, parameters.delay)
+    law = followed(inputs, parameters, robot)
+    pose, twist, guidance, _ = inputs
+    if not len(guidance.path) or guidance.distance_to_goal(pose[:2]) < ARRIVED:
+        return law
+    seen = path_in_sight(pose[:2], guidance.path, guidance.regions)
+    if seen is None:
+        return law
+    twists = candidates(twist, law.twist, robot)
+    in_sight = inputs._replace(guidance=dataclasses.replace(guidance, path=seen))
+    twists = twists[np.argsort(rollout_costs(twists, in_sight, parameters, robot), kind="stable")]
+    k = first_accepted((roll_out(pose, twist, target, actuation) for target in twists), certificates)
+    return law if k is None else law._replace(twist=twists[k])
 
 
 def candidates(twist: np.ndarray, reactive: np.ndarray, robot: RobotParameters) -> np.ndarray:
@@ -155,10 +145,10 @@ def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) 
 
 
 def rollout_costs(
-    twists: np.ndarray, now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
+    twists: np.ndarray, inputs: ControllerInputs, parameters: ControllerParameters, robot: RobotParameters
 ) -> np.ndarray:
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
-    pose, twist, _, guidance, star = now
+    pose, twist, guidance, star = inputs
     limits = robot.limits
     line = np.vstack((pose[:2], guidance.path))
     slowdown = GOAL_SLOWDOWN if guidance.arrives else np.inf

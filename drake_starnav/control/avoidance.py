@@ -2,7 +2,7 @@
 
 A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the present twist, or drive in a direction, forwards
 or backwards, by the heading law (omega = gain error, v = v_max cos^3 error): turning and then driving aside is one
-manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that both certificates
+manoeuvre. Each is simulated as in `avoidance_rollout`. The first one must begin with a twist that the certificates
 accept. Of each generation the BEAM best rollouts that differ are continued, up to the horizon.
 """
 
@@ -21,6 +21,7 @@ from drake_starnav.control.avoidance_rollout import (
     HEADING,
     HELD,
     LEAST,
+    OMEGA,
     PATH,
     STEP,
     TWIST,
@@ -35,12 +36,12 @@ from drake_starnav.control.avoidance_rollout import (
     wanted_twist,
     way_cost,
 )
-from drake_starnav.control.certificates import accepted, constraints_of
-from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, wrapped_angle
-from drake_starnav.control.law import ControlInput, TrackedObstacles
+from drake_starnav.control.certificates import Certificate, accepted
+from drake_starnav.control.heading_controller import GOAL_SLOWDOWN, limited, wrapped_angle
+from drake_starnav.control.inputs import ControllerInputs, TrackedObstacles
+from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.moving_modulation import moving_modulation
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.tracking.prediction import HORIZON
@@ -108,22 +109,25 @@ def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot:
 
 
 def avoid_collision(
-    now: ControlInput,
+    inputs: ControllerInputs,
     tracked: TrackedObstacles,
-    rows: np.ndarray,
-    controller: ControllerParameters,
+    certificates: tuple[Certificate, ...],
+    actuation: Actuation,
     robot: RobotParameters,
 ) -> Avoidance:
     """Whether the path leads too near to an obstacle that moves or might start, and the best manoeuvre if so.
 
     Args:
-        now: what the controller is given.
-        tracked: the dynamic obstacles; confirmed tracks are predicted.
-        rows: `reachable_discs` that the certificate in time takes into account.
-        controller, robot: parameters.
+        inputs: what the controller is given.
+        tracked: the moving obstacles; confirmed tracks are predicted.
+        certificates: that the twist with which a manoeuvre begins must pass.
+        actuation: what commands do.
+        robot: its size and limits.
     """
-    pose, twist, _, guidance, star = now
     tracks, age, obstacles = tracked
+    if not (tracks.confirmed.any() or len(tracks.standing)):
+        return Avoidance(np.inf, None, np.inf)
+    pose, twist, guidance, star = inputs
     confirmed, limits, path = tracks.confirmed, robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
@@ -139,10 +143,13 @@ def avoid_collision(
     nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
     if nearest >= COMFORT and not held:
         return Avoidance(nearest, None, np.inf)
-    ways, left = manoeuvres(twist, limits, around(pose, path, tracked, robot)), times_left(line, limits)
-    constraints = constraints_of(star, controller, robot)
-    v, omega, least, found = _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints)
-    return Avoidance(nearest, np.array((v, omega)) if found else None, least)
+    ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
+    start = start_row(pose, twist, known.hits, settings.radius)
+    firsts = _first_twists(ways, start, line, limits, settings.slowdown)
+    allowed = np.array([accepted(roll_out(pose, twist, first, actuation), certificates) for first in firsts])
+    left = times_left(line, limits)
+    k, least = _searched(ways, firsts, allowed, start, line, left, known, discs, limits, settings)
+    return Avoidance(nearest, firsts[k] if k >= 0 else None, least)
 
 
 @njit(cache=True)
@@ -174,19 +181,26 @@ def _along_the_path(pose, twist, line, known, discs, limits, settings):
 
 
 @njit(cache=True)
-def _searched(ways, pose, twist, line, left, known, discs, limits, settings, rows, constraints):
-    """v, omega and least predicted distance of the best rollout, and whether there is one."""
-    slowdown, age = settings.slowdown, discs.age
+def _first_twists(ways, start, line, limits, slowdown):
+    """The twists (n, 2) with which manoeuvres begin, within the robot's limits."""
+    firsts = np.empty((len(ways), 2))
+    for m in range(len(ways)):
+        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, slowdown)
+        firsts[m, 0], firsts[m, 1] = limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)
+    return firsts
+
+
+@njit(cache=True)
+def _searched(ways, firsts, allowed, start, line, left, known, discs, limits, settings):
+    """The manoeuvre with which the best rollout begins, or -1, and its least predicted distance, m."""
     count = len(ways)
-    start = start_row(pose, twist, known.hits, settings.radius)
-    change, firsts = np.zeros(count), np.empty((count, 2))
+    change = np.zeros(count)
     generation = np.empty((count, COLUMNS))
     n = 0
     for m in range(count):
-        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, slowdown)
-        firsts[m, 0], firsts[m, 1] = v, omega
-        change[m] = CHANGE_WEIGHT * (abs(v - twist[0]) / limits.max_speed + abs(omega - twist[1]) / limits.max_yaw_rate)
-        if not accepted(pose[0], pose[1], pose[2], twist[0], twist[1], v, omega, limits, constraints, rows, age):
+        v, omega = abs(firsts[m, 0] - start[V]), abs(firsts[m, 1] - start[OMEGA])
+        change[m] = CHANGE_WEIGHT * (v / limits.max_speed + omega / limits.max_yaw_rate)
+        if not allowed[m]:
             continue
         generation[n] = start
         drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
@@ -216,9 +230,8 @@ def _searched(ways, pose, twist, line, left, known, discs, limits, settings, row
                 n += 1
         generation = following
     if best_cost == np.inf:
-        return 0.0, 0.0, -np.inf, False
-    first = int(best[FIRST])
-    return firsts[first, 0], firsts[first, 1], best[LEAST], True
+        return -1, -np.inf
+    return int(best[FIRST]), best[LEAST]
 
 
 @njit(cache=True)

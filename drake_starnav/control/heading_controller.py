@@ -1,4 +1,4 @@
-"""From a heading error to a twist of the differential drive within its limits."""
+"""From a heading error to a twist of the differential drive."""
 
 import math
 
@@ -32,18 +32,6 @@ def turning_law(heading: float, speed: float, robot: RobotParameters) -> np.ndar
     return np.array(turning_twist(heading, speed, robot.limits))
 
 
-def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
-    """The twist after one period of approaching `desired` within the robot's speeds and accelerations.
-
-    Args:
-        twist: (v, omega) now, m/s and rad/s.
-        desired: (v, omega).
-        robot: its limits.
-        period: s.
-    """
-    return np.array(approached_twist(*twist, *desired, robot.limits, period))
-
-
 @njit(cache=True)
 def turning_twist(heading, speed, limits):
     """`turning_law`, compiled."""
@@ -53,24 +41,9 @@ def turning_twist(heading, speed, limits):
 
 
 @njit(cache=True)
-def approached_twist(v, omega, want_v, want_omega, limits, period):
-    """`limited_twist`, compiled."""
-    return (
-        ramped(v, limited(want_v, limits.max_speed), limits.max_acceleration * period),
-        ramped(omega, limited(want_omega, limits.max_yaw_rate), limits.max_yaw_acceleration * period),
-    )
-
-
-@njit(cache=True)
 def limited(value, limit):
     """The value, cut off at `limit` in size."""
     return min(max(value, -limit), limit)
-
-
-@njit(cache=True)
-def ramped(value, target, change):
-    """The value, moved towards the target by at most `change`."""
-    return value + min(max(target - value, -change), change)
 
 
 @njit(cache=True)

@@ -27,8 +27,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import BRAKING, braking_motion
-from drake_starnav.robot import Limits
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -42,18 +42,33 @@ X, Y, VX, VY, GROWTH, RADIUS = range(6)
 """Columns of the reachable discs."""
 
 
-class Threats(NamedTuple):
-    """What a braking robot must keep clear of, and by how much.
+class MovingCertificate(NamedTuple):
+    """Accepts motions during which no moving obstacle can touch the robot while it drives.
 
     Attributes:
-        rows: shape (n, 6), as from `reachable_discs`.
+        discs: shape (n, 6), as from `reachable_discs`.
         distance: radius of the robot and margin, m.
         age: time since the scan that they are of, s.
     """
 
-    rows: np.ndarray
+    discs: np.ndarray
     distance: float
     age: float
+
+    @staticmethod
+    def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
+        """Of what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
+        tracks, age, obstacles = tracked
+        limits, distance = actuation.limits, actuation.radius + MOVING_MARGIN
+        longest = age + actuation.delay + actuation.hold + limits.max_speed / limits.max_acceleration
+        reach = distance + (limits.max_speed + obstacles.max_speed) * longest
+        return MovingCertificate(within(reachable_discs(tracks, obstacles), position, reach), distance, age)
+
+    def accepts(self, motion: Motion) -> bool:
+        """Whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
+        if not len(self.discs):
+            return True
+        return _stays_clear(motion.position, motion.twist[:, 0], motion.time, motion.braking, *self)
 
 
 def reachable_discs(tracks: Tracks, parameters: DynamicObstacleParameters) -> np.ndarray:
@@ -89,70 +104,46 @@ def _rows(places: np.ndarray, velocity: np.ndarray, growth: float, radius: np.nd
     return rows
 
 
-def near(rows: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
+def within(discs: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
     """The reachable discs whose edge is within `reach` (m) of a place (2,)."""
-    away = np.hypot(rows[:, X] - position[0], rows[:, Y] - position[1]) - rows[:, RADIUS]
-    return rows[away < reach]
-
-
-def stays_clear(
-    pose: np.ndarray,
-    twist: np.ndarray,
-    desired: np.ndarray,
-    hold: float,
-    limits: Limits,
-    reachable_discs: Threats,
-    delay: float = 0.0,
-) -> bool:
-    """Whether no dynamic obstacle can touch the robot while it follows `desired` for `hold` seconds and then brakes.
-
-    Args:
-        pose: (x, y, yaw) of the robot in W, m and rad.
-        twist: (v, omega) commanded now, m/s and rad/s.
-        desired: (v, omega) to certify; what exceeds the robot's speeds is cut off.
-        hold: how long it is followed, s.
-        limits: of the robot.
-        reachable_discs: which it must keep clear of.
-        delay: how long the robot keeps `twist` before it follows `desired`, s.
-    """
-    return bool(stays_clear_of(*pose, *twist, *desired, hold, delay, limits, *reachable_discs))
+    away = np.hypot(discs[:, X] - position[0], discs[:, Y] - position[1]) - discs[:, RADIUS]
+    return discs[away < reach]
 
 
 @njit(cache=True)
-def _clearance(x, y, rows, distance, time):
+def _clearance(x, y, discs, distance, time):
     """Least distance to the places that reachable discs may have reached at a time, less what the robot needs, m."""
     least = np.inf
-    for k in range(len(rows)):
-        dx, dy = x - rows[k, X] - rows[k, VX] * time, y - rows[k, Y] - rows[k, VY] * time
-        least = min(least, math.sqrt(dx * dx + dy * dy) - rows[k, RADIUS] - rows[k, GROWTH] * time)
+    for k in range(len(discs)):
+        dx, dy = x - discs[k, X] - discs[k, VX] * time, y - discs[k, Y] - discs[k, VY] * time
+        least = min(least, math.sqrt(dx * dx + dy * dy) - discs[k, RADIUS] - discs[k, GROWTH] * time)
     return least - distance
 
 
 @njit(cache=True)
-def _fastest(rows):
+def _fastest(discs):
     most = 0.0
-    for k in range(len(rows)):
-        most = max(most, math.hypot(rows[k, VX], rows[k, VY]) + rows[k, GROWTH])
+    for k in range(len(discs)):
+        most = max(most, math.hypot(discs[k, VX], discs[k, VY]) + discs[k, GROWTH])
     return most
 
 
 @njit(cache=True)
-def stays_clear_of(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, rows, distance, age):
-    """`stays_clear` compiled; samples are skipped while the last clearance cannot have been used up."""
-    if len(rows) == 0:
-        return True
-    fastest = _fastest(rows)
-    spare, time = 0.0, age
-    motion = braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits)
-    for next_x, next_y, _, now_v, _, step, phase in motion:
-        time += step
-        spare -= math.hypot(next_x - x, next_y - y) + fastest * step
-        stopped = phase == BRAKING and abs(now_v) < STANDING_SPEED
+def _stays_clear(position, speed, time, braking, discs, distance, age):
+    """Whether places (n, 2) of a robot with these speeds (n,) at these times (n,) stay clear of the discs.
+
+    Places are skipped while the last clearance cannot have been used up.
+    """
+    fastest = _fastest(discs)
+    spare = 0.0
+    for k in range(1, len(position)):
+        x, y = position[k]
+        spare -= math.hypot(x - position[k - 1, 0], y - position[k - 1, 1]) + fastest * (time[k] - time[k - 1])
+        stopped = k >= braking and abs(speed[k]) < STANDING_SPEED
         if spare <= 0.0 or stopped:
-            spare = _clearance(next_x, next_y, rows, distance, time)
-            if spare < 0.0 and max(abs(now_v), abs(v)) >= STANDING_SPEED:
+            spare = _clearance(x, y, discs, distance, age + time[k])
+            if spare < 0.0 and max(abs(speed[k]), abs(speed[k - 1])) >= STANDING_SPEED:
                 return False
         if stopped:
             return True
-        x, y, v = next_x, next_y, now_v
     return True

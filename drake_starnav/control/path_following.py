@@ -1,26 +1,24 @@
-"""From guidance to a twist of the differential drive: the controller as a pure step, compiled into one call."""
+"""From guidance to a twist of the differential drive, by dynamical system modulation."""
 
 import math
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.certificates import safe_twist
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.heading_controller import (
     CREEP_SPEED,
     GOAL_SLOWDOWN,
     HEADING_GAIN,
-    approached_twist,
     turning_twist,
     wrapped_angle,
 )
-from drake_starnav.control.law import Command, ControlInput
+from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import Limits, RobotParameters
 
 GOAL_REACHED = 0.02
 """A robot this near to its final goal stops, m."""
@@ -37,41 +35,20 @@ NEAR_WALL_ZONE = 0.05
 """Clearance at which the push off a wall begins, m. With 0.1 m the robot is slower in narrow places."""
 
 
-Known = tuple[
-    np.ndarray,
-    bool,
-    tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    np.ndarray,
-    tuple[np.ndarray, float, np.ndarray],
-]
-"""What the law knows of the place: `Guidance.path` and `arrives`, `RegionStack.with_slopes`, the hits close to the
-robot, and center, bearing_0 and values of the safety star. A plain tuple: named ones cost compiled functions 2 us."""
-
-
-def control_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
-    """One period of the controller: guiding vector, twist, certificate, ramp.
+def followed(inputs: ControllerInputs, parameters: ControllerParameters, robot: RobotParameters) -> Proposal:
+    """The twist that follows the guiding vector.
 
     Args:
-        now: what it is given.
-        parameters: of the controller.
+        inputs: what the controller is given.
+        parameters: of the controller; of these only the safety margin.
         robot: its size and limits.
     """
+    pose, _, guidance, star = inputs
+    known = guidance.path, guidance.arrives, guidance.regions.with_slopes, star.near_hits
+    certified = star.center, star.bearing_0, star.values
     near_wall = near_wall_radius(parameters.safety_margin, robot.radius)
-    period, delay = 1.0 / parameters.rate, float(parameters.delay)
-    v, omega, ux, uy, certified = command(now.pose, now.twist, _known(now), near_wall, robot.limits, period, delay)
-    return Command(np.array((v, omega)), np.array((ux, uy)), certified)
-
-
-def desired_twist(
-    now: ControlInput, parameters: ControllerParameters, robot: RobotParameters
-) -> tuple[np.ndarray, np.ndarray]:
-    """Guiding vector, and the twist that follows it before anything is certified.
-
-    Arguments as for `control_step`.
-    """
-    near_wall = near_wall_radius(parameters.safety_margin, robot.radius)
-    ux, uy, v, omega = followed(now.pose, _known(now), near_wall, robot.limits)
-    return np.array((ux, uy)), np.array((v, omega))
+    ux, uy, v, omega = _followed(pose, known, certified, near_wall, tuple(robot.limits))
+    return Proposal(np.array((v, omega)), np.array((ux, uy)))
 
 
 def guiding_vector(
@@ -107,29 +84,12 @@ def near_wall_radius(safety_margin: float, robot_radius: float) -> float:
     return robot_radius + max(safety_margin - (1.0 - LEAST_SHARE) * NEAR_WALL_ZONE, 0.0)
 
 
-def _known(now: ControlInput) -> Known:
-    _, _, _, guidance, star = now
-    certified = star.center, star.bearing_0, star.values
-    return guidance.path, guidance.arrives, guidance.regions.with_slopes, star.near_hits, certified
-
-
 @njit(cache=True)
-def command(pose, twist, known, near_wall, limits, period, delay):
-    """`control_step` as numbers: the twist (v, omega), the guiding vector (x, y), and whether a motion is certified."""
-    v, omega = twist
-    ux, uy, want_v, want_omega = followed(pose, known, near_wall, limits)
-    want_v, want_omega, certified = safe_twist(
-        pose[0], pose[1], pose[2], v, omega, want_v, want_omega, period, delay, limits, known[4]
-    )
-    v, omega = approached_twist(v, omega, want_v, want_omega, limits, period)
-    return v, omega, ux, uy, certified
-
-
-@njit(cache=True)
-def followed(pose, known, near_wall, limits):
-    """`desired_twist` as numbers: the guiding vector (x, y), zero where there is nowhere to go, and (v, omega)."""
+def _followed(pose, known, star, near_wall, limits):
+    """`followed` as numbers: the guiding vector (x, y), zero where there is nowhere to go, and (v, omega)."""
     x, y, yaw = pose
-    path, arrives, regions, hits, star = known
+    path, arrives, regions, hits = known
+    limits = Limits(limits[0], limits[1], limits[2], limits[3])
     count = len(path)
     if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED):
         return 0.0, 0.0, 0.0, 0.0

@@ -12,32 +12,62 @@ robots of interest.
 """
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.braking_certificate import AT_REST, BRAKING, DELAYED, braking_motion
-from drake_starnav.control.heading_controller import slides
+from drake_starnav.control.motion import Motion
+from drake_starnav.regions.safe_region import SafetyStar
 
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m."""
 
 
-class KnownHits(NamedTuple):
-    """The obstacles that a motion must stay clear of, as compiled functions take them.
+class Hits(NamedTuple):
+    """The obstacles that a motion must stay clear of.
 
     Attributes:
-        hits: shape (n, 2), W, m.
+        points: shape (n, 2), W, m.
         needed: shape (n,), how far the robot's centre must stay from each, m; see `needed_distances`.
         center: shape (2,), W, m.
         room: within this distance of `center` the robot is clear of everything beyond the known hits, m.
     """
 
-    hits: np.ndarray
+    points: np.ndarray
     needed: np.ndarray
     center: np.ndarray
     room: float
+
+
+@dataclass(frozen=True)
+class PointCertificate:
+    """Accepts motions that keep a margin to each hit of the last scans.
+
+    A robot that is nearer to one than the margin must not come nearer to any than it is now.
+
+    Attributes:
+        star: what the last scans certify, with their hits.
+        margin: m.
+        radius: of the robot, m.
+    """
+
+    star: SafetyStar
+    margin: float
+    radius: float
+
+    @cached_property
+    def hits(self) -> Hits:
+        """What the motions must stay clear of."""
+        star = self.star
+        needed = needed_distances(star.half_gaps, self.radius)
+        return Hits(star.hits, needed, star.center, float(star.reach - self.radius))
+
+    def accepts(self, motion: Motion) -> bool:
+        """Whether the motion keeps clear of all hits; without a scan none does."""
+        return bool(self.star.seen) and _keeps_clear(motion.position, self.hits, self.margin)
 
 
 def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:
@@ -51,42 +81,38 @@ def needed_distances(half_gaps: np.ndarray, radius: float) -> np.ndarray:
 
 
 @njit(cache=True)
-def clearance_at(x, y, hits, needed):
+def clearance_at(x, y, points, needed):
     """Least distance to a hit beyond what it needs, m; infinite without hits."""
     least = np.inf
-    for k in range(len(hits)):
-        dx, dy = hits[k, 0] - x, hits[k, 1] - y
+    for k in range(len(points)):
+        dx, dy = points[k, 0] - x, points[k, 1] - y
         least = min(least, math.sqrt(dx * dx + dy * dy) - needed[k])
     return least
 
 
 @njit(cache=True)
-def keeps_clear(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits, known, enough):
-    """Whether a twist, held for `hold` seconds after the delay and followed by full braking, keeps a clearance, m.
+def _keeps_clear(position, hits, margin):
+    """Whether places (n, 2) keep the margin, or the clearance that the first one has, to hits and unknown space.
 
-    Everything beyond the known hits counts as an obstacle. A sample is skipped while the robot cannot have used up the
-    clearance beyond `enough` that the last checked sample had.
+    A place is skipped while the robot cannot have used up the clearance that the last checked one had to spare.
     """
-    spare = _known_clearance(x, y, known) - enough
+    x, y = position[0, 0], position[0, 1]
+    enough = max(min(margin, clearance_at(x, y, hits.points, hits.needed)), ESCAPE_CLEARANCE)
+    spare = _known_clearance(x, y, hits) - enough
     if spare < 0.0:
         return False
-    motion = braking_motion(x, y, yaw, v, omega, want_v, want_omega, hold, delay, limits)
-    for next_x, next_y, _, now_v, now_omega, _, phase in motion:
-        if phase != DELAYED and slides(now_v, now_omega, limits):
-            return False
-        spare -= math.hypot(next_x - x, next_y - y)
-        x, y = next_x, next_y
-        stopped = phase == BRAKING and abs(now_v) < AT_REST
-        if spare <= 0.0 or stopped:
-            clearance = _known_clearance(x, y, known)
-            if stopped or clearance < enough:
-                return clearance >= enough
-            spare = clearance - enough
+    for k in range(1, len(position)):
+        spare -= math.hypot(position[k, 0] - x, position[k, 1] - y)
+        x, y = position[k, 0], position[k, 1]
+        if spare <= 0.0 or k == len(position) - 1:
+            spare = _known_clearance(x, y, hits) - enough
+            if spare < 0.0:
+                return False
     return True
 
 
 @njit(cache=True)
-def _known_clearance(x, y, known):
+def _known_clearance(x, y, hits):
     """Clearance to the known hits and to what lies beyond them, m."""
-    off_the_unknown = known.room - math.hypot(x - known.center[0], y - known.center[1])
-    return min(clearance_at(x, y, known.hits, known.needed), off_the_unknown)
+    off_the_unknown = hits.room - math.hypot(x - hits.center[0], y - hits.center[1])
+    return min(clearance_at(x, y, hits.points, hits.needed), off_the_unknown)

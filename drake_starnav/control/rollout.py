@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_starnav.control.heading_controller import ramped, wrapped_angle
+from drake_starnav.control.heading_controller import wrapped_angle
+from drake_starnav.control.motion import ramped
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack, covers, first_cover

@@ -1,36 +1,35 @@
 """Controllers to compare with, as a Drake system."""
 
-import numpy as np
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+import dataclasses
 
-from drake_starnav.baselines import BaselineParameters, DsmParameters, KnownObstacles, Situation, baseline_step
-from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import Certificate, braking_path
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context
+
+from drake_starnav.baselines import Baseline, KnownObstacles, Situation, baseline_step
+from drake_starnav.control import Proposal
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems.release import weakly
+from drake_starnav.systems.controller import Controller
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.utils.timing import checked_period
 
-NO_HITS = np.zeros((0, 2))
+NO_HITS, NO_POSE = np.zeros((0, 2)), np.zeros(3)
 
 
-class BaselineController(LeafSystem):
-    """Drives by a method to compare with: DSM with known circles, FOA, DWA or a potential field.
+class BaselineController(Controller):
+    """Proposes twists by a method to compare with: DSM with known circles, FOA, DWA or a potential field.
 
     ```
                        ┌────────────────────┐
     goal ─────────────>│                    │
-    short_term_goal ──>│                    ├──> twist_command
-    scan ─────────────>│ BaselineController ├──> guiding_vector
-    scan_pose ────────>│                    ├──> certificate
+    short_term_goal ──>│                    │
+    scan ─────────────>│                    ├──> desired_twist
+    scan_pose ────────>│ BaselineController ├──> guiding_vector
     obstacles ────────>│                    │
     state ────────────>│                    │
+    twist_command ────>│                    │
                        └────────────────────┘
     ```
-
-    A replacement for `CertifiedController`.
 
     Ports:
         goal: vector (x, y) in W, m.
@@ -39,62 +38,42 @@ class BaselineController(LeafSystem):
         scan_pose: vector (x, y, yaw) of S in W at the time of the scan, m and rad; DSM does not read it.
         obstacles: abstract, `KnownObstacles`; only DSM reads it.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
+        twist_command: vector (v, omega) that is commanded now, m/s and rad/s.
+        desired_twist: vector (v, omega), m/s and rad/s.
         guiding_vector: unit vector (x, y) in W that the robot turns towards; zero when there is none.
-        certificate: abstract, `Certificate`; a baseline certifies nothing, but its braking path is drawn.
-
-    Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped.
     """
 
-    def __init__(
-        self,
-        robot: RobotParameters,
-        controller: ControllerParameters,
-        settings: BaselineParameters,
-        *,
-        stopwatch: Stopwatch | None = None,
-    ) -> None:
+    def __init__(self, robot: RobotParameters, baseline: Baseline, *, stopwatch: Stopwatch | None = None) -> None:
         """
         Args:
             robot: its radius and limits.
-            controller: rate, turning and slowing down, as of `CertifiedController`.
-            settings: of the baseline; their type selects it.
+            baseline: the method, with its parameters.
             stopwatch: records `command` times, if given.
         """
-        super().__init__()
-        self._robot, self._controller, self._settings = robot, controller, settings
-        self._stopwatch = stopwatch or Stopwatch()
+        super().__init__(stopwatch)
+        self._robot, self._baseline = robot, baseline
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._short_term_goal = self.DeclareVectorInputPort("short_term_goal", 2)
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._obstacles = self.DeclareAbstractInputPort("obstacles", Value(KnownObstacles.none()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self._twist, self._vector = self.DeclareDiscreteState(2), self.DeclareDiscreteState(2)
-        self.DeclareStateOutputPort("twist_command", self._twist)
-        self.DeclareStateOutputPort("guiding_vector", self._vector)
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
-        period = checked_period(self, rate=controller.rate)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self._twist = self.DeclareVectorInputPort("twist_command", 2)
+        self._declare_outputs()
 
-    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
-        goal = self._goal.Eval(context).copy()
-        target = self._short_term_goal.Eval(context).copy() if self._short_term_goal.HasValue(context) else goal
-        pose = self._state.Eval(context)[:3].copy()
-        before = context.get_discrete_state(self._twist).value().copy()
-        knows = isinstance(self._settings, DsmParameters)
-        obstacles = self._obstacles.Eval(context) if knows else KnownObstacles.none()
-        scan = None if knows else self._scan.Eval(context)
-        scan_pose = None if knows else self._scan_pose.Eval(context).copy()
-        with self._stopwatch.measure("command"):
-            points = NO_HITS if scan is None else scan.points(scan_pose)
-            situation = Situation(pose, before, target, goal, points, obstacles)
-            twist, direction = baseline_step(situation, self._settings, self._controller, self._robot)
-        values.set_value(self._twist, twist)
-        values.set_value(self._vector, direction)
-        return EventStatus.Succeeded()
+    def _read(self, context: Context) -> tuple[LaserScan | None, np.ndarray, Situation]:
+        goal = self._goal.Eval(context)
+        target = self._short_term_goal.Eval(context) if self._short_term_goal.HasValue(context) else goal
+        scan, scan_pose, obstacles = None, NO_POSE, KnownObstacles.none()
+        if self._baseline.known:
+            obstacles = self._obstacles.Eval(context)
+        else:
+            scan, scan_pose = self._scan.Eval(context), self._scan_pose.Eval(context)
+        pose, twist = self._state.Eval(context)[:3], self._twist.Eval(context)
+        return scan, scan_pose, Situation(pose, twist, target, goal, NO_HITS, obstacles, self._robot)
 
-    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        pose, held = self._state.Eval(context)[:3], context.get_discrete_state(self._twist).value()
-        path = braking_path(pose, held, np.zeros(2), 1.0 / self._controller.rate, self._robot.limits)
-        output.set_value(Certificate(False, path))
+    def _propose(self, read: tuple[LaserScan | None, np.ndarray, Situation]) -> Proposal:
+        scan, scan_pose, situation = read
+        if scan is not None:
+            situation = dataclasses.replace(situation, points=scan.points(scan_pose))
+        return baseline_step(situation, self._baseline)

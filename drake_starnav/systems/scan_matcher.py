@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from drake_starnav.control.braking_certificate import Certificate
+from drake_starnav.control.motion import BrakingMotion
 from drake_starnav.geometry.se2 import composed, inverse
 from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.planning.guidance import Guidance
@@ -37,7 +37,7 @@ class ScanMatcher(LeafSystem):
         scan_pose: vector (x, y, yaw) of the sensor frame when the last scan was taken, in O; as output, in M.
         guidance: abstract, the planner's `Guidance` in M; as output, in O, for the controller, so that its certificate
             lies in a frame that no correction moves.
-        certificate: abstract, the controller's `Certificate` in O; as output, in M, to be drawn.
+        certificate: abstract, the shield's `BrakingMotion` in O; as output, in M, to be drawn.
 
     What a new scan corrects is in the outputs at once, see `ScanState`; the state is the map of scans.
     """
@@ -54,7 +54,7 @@ class ScanMatcher(LeafSystem):
         self._now = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
-        self._certificate = self.DeclareAbstractInputPort("certificate", Value(Certificate.none()))
+        self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
         self._map = ScanState(self, ScanMap(), self._after, (self._star,), rate=rate)
         held = self._map.ticket
         now = {held, self._now.ticket()}
@@ -69,7 +69,7 @@ class ScanMatcher(LeafSystem):
         )
         self.DeclareAbstractOutputPort(
             "certificate",
-            lambda: Value(Certificate.none()),
+            lambda: Value(BrakingMotion.none()),
             weakly(self._calc_certificate),
             {held, self._certificate.ticket()},
         )
@@ -101,4 +101,4 @@ class ScanMatcher(LeafSystem):
     def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
         certificate, correction = self._certificate.Eval(context), self._map.Eval(context).correction
         path = np.array([composed(correction, pose) for pose in certificate.path])
-        output.set_value(Certificate(certificate.certified, path))
+        output.set_value(BrakingMotion(certificate.certified, path))

@@ -1,42 +1,120 @@
-"""The braking certificate between any controller and the drive, as a Drake system."""
+"""Between any controller and the drive: limits, certificates, ramp, as Drake systems."""
+
+import math
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.braking_certificate import Certificate, braking_path
-from drake_starnav.control.dynamic_step import dynamic_step
-from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.shield import shielded
+from drake_starnav.control.certificates import Certificate, standard_certificates
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.robot import RobotParameters
+from drake_starnav.robot import RobotParameters, saturated
 from drake_starnav.systems.release import weakly
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import checked_period
 
+REST = np.zeros(2)
 
-class TwistShield(LeafSystem):
-    """Lets a twist pass if the robot can stop within observed free space after it, and else slows it down or brakes.
+
+class Unshielded(LeafSystem):
+    """Drives what a controller desires within the robot's limits, whatever is in the way.
+
+    ```
+                     ┌────────────┐
+    desired_twist ──>│ Unshielded ├──> twist_command
+    state ──────────>│            ├──> certificate
+                     └────────────┘
+    ```
+
+    For methods to compare with, as published; `TwistShield` is for everything else.
+
+    Ports:
+        desired_twist: vector (v, omega) of any controller, m/s and rad/s.
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
+        twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
+        certificate: abstract, `BrakingMotion`, to be drawn; it is never certified.
+
+    Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped. A twist
+    or a pose that is not finite ends the simulation with a `StarnavError`.
+    """
+
+    def __init__(
+        self, robot: RobotParameters, controller: ControllerParameters, *, stopwatch: Stopwatch | None = None
+    ) -> None:
+        """
+        Args:
+            robot: its radius and limits.
+            controller: its rate.
+            stopwatch: records `command` times, those of the controller included, if given.
+        """
+        super().__init__()
+        self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
+        self._stopwatch = stopwatch or Stopwatch()
+        self._desired = self.DeclareVectorInputPort("desired_twist", 2)
+        self._state = self.DeclareVectorInputPort("state", 5)
+        self._twist, self._certified = self.DeclareDiscreteState(2), self.DeclareDiscreteState(1)
+        self.DeclareStateOutputPort("twist_command", self._twist)
+        self.DeclareAbstractOutputPort(
+            "certificate", lambda: Value(BrakingMotion.none()), weakly(self._calc_certificate)
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, rate=controller.rate), 0.0, self._update)
+
+    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
+        pose = self._state.Eval(context)[:3]
+        certificates = self._certificates(context, pose[:2])
+        count = self._stopwatch.count("command")
+        desired = self._desired.Eval(context)
+        with self._stopwatch.measure("command", since=count):
+            if not all(map(math.isfinite, (*desired.tolist(), *pose.tolist()))):
+                raise StarnavError(
+                    f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
+                )
+            twist, certified = context.get_discrete_state(self._twist).value(), False
+            target = np.array(saturated(desired, self._actuation.limits))
+            if certificates is not None:
+                target, certified = certified_twist(pose, twist, target, certificates, self._actuation)
+            driven = ramped_twist(twist, target, self._actuation)
+        values.set_value(self._twist, driven)
+        values.set_value(self._certified, (float(certified),))
+        return EventStatus.Succeeded()
+
+    def _certificates(self, context: Context, position: np.ndarray) -> tuple[Certificate, ...] | None:
+        """That must accept what is driven; None: none is asked."""
+        return None
+
+    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
+        twist = context.get_discrete_state(self._twist).value()
+        certified = bool(context.get_discrete_state(self._certified).value()[0])
+        now = self._actuation._replace(delay=0.0)
+        path = roll_out(self._state.Eval(context)[:3], twist, REST, now).pose
+        output.set_value(BrakingMotion(certified, path))
+
+
+class TwistShield(Unshielded):
+    """Drives what a controller desires as far as every certificate accepts it, and else slows down or brakes.
 
     ```
                      ┌─────────────┐
     desired_twist ──>│             │
-    safety_star ────>│ TwistShield ├──> twist_command
-    state ──────────>│             ├──> certificate
+    state ──────────>│ TwistShield ├──> twist_command
+    safety_star ────>│             ├──> certificate
     tracks ─────────>│             │
                      └─────────────┘
     ```
 
     Ports:
         desired_twist: vector (v, omega) of any controller, m/s and rad/s.
-        safety_star: abstract, `SafetyStar`.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
-        tracks: abstract, `Tracks` of the dynamic obstacles; only with `obstacles`.
+        safety_star: abstract, `SafetyStar`.
+        tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
         twist_command: vector (v, omega) within the robot's limits, m/s and rad/s.
-        certificate: abstract, `Certificate`.
+        certificate: abstract, `BrakingMotion`.
 
     Periodic update at `controller.rate`; the last twist is discrete state, from which the next one is ramped. A twist
     or a pose that is not finite ends the simulation with a `StarnavError`.
@@ -47,50 +125,30 @@ class TwistShield(LeafSystem):
         robot: RobotParameters,
         controller: ControllerParameters,
         *,
+        certificates: tuple[Certificate, ...] = (),
         obstacles: DynamicObstacleParameters | None = None,
-        lead: float = 0.0,
+        state_lead: float = 0.0,
+        stopwatch: Stopwatch | None = None,
     ) -> None:
         """
         Args:
             robot: its radius and limits.
             controller: rate, delay and the certificate's parameters.
-            obstacles: what is declared about dynamic obstacles; None: the world is static.
-            lead: how far in the future the state of the port lies, s; see `StatePredictor`.
+            certificates: of your own, each of which must accept a motion, too; as `KeepOut` and `SpeedZone`.
+            obstacles: what is declared about moving obstacles; None: the world is static.
+            state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
+            stopwatch: records `command` times, those of the controller included, if given.
         """
-        super().__init__()
-        self._robot, self._controller, self._obstacles, self._lead = robot, controller, obstacles, lead
-        self._desired = self.DeclareVectorInputPort("desired_twist", 2)
+        super().__init__(robot, controller, stopwatch=stopwatch)
+        self._margin, self._own = controller.safety_margin, certificates
+        self._obstacles, self._lead = obstacles, state_lead
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
-        self._state = self.DeclareVectorInputPort("state", 5)
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
-        self._twist, self._certified = self.DeclareDiscreteState(2), self.DeclareDiscreteState(1)
-        self.DeclareStateOutputPort("twist_command", self._twist)
-        self.DeclareAbstractOutputPort("certificate", lambda: Value(Certificate.none()), weakly(self._calc_certificate))
-        period = checked_period(self, rate=controller.rate)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
-    def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
-        desired, pose = self._desired.Eval(context).copy(), self._state.Eval(context)[:3].copy()
-        if not (np.isfinite(desired).all() and np.isfinite(pose).all()):
-            raise StarnavError(
-                f"the shield's desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
-            )
-        twist, star = context.get_discrete_state(self._twist).value().copy(), self._safety_star.Eval(context)
-        now, law = ControlInput(pose, twist, np.zeros(2), Guidance.none(), star), shielded(desired)
-        if self._obstacles is None:
-            command = law(now, self._controller, self._robot)
-        else:
+    def _certificates(self, context: Context, position: np.ndarray) -> tuple[Certificate, ...] | None:
+        star, tracked = self._safety_star.Eval(context), None
+        if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._obstacles)
-            command = dynamic_step(law, now, self._controller, self._robot, tracked)
-        values.set_value(self._twist, command.twist)
-        values.set_value(self._certified, np.array((float(command.certified),)))
-        return EventStatus.Succeeded()
-
-    def _calc_certificate(self, context: Context, output: AbstractValue) -> None:
-        twist = context.get_discrete_state(self._twist).value()
-        certified = bool(context.get_discrete_state(self._certified).value()[0])
-        period = 1.0 / self._controller.rate
-        path = braking_path(self._state.Eval(context)[:3], twist, np.zeros(2), period, self._robot.limits)
-        output.set_value(Certificate(certified, path))
+        return standard_certificates(star, self._margin, self._actuation, position, tracked) + self._own

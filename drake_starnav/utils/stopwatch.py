@@ -16,9 +16,18 @@ class Stopwatch:
     def __init__(self) -> None:
         self.seconds: dict[str, list[float]] = defaultdict(list)
 
-    def measure(self, name: str) -> "_Timing":
-        """Times the body of a `with` statement under `name`; a body that fails is not counted."""
-        return _Timing(self.seconds, name)
+    def count(self, name: str) -> int:
+        """How often a step has been timed."""
+        return len(self.seconds.get(name, ()))
+
+    def measure(self, name: str, since: int | None = None) -> "_Timing":
+        """Times the body of a `with` statement under `name`; a body that fails is not counted.
+
+        Args:
+            name: of the step.
+            since: what was timed under this name since that `count` is part of the same step; None: nothing is.
+        """
+        return _Timing(self.seconds, name, since)
 
     def summary(self, name: str) -> dict[str, float]:
         """`count`, `mean_s`, `p50_s` and `p99_s` of one step; zeros if it never ran."""
@@ -32,10 +41,10 @@ class Stopwatch:
 class _Timing:
     """One body of a `with` statement being timed: a class, for a generator costs as much as some of the steps."""
 
-    __slots__ = ("_name", "_seconds", "_start")
+    __slots__ = ("_name", "_seconds", "_since", "_start")
 
-    def __init__(self, seconds: dict[str, list[float]], name: str) -> None:
-        self._seconds, self._name = seconds, name
+    def __init__(self, seconds: dict[str, list[float]], name: str, since: int | None) -> None:
+        self._seconds, self._name, self._since = seconds, name, since
 
     def __enter__(self) -> None:
         self._start = time.perf_counter()
@@ -44,4 +53,8 @@ class _Timing:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if kind is None:
-            self._seconds[self._name].append(time.perf_counter() - self._start)
+            times, spent = self._seconds[self._name], time.perf_counter() - self._start
+            if self._since is not None:
+                spent += sum(times[self._since :])
+                del times[self._since :]
+            times.append(spent)

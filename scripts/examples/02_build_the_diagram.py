@@ -16,9 +16,9 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
-    CertifiedController,
     CollisionMonitor,
     ControllerParameters,
+    DsmController,
     FixedGoal,
     LidarParameters,
     NavigationStation,
@@ -26,6 +26,7 @@ from drake_starnav import (
     RobotParameters,
     StarPerception,
     StarRoadmapPlanner,
+    TwistShield,
     World,
     draw_goal,
     draw_robot,
@@ -56,7 +57,8 @@ def main(png: Path | None) -> None:
     goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, planner_parameters, controller_parameters, lidar))
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, lidar))
-    controller = builder.AddSystem(CertifiedController(robot, controller_parameters))
+    controller = builder.AddSystem(DsmController(robot, controller_parameters))
+    shield = builder.AddSystem(TwistShield(robot, controller_parameters))
 
     builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
@@ -66,7 +68,10 @@ def main(png: Path | None) -> None:
     builder.Connect(planner.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
     builder.Connect(perception.GetOutputPort("safety_star"), controller.GetInputPort("safety_star"))
     builder.Connect(station.GetOutputPort("localization.state"), controller.GetInputPort("state"))
-    builder.Connect(controller.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
+    builder.Connect(controller.GetOutputPort("desired_twist"), shield.GetInputPort("desired_twist"))
+    builder.Connect(perception.GetOutputPort("safety_star"), shield.GetInputPort("safety_star"))
+    builder.Connect(station.GetOutputPort("localization.state"), shield.GetInputPort("state"))
+    builder.Connect(shield.GetOutputPort("twist_command"), station.GetInputPort("drive.twist_command"))
 
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))

@@ -54,7 +54,7 @@ class PointAhead(LeafSystem):
         self._pull = self.DeclareVectorInputPort("pull", 2)
         of_the_state = {self._state.ticket()}  # and not of the pull, or there were an algebraic loop
         self.DeclareVectorOutputPort("point_state", 4, self._calc_point_state, of_the_state)
-        self.DeclareVectorOutputPort("twist_command", 2, self._calc_twist)
+        self.DeclareVectorOutputPort("desired_twist", 2, self._calc_twist)
 
     def _calc_point_state(self, context: Context, output: BasicVector) -> None:
         x, y, yaw, v, omega = self._state.Eval(context)
@@ -82,7 +82,7 @@ def pid_follower() -> Diagram:
     builder.Connect(desired.get_output_port(), pid.get_input_port_desired_state())
     builder.Connect(point.GetOutputPort("point_state"), pid.get_input_port_estimated_state())
     builder.Connect(pid.get_output_port_control(), point.GetInputPort("pull"))
-    builder.ExportOutput(point.GetOutputPort("twist_command"), "twist_command")
+    builder.ExportOutput(point.GetOutputPort("desired_twist"), "desired_twist")
     return builder.Build()
 
 

@@ -16,12 +16,13 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     ArrivalMonitor,
-    CertifiedController,
     CollisionMonitor,
+    DsmController,
     FixedGoal,
     FixedPath,
     NavigationStation,
     StarPerception,
+    TwistShield,
     World,
     draw_goal,
     draw_robot,
@@ -46,7 +47,8 @@ def main(png: Path | None) -> None:
     station = builder.AddSystem(NavigationStation(world, robot, scenario.lidar, time_step=STEP))
     perception = builder.AddSystem(StarPerception(robot, scenario.planner, controller_parameters, scenario.lidar))
     route = builder.AddSystem(FixedPath(ROUTE))
-    controller = builder.AddSystem(CertifiedController(robot, controller_parameters))
+    controller = builder.AddSystem(DsmController(robot, controller_parameters))
+    shield = builder.AddSystem(TwistShield(robot, controller_parameters))
     goal = builder.AddSystem(FixedGoal(world.goal))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
@@ -58,7 +60,10 @@ def main(png: Path | None) -> None:
         (route, "guidance", controller, "guidance"),
         (perception, "safety_star", controller, "safety_star"),
         (station, "localization.state", controller, "state"),
-        (controller, "twist_command", station, "drive.twist_command"),
+        (controller, "desired_twist", shield, "desired_twist"),
+        (perception, "safety_star", shield, "safety_star"),
+        (station, "localization.state", shield, "state"),
+        (shield, "twist_command", station, "drive.twist_command"),
         (station, "localization.state", arrival, "state"),
         (station, "cheat.geometry_query", collision, "geometry_query"),
     ):

@@ -25,8 +25,8 @@ from pydrake.systems.primitives import (
 
 from drake_starnav import (
     ArrivalMonitor,
-    CertifiedController,
     CollisionMonitor,
+    DsmController,
     FixedGoal,
     LidarMount,
     LidarSensor,
@@ -87,7 +87,7 @@ def main(png: Path | None) -> None:
     goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, planner_parameters, scenario.controller, lidar_parameters))
     planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, lidar_parameters))
-    controller = builder.AddSystem(CertifiedController(robot, scenario.controller))
+    controller = builder.AddSystem(DsmController(robot, scenario.controller))
     speed = builder.AddSystem(MatrixGain(SPEED * np.eye(4, 2, -2)))  # (0, 0, v_x, v_y), as the servos want it
     smooth = builder.AddSystem(FirstOrderLowPassFilter(0.1, 2))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))

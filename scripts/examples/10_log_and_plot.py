@@ -27,7 +27,7 @@ def main(png: Path | None, csv: Path | None) -> None:
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=7)
     state = LogVectorOutput(navigation.station.GetOutputPort("localization.state"), builder, PERIOD)
-    twist = LogVectorOutput(navigation.controller.GetOutputPort("twist_command"), builder, PERIOD)
+    twist = LogVectorOutput(navigation.shield.GetOutputPort("twist_command"), builder, PERIOD)
     ranges = LogVectorOutput(navigation.station.GetOutputPort("lidar.ranges"), builder, PERIOD)
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     builder.Connect(navigation.station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))

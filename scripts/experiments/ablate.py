@@ -59,13 +59,12 @@ FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, SEARCH = "drake_starnav.planning.planner", "drake_starnav.planning.search"
 REGION, CUBIC = "drake_starnav.regions.star_region", "drake_starnav.regions.piecewise_cubic"
 INTERPRETED = {
-    f"{FOLLOWING}.command": replacements.interpreted_command,
-    f"{FOLLOWING}.followed": replacements.interpreted_followed,
+    f"{FOLLOWING}._followed": replacements.interpreted_followed,
     f"{FOLLOWING}.guided": replacements.interpreted_guided,
 }
 UNCERTIFIED = {
     **INTERPRETED,
-    f"{FOLLOWING}.safe_twist": replacements.uncertified_twist,
+    "drake_starnav.systems.twist_shield.certified_twist": replacements.uncertified_twist,
     f"{FOLLOWING}.free_heading": replacements.same_direction,
 }
 FRONTIERS_ONLY = {

@@ -17,7 +17,7 @@ from drake_starnav.baselines.paper.control import modulated_vector
 from drake_starnav.baselines.paper.frontiers import frontier_points
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.control.modulation import SIGMA
-from drake_starnav.control.path_following import command, followed, guided
+from drake_starnav.control.path_following import _followed, guided
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
@@ -68,14 +68,9 @@ class _ReplacingExecutor(Executor):
         return self._executor.submit(run_replaced, dict(self._replaced), function, *arguments, **named)
 
 
-def interpreted_command(*arguments: Any) -> tuple:
-    """For `path_following.command`: not compiled."""
-    return command.py_func(*arguments)
-
-
 def interpreted_followed(*arguments: Any) -> tuple:
-    """For `path_following.followed`: not compiled."""
-    return followed.py_func(*arguments)
+    """For `path_following._followed`: not compiled."""
+    return _followed.py_func(*arguments)
 
 
 def interpreted_guided(*arguments: Any) -> tuple:
@@ -99,10 +94,10 @@ def nothing(*arguments: Any) -> None:
 
 
 def uncertified_twist(
-    x: float, y: float, yaw: float, v: float, omega: float, want_v: float, want_omega: float, *others: Any
-) -> tuple[float, float, bool]:
-    """For `safe_twist`: whatever is desired."""
-    return want_v, want_omega, True
+    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, *others: Any
+) -> tuple[np.ndarray, bool]:
+    """For `certified_twist`: whatever is desired."""
+    return desired, True
 
 
 def interpreted_scan_region(*arguments: Any) -> tuple:
@@ -111,7 +106,7 @@ def interpreted_scan_region(*arguments: Any) -> tuple:
 
 
 def shortened_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters
+    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, *others: Any
 ) -> tuple[np.ndarray, StarRegion]:
     """For `smoothed_scan_region`: ranges less the radius."""
     distance = smoothed_distances(scan, parameters.smoothing_slack)

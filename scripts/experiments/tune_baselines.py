@@ -20,7 +20,6 @@ import numpy as np
 from tqdm import tqdm
 
 from drake_starnav.baselines import (
-    DsmParameters,
     KnownObstacles,
     Situation,
     baseline_step,
@@ -30,13 +29,16 @@ from drake_starnav.baselines import (
     potential_field,
 )
 from drake_starnav.cli.options import check_numbers, exit_code
-from drake_starnav.control.law import NO_ERRORS, ControlInput
+from drake_starnav.control import ControllerInputs
+from drake_starnav.control.motion import Actuation
+from drake_starnav.control.shield import ramped_twist
 from drake_starnav.evaluation import trial_seed
 from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
+from drake_starnav.robot import saturated
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds import World, clearance, make_world
@@ -100,11 +102,11 @@ class Steered(Protocol):
     """A method in one trial."""
 
     def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
-        """The twist (v, omega) for the next period, m/s and rad/s; None when it gives up.
+        """The desired twist (v, omega), m/s and rad/s; None when it gives up.
 
         Args:
             pose: (x, y, yaw) of the robot in W, m and rad.
-            twist: the one before.
+            twist: the one that is driven now.
             time: since the start, s.
             scan: a new one, if there is one.
         """
@@ -117,16 +119,16 @@ class Reactive:
         self._scenario, self._goal = scenario, np.array(world.goal)
         self._settings = getattr(scenario, scenario.controller.kind)
         self._points, self._obstacles = np.zeros((0, 2)), KnownObstacles.none()
-        self._knows = isinstance(self._settings, DsmParameters)
-        if self._knows:
+        if self._settings.known:
             inflated = scenario.robot.radius + self._settings.margin
             self._obstacles = known_obstacles(world.discs, world.bounds, inflated)
 
     def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
-        if scan is not None and not self._knows:
+        if scan is not None and not self._settings.known:
             self._points = scan.points(pose)
-        situation = Situation(pose, twist, self._goal, self._goal, self._points, self._obstacles)
-        return baseline_step(situation, self._settings, self._scenario.controller, self._scenario.robot)[0]
+        robot = self._scenario.robot
+        situation = Situation(pose, twist, self._goal, self._goal, self._points, self._obstacles, robot)
+        return baseline_step(situation, self._settings).twist
 
 
 class Guided:
@@ -145,8 +147,8 @@ class Guided:
             self._state = paper.plan_step(self._state, now)
         if self._state.status is PlannerStatus.UNREACHABLE:
             return None
-        situation = ControlInput(pose, twist, NO_ERRORS, self._state.guidance, self._perceived.safety)
-        return paper.control_step(situation, self._scenario.controller, robot).twist
+        inputs = ControllerInputs(pose, twist, self._state.guidance, self._perceived.safety)
+        return paper.proposal(inputs, robot).twist
 
 
 def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
@@ -156,6 +158,7 @@ def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
     method: Steered = (Guided if guided else Reactive)(scenario, world)
     shapes, goal, period = visible_shapes(world), np.array(world.goal), 1.0 / scenario.controller.rate
     pose, twist, scans, timeout = np.array(world.start), np.zeros(2), 0, world.timeout if guided else TIMEOUT
+    actuation = Actuation(robot.limits, robot.radius, period, 0.0)
     free = -1.0  # the robot can drive so far without a collision, m
     for k in range(int(timeout / period)):
         if math.hypot(*(pose[:2] - goal)) < scenario.simulation.goal_tolerance:
@@ -167,10 +170,10 @@ def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
         scan = None
         if k * period * lidar.rate >= scans:
             scan, scans = scan_from(shapes, pose, lidar, seed, scans), scans + 1
-        commanded = method.twist(pose, twist, k * period, scan)
-        if commanded is None:
+        desired = method.twist(pose, twist, k * period, scan)
+        if desired is None:
             return "unreachable", k * period
-        twist = commanded
+        twist = np.array(ramped_twist(twist, saturated(desired, robot.limits), actuation))
         heading, free = pose[2] + 0.5 * twist[1] * period, free - abs(twist[0]) * period
         pose = pose + period * np.array((twist[0] * math.cos(heading), twist[0] * math.sin(heading), twist[1]))
     return "timeout", timeout

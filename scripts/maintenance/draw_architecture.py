@@ -28,7 +28,18 @@ PAGE, PICTURE = DOCS / "architecture.md", DOCS / "images" / "architecture.svg"
 SECTION = "rooms", "python scripts/maintenance/draw_architecture.py"
 DECLARED = ("obstacles.max_speed=1", "localization.jump=0.05", "drive.delay=0.1")
 """With these every system of the loop is there."""
-ORDER = ("station", "goal", "tracker", "perception", "matcher", "planner", "jump_guard", "predictor", "controller")
+ORDER = (
+    "station",
+    "goal",
+    "tracker",
+    "perception",
+    "matcher",
+    "planner",
+    "jump_guard",
+    "predictor",
+    "controller",
+    "shield",
+)
 """The systems of the loop as they are updated; what the last one sends goes back to the first."""
 NUMERICS = {*METHOD.split()} - {"errors", "parameters", "utils", "geometry", "lidar", "robot"}
 

@@ -40,16 +40,18 @@ from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
+from drake_starnav.systems.paper_controller import PaperController
+from drake_starnav.systems.predictive_controller import PredictiveController
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
-from drake_starnav.systems.twist_shield import TwistShield
+from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.visualization.slider_goal import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds import WORLD_KINDS, World
@@ -87,9 +89,12 @@ def all_systems() -> list[System]:
         StarRoadmapPlanner(robot, planner, lidar),
         FixedGoal((1.0, 0.0)),
         FixedPath(np.zeros((1, 2))),
-        CertifiedController(robot, controller, obstacles=defaults.obstacles),
-        BaselineController(robot, controller, defaults.foa),
+        DsmController(robot, controller, obstacles=defaults.obstacles),
+        PredictiveController(robot, controller, obstacles=defaults.obstacles),
+        PaperController(robot),
+        BaselineController(robot, defaults.foa),
         TwistShield(robot, controller, obstacles=defaults.obstacles),
+        Unshielded(robot, controller),
         WheelServo(station.plant, station.robot_model),
         WheelSpeedCommand(wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate),

@@ -15,11 +15,10 @@ from drake_starnav.baselines import (
     baseline_step,
     known_obstacles,
 )
-from drake_starnav.control import ControllerParameters
 from drake_starnav.robot import RobotParameters
+from tests.helpers.motions import PERIOD, limited_twist
 
-ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
-PERIOD = 1.0 / CONTROLLER.rate
+ROBOT = RobotParameters()
 SETTINGS = {
     "dsm": DsmParameters(),
     "foa": FoaParameters(),
@@ -46,8 +45,9 @@ def drive(settings, goal, *, target=None, post=False, seconds=12.0, pose=(0.0, 0
     for _ in range(round(seconds / PERIOD)):
         points = hits(pose[:2]) if post else np.zeros((0, 2))
         aim = np.array(goal if target is None else target)
-        situation = Situation(pose, twist, aim, np.array(goal), points, obstacles)
-        twist, direction = baseline_step(situation, settings, CONTROLLER, ROBOT)
+        situation = Situation(pose, twist, aim, np.array(goal), points, obstacles, ROBOT)
+        desired, direction = baseline_step(situation, settings)
+        twist = limited_twist(twist, desired, ROBOT, PERIOD)
         assert np.hypot(*direction) == pytest.approx(1.0) or not direction.any()
         heading = pose[2] + 0.5 * twist[1] * PERIOD
         pose = pose + PERIOD * np.array((twist[0] * math.cos(heading), twist[0] * math.sin(heading), twist[1]))

@@ -13,15 +13,13 @@ from drake_starnav.baselines.sampling_mpc import (
     ZONE,
     candidates,
     path_in_sight,
-    predictive_step,
     predictive_twist,
     rollout_costs,
 )
-from drake_starnav.control import ControllerParameters
-from drake_starnav.control.certificates import certified_twist
+from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal
+from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.heading_controller import CREEP_SPEED, GOAL_SLOWDOWN
-from drake_starnav.control.law import ControlInput
-from drake_starnav.control.path_following import desired_twist
+from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
@@ -31,7 +29,7 @@ from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_sta
 from drake_starnav.regions.star_region import RegionStack, scan_region, segment_covered
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
-from tests.helpers.motions import certified
+from tests.helpers.motions import actuation, certified, limited_twist, starred_twist
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
@@ -128,8 +126,8 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
     return best + CHANGE_WEIGHT * np.sum(np.abs(np.array(candidate) - twist) / SPEEDS)
 
 
-def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: SafetyStar) -> ControlInput:
-    return ControlInput(pose, twist, np.zeros(2), guidance, star)
+def proposed(inputs: ControllerInputs) -> Proposal:
+    return predictive_twist(inputs, (StarCertificate(inputs.star),), actuation(ROBOT), PARAMETERS, ROBOT)
 
 
 @settings(max_examples=25, deadline=None)
@@ -137,7 +135,8 @@ def control_input(pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star:
 def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     twists = candidates(twist, np.array((0.3, 1.0)), ROBOT)[::7]
-    cost = rollout_costs(twists, control_input(pose, twist, Guidance(path, arrives, regions), star), PARAMETERS, ROBOT)
+    inputs = ControllerInputs(pose, twist, Guidance(path, arrives, regions), star)
+    cost = rollout_costs(twists, inputs, PARAMETERS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
 
@@ -146,16 +145,13 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 @given(seeds, st.booleans())
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
-    now = control_input(pose, twist, Guidance(path, arrives, regions), star)
-    _, reactive = desired_twist(now, PARAMETERS, ROBOT)
-    v, omega, accepted = predictive_twist(now, reactive, PARAMETERS, ROBOT)
-    if accepted:
-        assert certified(pose, twist, np.array((v, omega)), PERIOD, LIMITS, star)
-    else:
-        assert (v, omega, accepted) == certified_twist(pose, twist, reactive, PERIOD, LIMITS, star)
-        assert v == 0.0
-    again = predictive_twist(now, reactive, PARAMETERS, ROBOT)
-    assert again == (v, omega, accepted)
+    inputs = ControllerInputs(pose, twist, Guidance(path, arrives, regions), star)
+    law, chosen = followed(inputs, PARAMETERS, ROBOT).twist, proposed(inputs).twist
+    if not certified(pose, twist, chosen, PERIOD, LIMITS, star):
+        np.testing.assert_array_equal(chosen, law)
+    elif not np.array_equal(chosen, law):
+        assert (chosen == candidates(twist, law, ROBOT)).all(axis=1).any()
+    np.testing.assert_array_equal(proposed(inputs).twist, chosen)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -169,11 +165,13 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
             regions, star, memory = known_from(world, pose, memory)
         if k % 100 == 0:
             path = rng.uniform(-3.0, 3.0, (2, 2))
-        command = predictive_step(control_input(pose, twist, Guidance(path, False, regions), star), PARAMETERS, ROBOT)
-        v, omega = 0.5 * (twist + command.twist)
+        desired = proposed(ControllerInputs(pose, twist, Guidance(path, False, regions), star)).twist
+        *target, _ = starred_twist(pose, twist, desired, PERIOD, LIMITS, star)
+        after = limited_twist(twist, np.array(target), ROBOT, PERIOD)
+        v, omega = 0.5 * (twist + after)
         middle = pose[2] + 0.5 * omega * PERIOD
         pose = pose + PERIOD * np.array((v * math.cos(middle), v * math.sin(middle), omega))
-        twist = command.twist
+        twist = after
         driven += abs(v) * PERIOD
         assert distance(world, pose[None, :2])[0] >= RADIUS
     assert driven > 0.5
@@ -183,9 +181,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
 def test_in_the_open_it_sets_out_at_once_and_in_the_right_direction(heading, away, arrives):
     path = away * np.array([[math.cos(heading), math.sin(heading)]])
     guidance = Guidance(path, arrives, RegionStack.of([WIDE]))
-    command = predictive_step(control_input(np.zeros(3), np.zeros(2), guidance, OPEN), PARAMETERS, ROBOT)
-    assert command.certified
-    v, omega = command.twist
+    v, omega = proposed(ControllerInputs(np.zeros(3), np.zeros(2), guidance, OPEN)).twist
     assert v > 0.0 or omega * heading > 0.0
     assert omega * heading >= 0.0 or abs(heading) < 0.3
 
@@ -194,17 +190,10 @@ WIDE = smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)
 
 
 def test_without_a_path_or_sight_the_law_decides():
-    twist, wanted = np.array((0.4, 0.1)), np.array((0.7, -0.5))
-    for path in (np.zeros((0, 2)), np.array([[3.0, 0.0]])):
-        now = control_input(np.zeros(3), twist, Guidance(path, False, NOWHERE), OPEN)
-        chosen = predictive_twist(now, wanted, PARAMETERS, ROBOT)
-        assert chosen == (0.7, -0.5, True)
-
-
-def test_nothing_is_driven_into_the_unseen():
-    guidance = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of([WIDE]))
-    now = control_input(np.zeros(3), np.zeros(2), guidance, SafetyStar.none())
-    assert predictive_step(now, PARAMETERS, ROBOT).twist[0] == 0.0
+    twist = np.array((0.4, 0.1))
+    for path in (np.zeros((0, 2)), np.array([[3.0, 1.0]])):
+        inputs = ControllerInputs(np.zeros(3), twist, Guidance(path, False, NOWHERE), OPEN)
+        np.testing.assert_array_equal(proposed(inputs).twist, followed(inputs, PARAMETERS, ROBOT).twist)
 
 
 @given(seeds)

@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 
-from drake_starnav.control import ControllerParameters
+from drake_starnav.control import ControllerInputs, ControllerParameters
 from drake_starnav.control.avoidance import STANDING_SPACING, Avoidance, around, avoid_collision, manoeuvres, thinned
-from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import MOVING_MARGIN, Threats, reachable_discs, stays_clear
+from drake_starnav.control.certificates import accepted, standard_certificates
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.motion import roll_out
+from drake_starnav.control.moving_certificate import MovingCertificate
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.parameters import StarParameters
@@ -17,6 +19,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import HORIZON, predicted_trajectories
+from tests.helpers.motions import actuation
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
@@ -24,6 +27,7 @@ ROBOT, CONTROLLER, STARS = RobotParameters(), ControllerParameters(), StarParame
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
 PATH = np.array([(3.0, 0.0)])
 RADIUS = 0.3
+COMMANDS = actuation(ROBOT)
 
 
 def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tracks:
@@ -61,10 +65,10 @@ def avoided(
     star: SafetyStar | None = None,
 ) -> Avoidance:
     regions, seen = known()
-    now = ControlInput(np.zeros(3), np.array(twist), np.zeros(2), Guidance(path, True, regions), star or seen)
-    return avoid_collision(
-        now, TrackedObstacles(tracks, 0.0, OBSTACLES), reachable_discs(tracks, OBSTACLES), CONTROLLER, ROBOT
-    )
+    inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
+    tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
+    asked = standard_certificates(inputs.star, CONTROLLER.safety_margin, COMMANDS, np.zeros(2), tracked)
+    return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT)
 
 
 def test_what_comes_near_nobody_is_no_avoidance() -> None:
@@ -78,11 +82,8 @@ def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
     found = avoided(tracks)
     assert found.nearest < 0.1
     assert found.twist is not None and found.least > 0.1
-    obstacles, period = (
-        Threats(reachable_discs(tracks, OBSTACLES), ROBOT.radius + MOVING_MARGIN, 0.0),
-        1.0 / CONTROLLER.rate,
-    )
-    assert stays_clear(np.zeros(3), np.array((0.5, 0.0)), found.twist, period, ROBOT.limits, obstacles)
+    near_by = MovingCertificate.near(TrackedObstacles(tracks, 0.0, OBSTACLES), np.zeros(2), COMMANDS)
+    assert accepted(roll_out(np.zeros(3), np.array((0.5, 0.0)), found.twist, COMMANDS), (near_by,))
 
 
 def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:

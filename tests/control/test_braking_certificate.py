@@ -7,19 +7,14 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import (
-    SAMPLE_SPACING,
-    Certificate,
-    braking_path,
-)
-from drake_starnav.control.certificates import PROPOSALS, certified_twist
-from drake_starnav.control.heading_controller import limited_twist
+from drake_starnav.control.motion import SAMPLE_SPACING
+from drake_starnav.control.shield import PROPOSALS
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import covers
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
-from tests.helpers.motions import certified, motion
+from tests.helpers.motions import certified, limited_twist, motion, starred_twist
 from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds
 
 ROBOT = RobotParameters()
@@ -66,7 +61,7 @@ def test_an_accepted_command_and_full_braking_touch_nothing(seed, hold):
     _, star, memory, pose, twist, desired = random_situation(seed)
     hits = memory.points
     if not certified(pose, twist, desired, hold, LIMITS, star):
-        *tried, accepted = certified_twist(pose, twist, desired, hold, LIMITS, star)
+        *tried, accepted = starred_twist(pose, twist, desired, hold, LIMITS, star)
         if not accepted:
             return
         desired = np.array(tried)
@@ -108,7 +103,7 @@ def recklessly_driven(seed: int, delay: float = 0.0) -> tuple[float, float, int]
             star, memory = sensed(world, pose, memory)
         if rng.random() < 0.03:
             wanted = adversary(rng)
-        v, omega, accepted = certified_twist(pose, commanded, wanted, PERIOD, LIMITS, star, delay)
+        v, omega, accepted = starred_twist(pose, commanded, wanted, PERIOD, LIMITS, star, delay)
         refused += not (accepted and v == wanted[0])
         commanded = limited_twist(commanded, np.array((v, omega)), ROBOT, PERIOD)
         waiting.append(commanded)
@@ -133,8 +128,8 @@ def test_a_reckless_driver_touches_nothing_when_commands_take_effect_after_the_d
 def test_the_certified_motion_keeps_the_last_twist_for_the_declared_delay():
     twist, desired = np.array((0.5, 1.0)), np.array((0.8, -2.0))
     path = motion(np.zeros(3), twist, desired, PERIOD, LIMITS, delay=0.1)
-    kept = braking_path(np.zeros(3), twist, twist, 0.1, LIMITS)
-    later = braking_path(kept[kept[:, 2] <= 0.1 + 1e-9][-1], twist, desired, PERIOD, LIMITS)
+    kept = motion(np.zeros(3), twist, twist, 0.1, LIMITS)
+    later = motion(kept[kept[:, 2] <= 0.1 + 1e-9][-1], twist, desired, PERIOD, LIMITS)
     np.testing.assert_allclose(path[-1], later[-1], atol=1e-9)
     farthest = np.hypot(*path[:, :2].T).max()
     assert certified(np.zeros(3), twist, desired, PERIOD, LIMITS, ring(farthest + 1e-9), delay=0.1)
@@ -145,7 +140,7 @@ def test_the_certified_motion_keeps_the_last_twist_for_the_declared_delay():
 @given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
 def test_the_braking_path_is_what_is_certified(seed, hold):
     _, star, _, pose, twist, desired = random_situation(seed)
-    path = braking_path(pose, twist, desired, hold, LIMITS)
+    path = motion(pose, twist, desired, hold, LIMITS)
     np.testing.assert_array_equal(path[0], pose)
     inside = all(covers(star.center, star.bearing_0, star.values, x, y) for x, y, _ in path[1:])
     assert certified(pose, twist, desired, hold, LIMITS, star) == inside
@@ -163,7 +158,7 @@ def test_the_first_certified_share_is_taken(seed):
     _, star, _, pose, twist, desired = random_situation(seed)
     tried = PROPOSALS * desired
     good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
-    v, omega, accepted = certified_twist(pose, twist, desired, PERIOD, LIMITS, star)
+    v, omega, accepted = starred_twist(pose, twist, desired, PERIOD, LIMITS, star)
     assert accepted == bool(good)
     if good:
         assert (v, omega) == pytest.approx(good[0])
@@ -174,20 +169,20 @@ def test_the_first_certified_share_is_taken(seed):
 
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
     blind, pose = SafetyStar.none(), np.array((1.0, 1.0, 0.0))
-    assert certified_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
-    standing = certified_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
+    assert starred_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
+    standing = starred_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
     assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
 
 
 @pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
 def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
     twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
-    assert certified_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, SafetyStar.none()) == (0.0, turn, False)
+    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, SafetyStar.none()) == (0.0, turn, False)
 
 
 def test_in_the_open_everything_is_certified():
     desired = np.array((0.8, -1.0))
-    assert certified_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
+    assert starred_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
 
 
 def ring(reach: float) -> SafetyStar:
@@ -211,21 +206,21 @@ def test_a_straight_way_is_never_underestimated(speed, wanted, hold):
     ramp = min(abs(target - speed) / a, hold)
     end = speed + math.copysign(a * ramp, target - speed)
     way = 0.5 * abs(speed + end) * ramp + abs(target) * (hold - ramp) + end**2 / (2.0 * a)
-    path = braking_path(np.zeros(3), np.array((speed, 0.0)), np.array((wanted, 0.0)), hold, LIMITS)
+    path = motion(np.zeros(3), np.array((speed, 0.0)), np.array((wanted, 0.0)), hold, LIMITS)
     assert way - 1e-9 <= np.abs(np.diff(path[:, 0])).sum() <= way + 0.012
 
 
 @pytest.mark.parametrize("omega", [2.0, -0.5])
 def test_a_steady_turn_is_followed_along_its_circle(omega):
     twist = np.array((0.8, omega))
-    path = braking_path(np.zeros(3), twist, twist, 0.6, LIMITS)
+    path = motion(np.zeros(3), twist, twist, 0.6, LIMITS)
     held = path[np.abs(path[:, 2]) <= 0.6 * abs(omega) + 1e-9]
     assert len(held) > 50
     np.testing.assert_allclose(np.hypot(held[:, 0], held[:, 1] - 0.8 / omega), 0.8 / abs(omega), atol=1e-4)
 
 
 def test_driving_backwards_is_sampled_as_finely_and_mirrors_driving_forwards():
-    back, forth = (braking_path(np.zeros(3), np.zeros(2), np.array((v, 1.0)), 0.8, LIMITS) for v in (-0.8, 0.8))
+    back, forth = (motion(np.zeros(3), np.zeros(2), np.array((v, 1.0)), 0.8, LIMITS) for v in (-0.8, 0.8))
     assert np.hypot(*np.diff(back[:, :2], axis=0).T).max() <= SAMPLE_SPACING + 1e-9
     np.testing.assert_allclose(back * (-1.0, -1.0, 1.0), forth, atol=1e-12)
 
@@ -248,20 +243,8 @@ def test_a_longer_hold_never_makes_a_straight_approach_safer():
 
 def test_the_certified_motion_keeps_the_speed_limits():
     beyond = np.array((2.0, 6.0))
-    path = braking_path(np.zeros(3), SPEEDS, beyond, 0.3, LIMITS)
-    np.testing.assert_allclose(path, braking_path(np.zeros(3), SPEEDS, SPEEDS, 0.3, LIMITS))
+    path = motion(np.zeros(3), SPEEDS, beyond, 0.3, LIMITS)
+    np.testing.assert_allclose(path, motion(np.zeros(3), SPEEDS, SPEEDS, 0.3, LIMITS))
     for reach in np.arange(0.1, 0.8, 0.05):
         decided = {certified(np.zeros(3), SPEEDS, wanted, 0.3, LIMITS, ring(reach)) for wanted in (beyond, SPEEDS)}
         assert len(decided) == 1
-
-
-def test_nothing_is_guaranteed_before_the_first_command() -> None:
-    none = Certificate.none()
-    assert not none.certified
-    assert none.path.shape == (1, 3)
-
-
-def test_a_certificate_is_immutable() -> None:
-    certificate = Certificate(True, np.zeros((2, 3)))
-    with pytest.raises(AttributeError):
-        certificate.certified = False

@@ -1,4 +1,4 @@
-"""Both certificates: what one of them refuses is refused."""
+"""The standard certificates: what one of them refuses is refused, and others may be added."""
 
 import math
 
@@ -8,32 +8,32 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.certificates import accepted, constraints_of
-from drake_starnav.control.moving_certificate import MOVING_MARGIN, Threats, stays_clear
-from drake_starnav.control.point_certificate import (
-    ESCAPE_CLEARANCE,
-    KnownHits,
-    clearance_at,
-    keeps_clear,
-    needed_distances,
-)
+from drake_starnav.control.braking_certificate import StarCertificate
+from drake_starnav.control.certificates import accepted, first_accepted, standard_certificates
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.motion import Motion, roll_out
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, MovingCertificate
+from drake_starnav.control.point_certificate import PointCertificate
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.robot import RobotParameters
+from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from tests.helpers.motions import certified
+from tests.helpers.motions import actuation
 from tests.helpers.scans import cast, seeds
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
-LIMITS = ROBOT.limits
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8)
-NOTHING, AHEAD = np.zeros((0, 6)), np.array([(0.7, 0.0, 0.0, 0.0, 0.8, 0.0)])
+NOTHING = Tracks(time=0.0)
+AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0)]), owner=np.array([-1]))
 
 
-def accepts(star: SafetyStar, want: tuple[float, float], rows: np.ndarray = NOTHING, v: float = 0.0, **changes) -> bool:
-    constraints = constraints_of(star, ControllerParameters(**changes), ROBOT)
-    return accepted(0.0, 0.0, 0.0, v, 0.0, *want, LIMITS, constraints, rows, 0.0)
+def accepts(star: SafetyStar, want: tuple[float, float], tracks: Tracks = NOTHING, v: float = 0.0, **changes) -> bool:
+    margin, commands = ControllerParameters(**changes).safety_margin, actuation(ROBOT)
+    tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
+    asked = standard_certificates(star, margin, commands, np.zeros(2), tracked)
+    return accepted(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
 
 
 def seen(wall: float) -> SafetyStar:
@@ -55,35 +55,54 @@ def test_without_a_scan_nothing_is_accepted() -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(seeds, st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
-def test_both_certificates_are_asked_for_all_that_is_declared(seed: int, margin: float, delay: float) -> None:
+def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: float, delay: float) -> None:
     rng = np.random.default_rng(seed)
-    controller = ControllerParameters(safety_margin=margin, delay=delay, rate=10.0)
     hits, gaps = rng.uniform(-1.2, 1.2, (8, 2)), rng.uniform(0.0, 0.1, 8)
     hits = hits[np.hypot(*hits.T) > 0.3]
     star = SafetyStar(np.zeros(2), 0.0, np.full(8, 0.5), hits, hits, gaps[: len(hits)], seen=True, reach=0.8)
-    rows = np.array([(*rng.uniform(-2.0, 2.0, 2), 0.0, 0.0, 0.5, 0.1)])
+    tracks = Tracks(time=0.0, hits=rng.uniform(-2.0, 2.0, (1, 2)), owner=np.array([-1]))
+    tracked = TrackedObstacles(tracks, rng.uniform(0.0, 0.3), OBSTACLES)
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
-    desired, age = rng.uniform((-0.3, -2.0), (0.8, 2.0)), rng.uniform(0.0, 0.3)
-    known = KnownHits(hits, needed_distances(star.half_gaps, ROBOT.radius), np.zeros(2), 0.8 - ROBOT.radius)
-    enough = min(margin, clearance_at(*pose[:2], hits, known.needed))
-    stands = keeps_clear(*pose, *twist, *desired, 0.1, delay, LIMITS, known, max(enough, ESCAPE_CLEARANCE))
-    stands = stands or certified(pose, twist, desired, 0.1, LIMITS, star, delay)
-    moves = stays_clear(pose, twist, desired, 0.1, LIMITS, Threats(rows, ROBOT.radius + MOVING_MARGIN, age), delay)
-    constraints = constraints_of(star, controller, ROBOT)
-    assert accepted(*pose, *twist, *desired, LIMITS, constraints, rows, age) == (stands and moves)
+    commands = actuation(ROBOT, hold=0.1, delay=delay)
+    motion = roll_out(pose, twist, rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
+    stands = StarCertificate(star).accepts(motion) or PointCertificate(star, margin, ROBOT.radius).accepts(motion)
+    near_by = MovingCertificate.near(tracked, pose[:2], commands)
+    assert near_by.distance == ROBOT.radius + MOVING_MARGIN
+    asked = standard_certificates(star, margin, commands, pose[:2], tracked)
+    assert accepted(motion, asked) == (stands and near_by.accepts(motion))
+    assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == StarCertificate(star).accepts(
+        motion
+    )
+
+
+class Slow:
+    """Accepts what is slower than a limit, and remembers what it was asked."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit, self.asked = limit, 0
+
+    def accepts(self, motion: Motion) -> bool:
+        self.asked += 1
+        return bool(np.abs(motion.twist[:, 0]).max() < self.limit)
+
+
+def test_the_first_motion_that_all_accept_is_taken_and_later_ones_are_not_rolled_out() -> None:
+    slow, still, rolled = Slow(0.5), np.zeros(2), []
+
+    def motions():
+        for speed in (0.8, 0.6, 0.3, 0.1):
+            rolled.append(speed)
+            yield roll_out(np.zeros(3), still, np.array((speed, 0.0)), actuation(ROBOT, hold=2.0))
+
+    assert first_accepted(motions(), (slow,)) == 2
+    assert rolled == [0.8, 0.6, 0.3] and slow.asked == 3
+    assert first_accepted(motions(), (slow, Slow(0.0))) is None
 
 
 def beside(clearance: float) -> SafetyStar:
     """A hit to the left of the robot, whose neighbour on the surface is 0.1 m away; known up to 2 m."""
     hits = np.array([(0.0, ROBOT.radius + clearance)])
     return SafetyStar(np.zeros(2), 0.0, np.zeros(8), hits, hits, np.array([0.05]), seen=True, reach=2.0)
-
-
-def test_the_standard_has_every_margin() -> None:
-    constraints = constraints_of(beside(0.1), ControllerParameters(), ROBOT)
-    assert constraints.distance == pytest.approx(ROBOT.radius + MOVING_MARGIN)
-    assert constraints.hits.room == pytest.approx(2.0 - ROBOT.radius)
-    assert constraints.hits.needed == pytest.approx([math.hypot(ROBOT.radius, 0.05)])
 
 
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])

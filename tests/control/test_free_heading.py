@@ -7,16 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control import path_following
+from drake_starnav.control import ControllerInputs, path_following
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP, free_heading
-from drake_starnav.control.law import ControlInput
 from drake_starnav.control.parameters import ControllerParameters
-from drake_starnav.control.path_following import control_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
+from tests.helpers.motions import stepped
 from tests.helpers.scans import RADIUS, cast, distance, seeds
 
 ROBOT = RobotParameters()
@@ -95,15 +94,14 @@ def test_one_short_hit_on_one_of_two_walls_does_not_stop_the_robot_between_them(
         places = [pose[:2]]
         for _ in range(200):
             star = star_with_one_short_hit(corridor, pose, side * math.pi / 2.0, 0.008)
-            twist = control_step(ControlInput(pose, twist, np.zeros(2), goal, star), PARAMETERS, ROBOT).twist
+            twist, _ = stepped(ControllerInputs(pose, twist, goal, star), PARAMETERS, ROBOT)
             pose = pose + (twist[0] * math.cos(pose[2]) / 50.0, twist[0] * math.sin(pose[2]) / 50.0, twist[1] / 50.0)
             places.append(pose[:2])
         return np.array(places)
 
     with patch.multiple(
         path_following,
-        command=path_following.command.py_func,  # a compiled function would not look up what is replaced
-        followed=path_following.followed.py_func,
+        _followed=path_following._followed.py_func,  # a compiled function would not look up what is replaced
         free_heading=lambda x, y, ux, uy, *star: (ux, uy),
     ):
         stands = driven()

@@ -6,14 +6,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.braking_certificate import simulated_step
-from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import STANDING_SPEED, Threats, near, reachable_discs, stays_clear
+from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.moving_certificate import STANDING_SPEED, MovingCertificate, reachable_discs, within
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.occlusions import OCCLUSION_SPACING
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from tests.helpers.motions import limited_twist
 from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved
 
@@ -37,6 +37,11 @@ def seen(centers: np.ndarray, radius: float, time: float = 0.0) -> Tracks:
     return Tracks(time=time, hits=hits, owner=np.full(len(hits), -1))
 
 
+def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: float = PERIOD, delay: float = 0.0) -> bool:
+    """Whether the certificate accepts what follows from a command."""
+    return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay)))
+
+
 @settings(max_examples=40, deadline=None)
 @given(seed=seeds, hunters=st.booleans())
 def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: int, hunters: bool) -> None:
@@ -52,7 +57,7 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: in
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         age = k * PERIOD - scan_time
-        certified = stays_clear(pose, twist, desired, PERIOD, LIMITS, Threats(rows, RADIUS + MARGIN, age))
+        certified = stays_clear(pose, twist, desired, MovingCertificate(rows, RADIUS + MARGIN, age))
         target = desired if certified else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
         for i in range(round(PERIOD / STEP)):
@@ -75,7 +80,7 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
 
     def certified(speed: float, age: float) -> bool:
         rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
-        return stays_clear(np.zeros(3), twist, np.array(desired), PERIOD, LIMITS, Threats(rows, RADIUS, age))
+        return stays_clear(np.zeros(3), twist, np.array(desired), MovingCertificate(rows, RADIUS, age))
 
     if not certified(0.4, 0.0):
         assert not certified(0.8, 0.0)
@@ -84,18 +89,15 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
 
 def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray, age: float) -> float:
     """Least distance (m) of a robot that follows `desired` and brakes to where a threat may be, at every sample."""
-    state, time, least = (*pose, *twist), age, math.inf
-    while delay > 0.0 or hold > 0.0 or abs(state[3]) >= STANDING_SPEED:
-        before, left = abs(state[3]), delay if delay > 0.0 else hold
-        if delay > 0.0:
-            *state, delay = simulated_step(*state, *twist, delay, LIMITS)
-            time += left - delay
-        else:
-            *state, hold = simulated_step(*state, *desired, hold, LIMITS)
-            time += left - hold if left > 0.0 else (before - abs(state[3])) / ROBOT.max_acceleration
-        if max(abs(state[3]), before) >= STANDING_SPEED:
+    motion, least = roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay)), math.inf
+    speed = np.abs(motion.twist[:, 0])
+    for k in range(1, len(speed)):
+        if max(speed[k], speed[k - 1]) >= STANDING_SPEED:
+            time = age + motion.time[k]
             places, grown = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
-            least = min(least, float((np.hypot(*(places - state[:2]).T) - grown).min()))
+            least = min(least, float((np.hypot(*(places - motion.position[k]).T) - grown).min()))
+        if k >= motion.braking and speed[k] < STANDING_SPEED:
+            break
     return least
 
 
@@ -107,15 +109,16 @@ def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int,
     twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
     pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
     room = least_room(pose, twist, desired, hold, delay, rows, age)
-    assert stays_clear(pose, twist, desired, hold, LIMITS, Threats(rows, room - 1e-9, age), delay)
-    assert not stays_clear(pose, twist, desired, hold, LIMITS, Threats(rows, room + 1e-9, age), delay)
+    assert stays_clear(pose, twist, desired, MovingCertificate(rows, room - 1e-9, age), hold, delay)
+    assert not stays_clear(pose, twist, desired, MovingCertificate(rows, room + 1e-9, age), hold, delay)
 
 
 def test_standing_and_turning_is_always_certified() -> None:
     rows = reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
     turning = np.array((0.0, 1.0))
-    assert stays_clear(np.zeros(3), np.zeros(2), turning, PERIOD, LIMITS, Threats(rows, RADIUS, 0.0))
-    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), 0.1, LIMITS, Threats(rows, RADIUS, 0.0))
+    beside = MovingCertificate(rows, RADIUS, 0.0)
+    assert stays_clear(np.zeros(3), np.zeros(2), turning, beside)
+    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), beside, hold=0.1)
 
 
 def test_caution_is_how_much_of_the_motion_is_not_trusted() -> None:
@@ -177,16 +180,16 @@ def test_a_moving_obstacle_out_of_sight_is_counted_with_and_what_is_far_is_not()
     )
     rows = reachable_discs(tracks, OBSTACLES)
     assert len(rows) == 2
-    (disc,) = near(rows, np.zeros(2), 3.0)
+    (disc,) = within(rows, np.zeros(2), 3.0)
     np.testing.assert_allclose(disc[:2], (1.0, 0.0))
-    assert len(near(rows, np.zeros(2), 0.85)) == 1  # its edge counts
-    assert len(near(rows, np.zeros(2), 0.75)) == 0
+    assert len(within(rows, np.zeros(2), 0.85)) == 1  # its edge counts
+    assert len(within(rows, np.zeros(2), 0.75)) == 0
 
 
 def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
     """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
     near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + MARGIN + 0.001, 0.0)]), 0.2), OBSTACLES)
     creeping = np.array((0.6 * STANDING, 0.0))
-    keeps = (PERIOD, LIMITS, Threats(near_by, RADIUS + MARGIN, 0.0))
-    assert not stays_clear(np.zeros(3), creeping, creeping, *keeps)
-    assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), *keeps)
+    keeps = MovingCertificate(near_by, RADIUS + MARGIN, 0.0)
+    assert not stays_clear(np.zeros(3), creeping, creeping, keeps)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.zeros(2), keeps)

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from drake_starnav.control import ControllerParameters
-from drake_starnav.control.law import ControlInput
-from drake_starnav.control.shield import shielded
-from drake_starnav.planning.guidance import Guidance
+from drake_starnav.control.shield import ramped_twist
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
+from tests.helpers.motions import PERIOD, actuation, starred_twist
 
 ROBOT = RobotParameters()
 HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
@@ -16,16 +14,15 @@ HITS = np.column_stack((np.full(81, 1.0), np.linspace(-2.0, 2.0, 81)))
 
 def driven(desired, star: SafetyStar, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
     """Where a perfect robot gets in so many periods, and which commands were certified."""
-    parameters = ControllerParameters()
-    pose, twist, certified, period = np.zeros(3), np.zeros(2), [], 1.0 / parameters.rate
+    pose, twist, certified = np.zeros(3), np.zeros(2), []
     for _ in range(periods):
-        now = ControlInput(pose, twist, np.zeros(2), Guidance.none(), star)
-        command = shielded(np.array(desired))(now, parameters, ROBOT)
-        certified.append(command.certified)
-        v, omega = 0.5 * (twist + command.twist)
-        middle = pose[2] + 0.5 * omega * period
-        pose = pose + period * np.array((v * np.cos(middle), v * np.sin(middle), omega))
-        twist = command.twist
+        *target, accepted = starred_twist(pose, twist, np.array(desired), PERIOD, ROBOT.limits, star)
+        certified.append(accepted)
+        after = np.array(ramped_twist(twist, target, actuation(ROBOT)))
+        v, omega = 0.5 * (twist + after)
+        middle = pose[2] + 0.5 * omega * PERIOD
+        pose = pose + PERIOD * np.array((v * np.cos(middle), v * np.sin(middle), omega))
+        twist = after
     return pose, certified
 
 

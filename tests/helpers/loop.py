@@ -5,14 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.control import ControllerParameters, control_step
-from drake_starnav.control.dynamic_step import dynamic_step
-from drake_starnav.control.law import ControlInput, TrackedObstacles
+from drake_starnav.control import ControllerInputs, ControllerParameters, followed
+from drake_starnav.control.avoidance import avoid_collision
+from drake_starnav.control.certificates import standard_certificates
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
+from tests.helpers.motions import actuation
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters(rate=40.0)
@@ -30,6 +35,17 @@ class Run:
     plan: PlannerState
 
 
+def command(
+    pose: np.ndarray, twist: np.ndarray, guidance: Guidance, star: SafetyStar, tracked: TrackedObstacles
+) -> np.ndarray:
+    """What is driven next: what the controller proposes, as far as the shield accepts it."""
+    commands, inputs = actuation(ROBOT, 1.0 / CONTROLLER.rate), ControllerInputs(pose, twist, guidance, star)
+    certificates = standard_certificates(star, CONTROLLER.safety_margin, commands, pose[:2], tracked)
+    way = avoid_collision(inputs, tracked, certificates, commands, ROBOT).twist
+    proposed = followed(inputs, CONTROLLER, ROBOT).twist if way is None else way
+    return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
+
+
 def drive(
     scene: Scene,
     start: np.ndarray,
@@ -41,7 +57,7 @@ def drive(
 ) -> Run:
     """Drive from a pose to a goal (2,)."""
     rng = np.random.default_rng(seed)
-    pose, twist, errors = np.array(start, dtype=float), np.zeros(2), np.zeros(2)
+    pose, twist = np.array(start, dtype=float), np.zeros(2)
     known, perceived = Tracked(), Perceived.nothing()
     plan = PlannerState.initial(PLANNER, ROBOT.radius)
     tick = PERIOD / TICKS
@@ -54,11 +70,10 @@ def drive(
             known = track(known, scene.scan(time, pose, rng), pose, obstacles)
             perceived = perceive(perceived, known.scan, pose, SETTINGS)
             plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
-        now = ControlInput(pose, twist, errors, plan.guidance, perceived.safety)
         tracked = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
-        command = dynamic_step(control_step, now, CONTROLLER, ROBOT, tracked)
-        pose = moved(pose, 0.5 * (twist + command.twist), tick)
-        twist, errors = command.twist, command.errors
+        driven = command(pose, twist, plan.guidance, perceived.safety, tracked)
+        pose = moved(pose, 0.5 * (twist + driven), tick)
+        twist = driven
         poses.append(pose)
         if len(scene.radii) and (np.hypot(*(scene.at(time + tick) - pose[:2]).T) - scene.radii).min() < ROBOT.radius:
             return Run("collision" if abs(twist[0]) > 0.02 else "struck", np.array(poses), plan)

@@ -1,25 +1,29 @@
-"""The simulated motion of the certificates, written plainly, and what they decide about one command."""
+"""Motions as the shield rolls them out, and what it decides about one command."""
 
 import numpy as np
 
-from drake_starnav.control.braking_certificate import simulated_step, stops_inside
+from drake_starnav.control import ControllerInputs, ControllerParameters, followed
+from drake_starnav.control.braking_certificate import StarCertificate
+from drake_starnav.control.certificates import accepted
+from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.robot import Limits
+from drake_starnav.robot import Limits, RobotParameters, saturated
+
+PERIOD = 0.02
+
+
+def actuation(robot: RobotParameters, hold: float = PERIOD, delay: float = 0.0) -> Actuation:
+    """What commands do to a robot."""
+    return Actuation(robot.limits, robot.radius, hold, delay)
 
 
 def motion(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits, delay: float = 0.0
 ) -> np.ndarray:
     """Poses (x, y, yaw) until the robot stands, shape (n, 3): `twist` for the delay, then `desired`, then braking."""
-    state, speeds = (*pose, *twist), np.array(limits[:2])
-    poses = [state[:3]]
-    while delay > 0.0:
-        *state, delay = simulated_step(*state, *twist, delay, limits)
-        poses.append(state[:3])
-    while hold > 0.0 or abs(state[3]) > 1e-9:
-        *state, hold = simulated_step(*state, *np.clip(desired, -speeds, speeds), hold, limits)
-        poses.append(state[:3])
-    return np.array(poses)
+    target = np.array(saturated(desired, limits))
+    return roll_out(pose, twist, target, Actuation(limits, 0.25, hold, delay)).pose
 
 
 def certified(
@@ -32,7 +36,40 @@ def certified(
     delay: float = 0.0,
 ) -> bool:
     """Whether that motion stays inside the safety star, as the package decides it."""
-    return bool(stops_inside(*pose, *twist, *desired, hold, delay, limits, star.center, star.bearing_0, star.values))
+    target = np.array(saturated(desired, limits))
+    return accepted(roll_out(pose, twist, target, Actuation(limits, 0.25, hold, delay)), (StarCertificate(star),))
+
+
+def starred_twist(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    desired: np.ndarray,
+    hold: float,
+    limits: Limits,
+    star: SafetyStar,
+    delay: float = 0.0,
+) -> tuple[float, float, bool]:
+    """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""
+    target = np.array(saturated(desired, limits))
+    command = Actuation(limits, 0.25, hold, delay)
+    (v, omega), certain = certified_twist(pose, twist, target, (StarCertificate(star),), command)
+    return float(v), float(omega), certain
+
+
+def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
+    """The twist after one period of a robot that follows its commands within its limits."""
+    return np.array(ramped_twist(twist, saturated(desired, robot.limits), actuation(robot, period)))
+
+
+def stepped(
+    inputs: ControllerInputs, parameters: ControllerParameters, robot: RobotParameters
+) -> tuple[np.ndarray, bool]:
+    """The twist after one period of our controller and the shield in a static world, and whether it is certified."""
+    pose, twist, _, star = inputs
+    period = 1.0 / parameters.rate
+    proposed = followed(inputs, parameters, robot).twist
+    *target, accepted = starred_twist(pose, twist, proposed, period, robot.limits, star, parameters.delay)
+    return limited_twist(twist, np.array(target), robot, period), accepted
 
 
 def least_clearance(poses: np.ndarray, hits: np.ndarray, needed: np.ndarray) -> float:

@@ -20,9 +20,10 @@ LOOP_OUTPUTS = [
     "planner.short_term_goal",
     "planner.roadmap",
     "planner.status",
-    "controller.twist_command",
+    "controller.desired_twist",
     "controller.guiding_vector",
-    "controller.certificate",
+    "shield.twist_command",
+    "shield.certificate",
 ]
 """What a diagram exports of its planner and its controller."""
 STATION_OUTPUTS = [

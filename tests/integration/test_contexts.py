@@ -17,7 +17,7 @@ from drake_starnav.scenario import METHODS, parse_scenario
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
-from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.posts import GOALS, POSTS, posts, simulated
 
@@ -212,7 +212,7 @@ def test_no_system_keeps_state_of_its_own() -> None:
         }
 
     before = held()
-    assert len(before) == 11
+    assert len(before) == 12
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5)
     assert stopwatch.summary("plan")["count"] >= 1
@@ -222,7 +222,7 @@ def test_no_system_keeps_state_of_its_own() -> None:
 def test_structure_tells_hidden_state() -> None:
     """The check above would see a counter, a list that grows, and an array that is written to."""
 
-    class Hoarder(CertifiedController):
+    class Hoarder(TwistShield):
         pass
 
     scenario = posts()

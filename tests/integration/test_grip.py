@@ -9,8 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.certificates import certified_twist
-from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.safe_region import SafetyStar
@@ -19,6 +17,7 @@ from drake_starnav.scenario import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.validation import validate
 from drake_starnav.worlds.world import World
+from tests.helpers.motions import limited_twist, starred_twist
 
 OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 1e3), np.zeros((0, 2)), seen=True)
 PERIOD = 0.02
@@ -30,7 +29,7 @@ def driven(robot: RobotParameters, seed: int, count: int = 500) -> np.ndarray:
     for _ in range(count):
         if rng.random() < 0.04:
             wanted = np.array((robot.max_speed, robot.max_yaw_rate)) * rng.uniform((0.2, -1.0), (1.0, 1.0))
-        v, omega, _ = certified_twist(np.zeros(3), twist, wanted, PERIOD, robot.limits, OPEN)
+        v, omega, _ = starred_twist(np.zeros(3), twist, wanted, PERIOD, robot.limits, OPEN)
         twist = limited_twist(twist, np.array((v, omega)), robot, PERIOD)
         twists.append(twist)
     return np.array(twists)
@@ -47,7 +46,7 @@ def test_no_command_asks_for_more_than_wheels_grip(seed, grip):
 def test_a_robot_that_cannot_turn_so_fast_is_free_to_do_all_that_it_can():
     robot = RobotParameters(max_speed=2.0, max_acceleration=3.0, max_yaw_rate=4.0, max_yaw_acceleration=10.0)
     pose, most = np.zeros(3), np.array((2.0, 4.0))
-    v, omega, accepted = certified_twist(pose, most, most, PERIOD, robot.limits, OPEN)
+    v, omega, accepted = starred_twist(pose, most, most, PERIOD, robot.limits, OPEN)
     assert (v, omega, accepted) == (2.0, 4.0, True)
 
 

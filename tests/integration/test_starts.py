@@ -6,25 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control.heading_controller import limited_twist
-from drake_starnav.control.moving_certificate import (
-    MOVING_MARGIN,
-    STANDING_SPEED,
-    Threats,
-    reachable_discs,
-    stays_clear,
-)
+from drake_starnav.control.motion import roll_out
+from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED, MovingCertificate, reachable_discs
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.loop import drive
+from tests.helpers.motions import actuation, limited_twist
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT = RobotParameters()
-LIMITS = ROBOT.limits
 TICKS, STEPS = 2, 5
 """Commands from scan to scan, and steps of the simulation from command to command."""
 HALF = 3.0
@@ -86,8 +80,8 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
         ahead = moved(pose, desired, 0.8)[:2]
         safe = clearance(room(), ahead[None])[0] > ROBOT.radius + 0.1  # what stands is another certificate's
         age = time - known.tracks.time
-        keeps = (tick, LIMITS, Threats(rows, ROBOT.radius + MOVING_MARGIN, age))
-        certified = safe and stays_clear(pose, twist, desired, *keeps)
+        keeps = MovingCertificate(rows, ROBOT.radius + MOVING_MARGIN, age)
+        certified = safe and keeps.accepts(roll_out(pose, twist, desired, actuation(ROBOT, tick)))
         gaps = np.hypot(*(pose[:2] - centers).T) - radii - ROBOT.radius
         started |= (gaps < reach) & (abs(twist[0]) > 0.1) & (time > waits)
         before, twist = twist, limited_twist(twist, desired if certified else np.zeros(2), ROBOT, tick)

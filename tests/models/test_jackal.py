@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.scenario import load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
+from tests.helpers.motions import limited_twist
 
 SCENARIO = load_scenario("barn")
 PERIOD = 0.025

@@ -12,7 +12,6 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.control.delay_compensation import predicted_pose
-from drake_starnav.control.heading_controller import limited_twist
 from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
@@ -22,6 +21,7 @@ from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, TRACK_SHARE, Dec
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
+from tests.helpers.motions import limited_twist
 
 COMMANDS = ControllerParameters()
 RATE = COMMANDS.rate

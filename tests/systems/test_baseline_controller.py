@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.baselines import (
-    BaselineParameters,
+    Baseline,
     DsmParameters,
     DwaParameters,
     FoaParameters,
@@ -17,11 +16,12 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.baseline_controller import BaselineController
-from drake_starnav.systems.certified_controller import CertifiedController
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
+from tests.helpers.controlling import Controlling
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
-PERIOD = 1.0 / CONTROLLER.rate
 SCANNING = pytest.mark.parametrize(
     "settings",
     [FoaParameters(), FoaParameters(clusters=True), DwaParameters(), PotentialFieldParameters()],
@@ -42,27 +42,12 @@ def scan(*, wall_at: float = np.inf) -> LaserScan:
     return LaserScan(0.0, -np.pi, 2.0 * np.pi / 360, 0.02, 5.0, np.where(ranges < 5.0, ranges, np.inf))
 
 
-class Controlling:
-    """A baseline with a simulator; its inputs are fixed by hand, those not given are left unconnected."""
-
-    def __init__(self, settings: BaselineParameters, *, stopwatch: Stopwatch | None = None, **inputs: object) -> None:
-        self.system = BaselineController(ROBOT, CONTROLLER, settings, stopwatch=stopwatch)
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
-        defaults = {"goal": [3.0, 0.0], "state": np.zeros(5), "scan": Value(scan()), "scan_pose": np.zeros(3)}
-        for name, value in {**defaults, **inputs}.items():
-            if value is not None:
-                self.system.GetInputPort(name).FixValue(self.context, value)
-
-    def update(self, count: int = 1) -> np.ndarray:
-        """The twist after some periods."""
-        self.simulator.AdvanceTo(self.context.get_time() + (count - 0.5) * PERIOD)
-        twist = self.out("twist_command").copy()
-        self.simulator.AdvanceTo(self.context.get_time() + 0.5 * PERIOD)
-        return twist
-
-    def out(self, name: str):
-        return self.system.GetOutputPort(name).Eval(self.context)
+def controlling_of(baseline: Baseline, *, stopwatch: Stopwatch | None = None, **inputs: object) -> Controlling:
+    """Those inputs that are not given, or None, are left unconnected."""
+    defaults = {"goal": [3.0, 0.0], "state": np.zeros(5), "scan": Value(scan()), "scan_pose": np.zeros(3)}
+    given = {name: value for name, value in {**defaults, **inputs}.items() if value is not None}
+    controller = BaselineController(ROBOT, baseline, stopwatch=stopwatch)
+    return Controlling(controller, Unshielded(ROBOT, CONTROLLER, stopwatch=stopwatch), given)
 
 
 def known(discs: list[tuple[float, float, float]]) -> Value:
@@ -70,20 +55,14 @@ def known(discs: list[tuple[float, float, float]]) -> Value:
 
 
 def test_outputs_are_those_of_the_star_controller() -> None:
-    baseline = BaselineController(ROBOT, CONTROLLER, FoaParameters())
-    star = CertifiedController(ROBOT, CONTROLLER)
-    ports = [[system.get_output_port(k) for k in range(system.num_output_ports())] for system in (baseline, star)]
-    assert [p.get_name() for p in ports[0]] == [p.get_name() for p in ports[1]]
-    assert [p.size() for p in ports[0]] == [p.size() for p in ports[1]]
-    assert not baseline.HasDirectFeedthrough(
-        0
-    )  # the plant would otherwise wait for the controller, and it for the plant
-    assert not baseline.HasDirectFeedthrough(1)
+    systems = BaselineController(ROBOT, FoaParameters()), DsmController(ROBOT, CONTROLLER)
+    names = [[system.get_output_port(k).get_name() for k in range(system.num_output_ports())] for system in systems]
+    assert names[0] == names[1]
 
 
 @EVERY
 def test_drives_to_the_goal_and_says_where(settings) -> None:
-    controlling = Controlling(settings, obstacles=known([]))
+    controlling = controlling_of(settings, obstacles=known([]))
     assert np.array_equal(controlling.out("twist_command"), np.zeros(2))
     v, omega = controlling.update(100)
     assert 0.3 < v <= ROBOT.max_speed + 1e-12
@@ -93,7 +72,7 @@ def test_drives_to_the_goal_and_says_where(settings) -> None:
 
 @EVERY
 def test_certifies_nothing_but_shows_how_it_would_brake(settings) -> None:
-    controlling = Controlling(settings, obstacles=known([]))
+    controlling = controlling_of(settings, obstacles=known([]))
     v, _ = controlling.update(100)
     certificate = controlling.out("certificate")
     assert not certificate.certified
@@ -103,37 +82,27 @@ def test_certifies_nothing_but_shows_how_it_would_brake(settings) -> None:
 
 @EVERY
 def test_turns_to_the_short_term_goal_where_there_is_one(settings) -> None:
-    controlling = Controlling(settings, obstacles=known([]), short_term_goal=[0.0, 3.0])
+    controlling = controlling_of(settings, obstacles=known([]), short_term_goal=[0.0, 3.0])
     assert controlling.update(20)[1] > 0.5
 
 
 @SCANNING
 def test_a_scan_counts_where_it_was_taken(settings) -> None:
     """A wall ahead in S, but S was turned around when it was seen: the way is free."""
-    blocked = Controlling(settings, goal=[3.0, 0.3], scan=Value(scan(wall_at=0.36)))
-    free = Controlling(settings, goal=[3.0, 0.3], scan=Value(scan(wall_at=0.36)), scan_pose=[0.0, 0.0, np.pi])
+    blocked = controlling_of(settings, goal=[3.0, 0.3], scan=Value(scan(wall_at=0.36)))
+    free = controlling_of(settings, goal=[3.0, 0.3], scan=Value(scan(wall_at=0.36)), scan_pose=[0.0, 0.0, np.pi])
     assert free.update(60)[0] > blocked.update(60)[0] + 0.1
 
 
 def test_dsm_knows_its_obstacles_and_needs_no_scan() -> None:
-    free = Controlling(DsmParameters(), obstacles=known([]), scan=None, scan_pose=None)
-    ahead = Controlling(DsmParameters(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
+    free = controlling_of(DsmParameters(), obstacles=known([]), scan=None, scan_pose=None)
+    ahead = controlling_of(DsmParameters(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
     assert free.update(60)[0] > 0.3
     assert abs(ahead.update(20)[1]) > 0.5
-
-
-def test_a_context_owns_the_last_twist() -> None:
-    controlling = Controlling(FoaParameters())
-    controlling.update(10)
-    clone = controlling.context.Clone()
-    before = controlling.system.GetOutputPort("twist_command").Eval(clone).copy()
-    controlling.update(10)
-    assert np.array_equal(controlling.system.GetOutputPort("twist_command").Eval(clone), before)
-    assert controlling.out("twist_command")[0] > before[0] > 0.0
 
 
 @EVERY
 def test_each_period_is_one_command(settings) -> None:
     stopwatch = Stopwatch()
-    Controlling(settings, stopwatch=stopwatch, obstacles=known([])).update(7)
+    controlling_of(settings, stopwatch=stopwatch, obstacles=known([])).update(7)
     assert len(stopwatch.seconds["command"]) == 7

@@ -9,15 +9,14 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems import twist_shield
-from drake_starnav.systems.twist_shield import TwistShield
-from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.systems.twist_shield import TwistShield, Unshielded
+from drake_starnav.tracking import Tracks
 
 WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 
 
-def shielding(desired, star: SafetyStar = WIDE, pose=(0.0, 0.0, 0.0), **changes) -> Simulator:
-    system = TwistShield(RobotParameters(), ControllerParameters(), **changes)
+def shielding(desired, star: SafetyStar = WIDE, pose=(0.0, 0.0, 0.0), kind=TwistShield, **changes) -> Simulator:
+    system = kind(RobotParameters(), ControllerParameters(), **changes)
     simulator = Simulator(system)
     inputs = {
         "desired_twist": desired,
@@ -55,18 +54,22 @@ def test_a_twist_does_not_pass_in_the_same_instant() -> None:
     assert not system.HasDirectFeedthrough(0)
 
 
-def test_moving_obstacles_are_as_old_as_their_scan(monkeypatch) -> None:
-    def note(law, now, parameters, robot, obstacles):
-        ages.append(obstacles.age)
-        return law(now, parameters, robot)
-
-    ages: list[float] = []
-    monkeypatch.setattr(twist_shield, "dynamic_step", note)
-    shielding([0.5, 0.0], obstacles=DynamicObstacleParameters(max_speed=0.5), lead=0.3).AdvanceTo(0.01)
-    assert ages == [np.inf]
-
-
 @pytest.mark.parametrize("desired, pose", [([np.nan, 0.0], (0.0, 0.0, 0.0)), ([0.1, 0.0], (0.0, np.inf, 0.0))])
 def test_what_is_not_finite_ends_the_simulation(desired, pose) -> None:
     with pytest.raises(StarnavError, match="desired_twist is .*; allowed: finite numbers"):
         shielding(desired, pose=pose).AdvanceTo(0.1)
+
+
+@pytest.mark.parametrize("kind", [TwistShield, Unshielded])
+def test_nobody_is_faster_than_the_robot_may_be(kind) -> None:
+    simulator = shielding([5.0, -30.0], kind=kind)
+    simulator.AdvanceTo(3.0)
+    robot = RobotParameters()
+    assert out(simulator, "twist_command") == pytest.approx([robot.max_speed, -robot.max_yaw_rate])
+
+
+def test_without_the_shield_nothing_is_certified_and_nothing_held_back() -> None:
+    simulator = shielding([0.5, -1.0], SafetyStar.none(), kind=Unshielded)
+    simulator.AdvanceTo(0.21)
+    assert out(simulator, "twist_command") == pytest.approx([11 * 0.02, -11 * 0.08])
+    assert not out(simulator, "certificate").certified

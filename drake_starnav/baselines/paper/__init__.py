@@ -4,8 +4,8 @@ It shares the star regions, the roadmap and its search with this project's metho
 """
 
 from drake_starnav.baselines.paper import constants
-from drake_starnav.baselines.paper.control import control_step
+from drake_starnav.baselines.paper.control import proposal
 from drake_starnav.baselines.paper.perception import perceive
 from drake_starnav.baselines.paper.planner import plan_step
 
-__all__ = ["constants", "control_step", "perceive", "plan_step"]
+__all__ = ["constants", "perceive", "plan_step", "proposal"]

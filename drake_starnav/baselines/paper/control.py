@@ -16,29 +16,27 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.baselines.paper import constants
-from drake_starnav.control.heading_controller import limited_twist, turning_law, wrapped_angle
-from drake_starnav.control.law import Command, ControlInput
+from drake_starnav.control.heading_controller import turning_law, wrapped_angle
+from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import boundary_at
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.robot import RobotParameters
 
 LARGEST_GAMMA = 1e6
 """Gamma at a reference point, where it has no bound."""
 
 
-def control_step(now: ControlInput, parameters: ControllerParameters, robot: RobotParameters) -> Command:
-    """One period of the controller; arguments as for `control.control_step`, of the parameters only `rate`."""
-    pose, twist, _, guidance, star = now
-    period, desired, vector = 1.0 / parameters.rate, np.zeros(2), np.zeros(2)
-    if len(guidance.path):
-        vector = modulated_vector(pose[:2], guidance.path[0] - pose[:2], guidance.regions.with_slopes, constants.SIGMA)
-        vector = blended_vector(pose[:2], vector, star.near_hits, robot.radius + constants.MARGIN)
+def proposal(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
+    """The twist that follows the blended vector, and its direction; arguments as for `control.followed`."""
+    pose, _, guidance, star = inputs
+    if not len(guidance.path):
+        return Proposal(np.zeros(2), np.zeros(2))
+    vector = modulated_vector(pose[:2], guidance.path[0] - pose[:2], guidance.regions.with_slopes, constants.SIGMA)
+    vector = blended_vector(pose[:2], vector, star.near_hits, robot.radius + constants.MARGIN)
     length = float(np.hypot(*vector))
-    if length > 0.0:
-        heading = wrapped_angle(math.atan2(vector[1], vector[0]) - pose[2])
-        desired = turning_law(heading, min(length, constants.SPEED, robot.max_speed), robot)
-        vector = vector / length
-    return Command(limited_twist(twist, desired, robot, period), vector, False)
+    if length == 0.0:
+        return Proposal(np.zeros(2), np.zeros(2))
+    heading = wrapped_angle(math.atan2(vector[1], vector[0]) - pose[2])
+    return Proposal(turning_law(heading, min(length, constants.SPEED, robot.max_speed), robot), vector / length)
 
 
 def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: tuple, sigma: float) -> np.ndarray:

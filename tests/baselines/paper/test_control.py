@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.baselines.paper import constants
-from drake_starnav.baselines.paper.control import blended_vector, control_step, modulated_vector
-from drake_starnav.control import ControllerParameters
+from drake_starnav.baselines.paper.control import blended_vector, modulated_vector, proposal
+from drake_starnav.control import ControllerInputs
 from drake_starnav.control.heading_controller import HEADING_GAIN
-from drake_starnav.control.law import ControlInput
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
@@ -86,15 +85,14 @@ def test_inside_the_radius_the_nearest_point_counts_alone():
 
 @pytest.mark.parametrize("heading", [-2.0, -0.3, 0.0, 0.4])
 def test_the_robot_turns_towards_the_vector_and_drives_no_faster_than_it_is_long(heading):
-    robot = RobotParameters(max_yaw_rate=20.0, max_acceleration=50.0, max_yaw_acceleration=200.0)
+    robot = RobotParameters(max_yaw_rate=20.0, max_yaw_acceleration=200.0)
     guidance = Guidance.along(0.3 * unit(heading)[None, :])
-    now = ControlInput(np.zeros(3), np.zeros(2), np.zeros(2), guidance, SafetyStar.none())
-    v, omega = control_step(now, ControllerParameters(kind="star_paper", rate=10.0), robot).twist
+    v, omega = proposal(ControllerInputs(np.zeros(3), np.zeros(2), guidance, SafetyStar.none()), robot).twist
     assert v == pytest.approx(0.3 * max(math.cos(heading), 0.0) ** 3)
     assert omega == pytest.approx(HEADING_GAIN * heading)
 
 
 def test_an_empty_path_stops_the_robot():
-    now = ControlInput(np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
-    command = control_step(now, ControllerParameters(kind="star_paper"), RobotParameters())
-    assert not command.twist.any() and not command.guiding_vector.any() and not command.certified
+    inputs = ControllerInputs(np.zeros(3), np.zeros(2), Guidance.none(), SafetyStar.none())
+    found = proposal(inputs, RobotParameters())
+    assert not found.twist.any() and not found.guiding_vector.any()

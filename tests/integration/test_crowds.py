@@ -1,21 +1,17 @@
 """Among obstacles that move: never into one, out of their way, and as ever where there are none."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.control import Command, control_step
-from drake_starnav.control.dynamic_step import dynamic_step
-from drake_starnav.control.law import ControlInput, TrackedObstacles
-from drake_starnav.control.moving_certificate import MOVING_MARGIN, Threats, reachable_discs, stays_clear
+from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from tests.helpers.loop import CONTROLLER, ROBOT, drive, pacing
+from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import Scene, hall, straight
 
@@ -63,37 +59,10 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
     assert run.plan.roadmap.hits.distance(inside).min() > 0.4
 
 
-def test_without_anything_that_may_move_the_command_is_the_law_s() -> None:
-    desired = Command(np.array((0.3, -0.2)), np.array((1.0, 0.0)), True, np.zeros(2))
-    now = ControlInput(np.zeros(3), np.zeros(2), np.zeros(2), Guidance.none(), SafetyStar.none())
-    assert dynamic_step(lambda *_: desired, now, CONTROLLER, ROBOT, TrackedObstacles(Tracks(), 0.0, STRICT)) is desired
-
-
-@pytest.mark.parametrize("delay", [0.0, 1.0 / CONTROLLER.rate])
-def test_a_command_is_the_law_s_as_long_as_the_certificate_holds(delay: float) -> None:
-    """A hit ahead, that may come at full speed, from ever farther away."""
-    obstacles, controller = DynamicObstacleParameters(max_speed=0.8), dataclasses.replace(CONTROLLER, delay=delay)
-    pose, twist = np.zeros(3), np.array((0.4, 0.0))
-    desired = Command(np.array((0.4, 0.0)), np.array((1.0, 0.0)), True, np.zeros(2))
-    now = ControlInput(pose, twist, np.zeros(2), Guidance.none(), SafetyStar.none())
-    period = 1.0 / controller.rate
-    held = []
-    for x in np.arange(0.4, 1.4, 0.01):
-        tracks = Tracks(time=0.0, hits=np.array([(x, 0.0)]), owner=np.array([-1]))
-        near_by = Threats(reachable_discs(tracks, obstacles), ROBOT.radius + MOVING_MARGIN, 0.05)
-        holds = stays_clear(pose, twist, desired.twist, period, ROBOT.limits, near_by, delay)
-        command = dynamic_step(lambda *_: desired, now, controller, ROBOT, TrackedObstacles(tracks, 0.05, obstacles))
-        assert (command is desired) == holds
-        held.append(holds)
-    assert 20 < sum(held) < 80
-
-
 def test_it_brakes_where_nothing_can_be_certified() -> None:
     angle = np.linspace(0.0, 2.0 * math.pi, 90)
     ring = 0.35 * np.column_stack((np.cos(angle), np.sin(angle)))
     tracks = Tracks(time=0.0, hits=ring, owner=np.full(len(ring), -1))
     twist = np.array((0.4, 0.1))
-    now = ControlInput(np.zeros(3), twist, np.zeros(2), Guidance.none(), SafetyStar.none())
-    command = dynamic_step(control_step, now, CONTROLLER, ROBOT, TrackedObstacles(tracks, 0.0, STRICT))
-    assert not command.certified
-    assert math.isclose(command.twist[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)
+    driven = command(np.zeros(3), twist, Guidance.none(), SafetyStar.none(), TrackedObstacles(tracks, 0.0, STRICT))
+    assert math.isclose(driven[0], 0.4 - ROBOT.max_acceleration / CONTROLLER.rate)

@@ -1,0 +1,46 @@
+"""What all controllers of this package have in common: one proposal, in two output ports."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from drake_starnav.control.inputs import Proposal
+from drake_starnav.systems.release import weakly
+from drake_starnav.utils.stopwatch import Stopwatch
+
+UNUSED_TWIST = np.zeros(2)
+"""The twist that is commanded now, for laws that do not ask for it."""
+
+
+class Controller(LeafSystem):
+    """A system with the outputs `desired_twist` and `guiding_vector`; a subclass says what they are.
+
+    Each is calculated for itself, without a cache entry: the vector is only drawn, and a cache would cost every command
+    7 us.
+    """
+
+    def __init__(self, stopwatch: Stopwatch | None) -> None:
+        super().__init__()
+        self._stopwatch = stopwatch or Stopwatch()
+
+    def _declare_outputs(self) -> None:
+        """Declare the outputs; to be called when all inputs and states are declared."""
+        self.DeclareVectorOutputPort("desired_twist", 2, weakly(self._calc_twist))
+        self.DeclareVectorOutputPort("guiding_vector", 2, weakly(self._calc_vector))
+
+    def _read(self, context: Context) -> Any:
+        """What a proposal follows from."""
+        raise NotImplementedError
+
+    def _propose(self, read: Any) -> Proposal:
+        raise NotImplementedError
+
+    def _calc_twist(self, context: Context, output: BasicVector) -> None:
+        read = self._read(context)
+        with self._stopwatch.measure("command"):
+            twist = self._propose(read).twist
+        output.SetFromVector(twist)
+
+    def _calc_vector(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._propose(self._read(context)).guiding_vector)

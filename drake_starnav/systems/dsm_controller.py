@@ -1,0 +1,102 @@
+"""Guidance becomes a desired twist by dynamical system modulation, as a Drake system."""
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, InputPort
+
+from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, followed
+from drake_starnav.control.avoidance import avoid_collision
+from drake_starnav.control.certificates import Certificate, standard_certificates
+from drake_starnav.control.inputs import TrackedObstacles
+from drake_starnav.control.motion import Actuation
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.robot import RobotParameters
+from drake_starnav.systems.controller import UNUSED_TWIST, Controller
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.utils.stopwatch import Stopwatch
+
+
+class DsmController(Controller):
+    """Turns guidance into the twist that follows its guiding vector, bent by dynamical system modulation.
+
+    ```
+                    ┌───────────────┐
+    guidance ──────>│               │
+    safety_star ───>│               ├──> desired_twist
+    state ─────────>│ DsmController ├──> guiding_vector
+    tracks ────────>│               │
+    twist_command ─>│               │
+                    └───────────────┘
+    ```
+
+    It proposes; what is driven of it, the `TwistShield` decides. It has no state.
+
+    Ports:
+        guidance: abstract, `Guidance` from any planner.
+        safety_star: abstract, `SafetyStar`.
+        state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
+        tracks: abstract, `Tracks` of the moving obstacles; only with `obstacles`.
+        twist_command: vector (v, omega) that is commanded now, from the shield, m/s and rad/s; only with `obstacles`.
+        desired_twist: vector (v, omega), m/s and rad/s.
+        guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
+
+    Where the path leads too near to something that moves, the twist begins the best manoeuvre past it; see
+    `control.avoidance`.
+    """
+
+    SEARCHES = False
+    """Whether the law itself looks for a twist that the certificates accept, for which it needs `twist_command`."""
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        controller: ControllerParameters,
+        *,
+        obstacles: DynamicObstacleParameters | None = None,
+        state_lead: float = 0.0,
+        stopwatch: Stopwatch | None = None,
+    ) -> None:
+        """
+        Args:
+            robot: its radius and limits.
+            controller: parameters.
+            obstacles: what is declared about moving obstacles; None: the world is static.
+            state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
+            stopwatch: records `command` times, if given.
+        """
+        super().__init__(stopwatch)
+        self._robot, self._controller, self._obstacles, self._lead = robot, controller, obstacles, state_lead
+        self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
+        self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
+        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
+        self._state = self.DeclareVectorInputPort("state", 5)
+        self._tracks: InputPort | None = None
+        self._twist: InputPort | None = None
+        if obstacles is not None:
+            self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
+        if obstacles is not None or self.SEARCHES:
+            self._twist = self.DeclareVectorInputPort("twist_command", 2)
+        self._declare_outputs()
+
+    def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
+        pose, star = self._state.Eval(context)[:3], self._safety_star.Eval(context)
+        twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
+        inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
+        if self._obstacles is not None and self._tracks is not None:
+            tracks = self._tracks.Eval(context)
+            tracked = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._obstacles)
+        return inputs, tracked
+
+    def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
+        inputs, tracked = read
+        margin = self._controller.safety_margin
+        certificates = standard_certificates(inputs.star, margin, self._actuation, inputs.pose[:2], tracked)
+        proposal = self._law(inputs, certificates)
+        if tracked is not None:
+            way = avoid_collision(inputs, tracked, certificates, self._actuation, self._robot).twist
+            proposal = proposal if way is None else proposal._replace(twist=way)
+        return proposal
+
+    def _law(self, inputs: ControllerInputs, certificates: tuple[Certificate, ...]) -> Proposal:
+        """What is proposed where nothing that moves comes near."""
+        return followed(inputs, self._controller, self._robot)

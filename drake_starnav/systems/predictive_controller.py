@@ -1,0 +1,28 @@
+"""Sampling-based model predictive control, as a Drake system."""
+
+from drake_starnav.baselines.sampling_mpc import predictive_twist
+from drake_starnav.control import ControllerInputs, Proposal
+from drake_starnav.control.certificates import Certificate
+from drake_starnav.systems.dsm_controller import DsmController
+
+
+class PredictiveController(DsmController):
+    """Proposes, of many twists that the certificates accept, the one with the best predicted motion.
+
+    ```
+                    ┌──────────────────────┐
+    guidance ──────>│                      │
+    safety_star ───>│                      ├──> desired_twist
+    state ─────────>│ PredictiveController ├──> guiding_vector
+    tracks ────────>│                      │
+    twist_command ─>│                      │
+                    └──────────────────────┘
+    ```
+
+    Ports: as of `DsmController`, but `twist_command` is there also in a static world.
+    """
+
+    SEARCHES = True
+
+    def _law(self, inputs: ControllerInputs, certificates: tuple[Certificate, ...]) -> Proposal:
+        return predictive_twist(inputs, certificates, self._actuation, self._controller, self._robot)

@@ -1,0 +1,173 @@
+"""The controller and its shield: guidance is followed within limits, and nothing uncertain is driven into."""
+
+import inspect
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.common.value import Value
+from pydrake.systems.framework import LeafSystem
+
+from drake_starnav.control import ControllerParameters
+from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.safe_region import SafetyStar
+from drake_starnav.regions.star_region import RegionStack
+from drake_starnav.robot import RobotParameters
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.twist_shield import TwistShield
+from drake_starnav.tracking import DynamicObstacleParameters, Tracks
+from drake_starnav.utils.stopwatch import Stopwatch
+from tests.helpers.controlling import PERIOD, Controlling
+
+ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
+WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
+AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of(()))
+
+
+def inputs(guidance: Guidance = AHEAD, star: SafetyStar = WIDE, state=(0.0,) * 5) -> dict:
+    return {"guidance": Value(guidance), "safety_star": Value(star), "state": np.array(state)}
+
+
+def controlling_of(
+    guidance: Guidance = AHEAD, star: SafetyStar = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
+) -> Controlling:
+    systems = DsmController(ROBOT, PARAMETERS), TwistShield(ROBOT, PARAMETERS)
+    return Controlling(*systems, inputs(guidance, star, (*pose, *twist)), twist)
+
+
+def names(system: LeafSystem) -> tuple[list[str], list[str]]:
+    inward = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
+    return inward, [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
+
+
+def test_ports() -> None:
+    """A controller has no state; of the twist commanded last it asks only where it must search."""
+    inward, outward = names(DsmController(ROBOT, PARAMETERS))
+    assert inward == ["guidance", "safety_star", "state"]
+    assert outward == ["desired_twist", "guiding_vector"]
+    moving = DsmController(ROBOT, PARAMETERS, obstacles=DynamicObstacleParameters(max_speed=0.5))
+    assert names(moving)[0] == [*inward, "tracks", "twist_command"]
+    assert moving.CreateDefaultContext().num_continuous_states() == 0
+    assert moving.CreateDefaultContext().num_discrete_state_groups() == 0
+    # the plant would otherwise wait for the controller, which waits for the plant
+    assert not TwistShield(ROBOT, PARAMETERS).HasDirectFeedthrough(0)
+
+
+def test_stands_before_the_first_update_and_without_guidance() -> None:
+    controlling = controlling_of(Guidance.none())
+    assert np.array_equal(controlling.out("twist_command"), np.zeros(2))
+    for _ in range(5):
+        assert np.array_equal(controlling.update(), np.zeros(2))
+    assert np.array_equal(controlling.out("guiding_vector"), np.zeros(2))
+
+
+def test_without_guidance_a_moving_robot_brakes_as_hard_as_it_may() -> None:
+    controlling = controlling_of(Guidance.none(), twist=(0.5, -0.4))
+    assert controlling.update() == pytest.approx([0.5 - PERIOD * ROBOT.max_acceleration, -0.4 + PERIOD * 4.0])
+    assert controlling.update(50) == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+@given(v=st.floats(0.15, 0.8), omega=st.floats(-2.0, 2.0))
+def test_without_a_safety_star_it_brakes_and_says_so(v, omega) -> None:
+    controlling = controlling_of(AHEAD, SafetyStar.none(), twist=(v, omega))
+    braked = controlling.update()
+    assert not controlling.out("certificate").certified
+    change = ROBOT.max_yaw_acceleration * PERIOD
+    expected = (v - PERIOD * ROBOT.max_acceleration, math.copysign(max(abs(omega) - change, 0.0), omega))
+    assert braked == pytest.approx(expected, abs=1e-12)
+    assert controlling.update(100)[0] == 0.0
+
+
+def test_with_a_wide_star_it_drives_to_the_short_term_goal_within_the_limits() -> None:
+    controlling = controlling_of()
+    twists = np.array([controlling.update() for _ in range(60)])
+    assert controlling.out("certificate").certified
+    assert controlling.out("guiding_vector") == pytest.approx([1.0, 0.0])
+    steps = np.diff(np.vstack((np.zeros(2), twists)), axis=0)
+    assert np.abs(steps[:, 0]).max() <= ROBOT.max_acceleration * PERIOD + 1e-12
+    assert np.abs(steps[:, 1]).max() <= ROBOT.max_yaw_acceleration * PERIOD + 1e-12
+    assert twists[-1] == pytest.approx([ROBOT.max_speed, 0.0])
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_turns_towards_the_short_term_goal(side: float) -> None:
+    controlling = controlling_of(Guidance(np.array([[0.0, 3.0 * side]]), False, RegionStack.of(())))
+    v, omega = controlling.update(100)
+    assert omega == pytest.approx(side * ROBOT.max_yaw_rate)
+    assert v == pytest.approx(0.0, abs=1e-6)
+    assert controlling.out("guiding_vector") == pytest.approx([0.0, side], abs=1e-9)
+
+
+@given(
+    v=st.floats(0.0, 0.8),
+    omega=st.floats(-2.0, 2.0),
+    x=st.floats(-5.0, 5.0),
+    yaw=st.floats(-3.0, 3.0),
+)
+def test_certificate_path_begins_at_the_robot_and_ends_standing(v, omega, x, yaw) -> None:
+    controlling = controlling_of(twist=(v, omega), pose=(x, 1.0, yaw))
+    path = controlling.out("certificate").path
+    assert path[0] == pytest.approx([x, 1.0, yaw])
+    steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+    # full braking needs v^2 / 2a; what the steps of the path add must stay small
+    needed = v**2 / (2.0 * ROBOT.max_acceleration)
+    assert steps.sum() == pytest.approx(needed, abs=0.5 * v * 0.04 + 1e-3)
+    if len(steps):
+        assert steps[-1] <= 0.04**2 * ROBOT.max_acceleration + 1e-9  # the last step is the end of the ramp
+    turned = abs(path[-1, 2] - yaw)
+    assert turned <= omega**2 / (2.0 * ROBOT.max_yaw_acceleration) + abs(omega) * 0.04 + 1e-9
+
+
+def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
+    """A perfect robot that follows the twists from then on ends where the certificate said."""
+    controlling = controlling_of(AHEAD, SafetyStar.none(), twist=(0.8, 0.6))
+    promised = controlling.out("certificate").path[-1]
+    pose = np.zeros(3)
+    v, omega = 0.8, 0.6
+    for _ in range(60):
+        after = controlling.update()
+        v, omega = 0.5 * (v + after[0]), 0.5 * (omega + after[1])
+        heading = pose[2] + 0.5 * omega * PERIOD
+        pose += PERIOD * np.array([v * math.cos(heading), v * math.sin(heading), omega])
+        controlling.put("state", [*pose, *after])
+        v, omega = after
+    assert v == 0.0
+    assert np.hypot(*(pose[:2] - promised[:2])) < 0.02
+
+
+def test_a_context_owns_the_last_twist() -> None:
+    controlling = controlling_of()
+    controlling.update(10)
+    port, shield = controlling.shield.GetOutputPort("twist_command"), controlling.shield
+    clone = shield.GetMyContextFromRoot(controlling.context.Clone())
+    before = port.Eval(clone).copy()
+    controlling.update(10)
+    assert np.array_equal(port.Eval(clone), before)
+    assert controlling.out("twist_command")[0] > before[0] > 0.0
+    assert np.array_equal(port.Eval(shield.CreateDefaultContext()), np.zeros(2))
+
+
+@pytest.mark.parametrize("lead", [0.0, 0.3])
+@pytest.mark.parametrize("kind", [DsmController, TwistShield])
+def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, lead: float, monkeypatch) -> None:
+    def note(star, margin, actuation, position, tracked=None):
+        ages.append(tracked.age)
+        return ()
+
+    ages: list[float] = []
+    monkeypatch.setattr(inspect.getmodule(kind), "standard_certificates", note)
+    moving = DynamicObstacleParameters(max_speed=0.5)
+    controller = DsmController(ROBOT, PARAMETERS, obstacles=moving, state_lead=lead)
+    shield = TwistShield(ROBOT, PARAMETERS, obstacles=moving, state_lead=lead)
+    controlling = Controlling(controller, shield, {**inputs(), "tracks": Value(Tracks(-0.05))})
+    controlling.simulator.AdvanceTo(1.5 * PERIOD)
+    assert ages == pytest.approx([0.05 + lead, 0.05 + PERIOD + lead])
+
+
+def test_each_period_is_one_command() -> None:
+    stopwatch = Stopwatch()
+    controller = DsmController(ROBOT, PARAMETERS, stopwatch=stopwatch)
+    Controlling(controller, TwistShield(ROBOT, PARAMETERS, stopwatch=stopwatch), inputs()).update(7)
+    assert len(stopwatch.seconds["command"]) == 7
