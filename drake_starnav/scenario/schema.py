@@ -247,7 +247,7 @@ def parse_scenario(
 
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:
-    """Write a scenario to a YAML file that `load_scenario` reads back to an equal one, where the file has its name.
+    """Write a scenario to a YAML file; `load_scenario` reads back an equal one if the file has the scenario's name.
 
     Raises:
         StarnavError: the file cannot be written.

@@ -31,7 +31,7 @@ class Hull(NamedTuple):
 
 
 class CollisionMonitor(LeafSystem):
-    """Looks for contacts periodically, and terminates the simulation at the first one but with the ground.
+    """Checks for contacts periodically, and ends the simulation at the first one that is not with the ground.
 
     ```
                        ┌──────────────────┐

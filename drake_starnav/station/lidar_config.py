@@ -21,7 +21,7 @@ _Parameters: Any = plain_struct(LidarParameters)
 
 @dataclass
 class LidarConfig(_Parameters):
-    """Configuration of a planar lidar, for `ApplyLidarConfig`; `yaml_load_typed` and `yaml_dump_typed` know it.
+    """Configuration of a planar lidar, for `ApplyLidarConfig`; `yaml_load_typed` reads it, `yaml_dump_typed` writes it.
 
     Besides these it has the fields of `LidarParameters`, e.g. `beams`, `range_max` and `rate`. Values are checked when
     it is applied.

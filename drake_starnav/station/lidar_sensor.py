@@ -97,9 +97,9 @@ class LidarSensor(LeafSystem):
     if a scan is lost, the outputs keep the last one.
 
     Beams are listed counter-clockwise. With `rolling`, beam i of n is measured at the share (i + 1)/n of the time since
-    the previous scan (the first scan is taken at once), the last one at the scan's time; in the reverse order if they
-    turn clockwise. The sensor is assumed to move uniformly in between; the other
-    bodies' motion within a sweep is neglected.
+    the previous scan (the first scan is taken at one instant), the last one at the scan's time; in the reverse order if
+    they turn clockwise. The sensor is assumed to move uniformly in between; the motion of other bodies within a sweep
+    is neglected.
 
     The system is defined for T = double only.
     """

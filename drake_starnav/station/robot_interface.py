@@ -26,7 +26,7 @@ POSE_PORTS = ("pose", "state", "scan_pose")
 
 
 class RobotInterface(Diagram):
-    """What makes a model of a plant a robot: its lidar, its localization and its wheel servo, as one diagram.
+    """Lidar, localization and wheel servo that make a model of a plant a robot, as one diagram.
 
     ```
                            ┌────────────────┐
@@ -43,12 +43,12 @@ class RobotInterface(Diagram):
         desired_state: vector of the robot's model, to the plant.
 
     With a continuous plant the last port is `actuation`, torques of its `WheelServo`, N m.
-    The lidar sees other robots in the plant where they reach into its plane, but not its own robot. To the robot
-    belongs whatever joints hold to it, such as an arm, and what it carries.
+    The lidar sees other robots in the plant where they reach into its plane, but not its own robot. Bodies
+    joined to the robot, such as an arm, and what it carries belong to it.
 
     Attributes:
         robot_geometries: collision shapes of all that.
-        reach: how far from the robot's axis it collides, with all joints at their defaults, m, but for what it carries.
+        reach: how far from the robot's axis it collides, with all joints at their defaults, m, without what it carries.
         farthest: the link that reaches so far.
     """
 

@@ -14,7 +14,7 @@ from drake_starnav.systems.scan_state import ScanState
 
 
 class ScanMatcher(LeafSystem):
-    """Stands between a robot whose odometry drifts and its planner, which works in a map frame that does not drift.
+    """Corrects the drift of the odometry for the planner, which works in a map frame that does not drift.
 
     ```
                    ┌─────────────┐

@@ -7,7 +7,7 @@ from drake_starnav.parameters import check_parameters, parameter
 
 @dataclass(frozen=True)
 class DynamicObstacleParameters:
-    """What is declared about obstacles that move, and how the robot lives with them."""
+    """Declared properties of moving obstacles, and how cautiously the robot treats them."""
 
     max_speed: float = parameter(
         0.0,
@@ -37,7 +37,7 @@ class DynamicObstacleParameters:
 
     @property
     def guarded(self) -> bool:
-        """Whether nothing is trusted: what is small enough may start, and what is hidden may come out."""
+        """Whether nothing is trusted: small obstacles may start to move, and hidden ones may emerge."""
         return self.caution == 1.0
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from drake_starnav.utils.files import reason_of
 
 
 class InlinePage:
-    """What shows a page of one HTML file, such as a recording, as the output of a notebook's cell.
+    """A self-contained HTML page, such as a recording, shown as the output of a notebook cell.
 
     The page becomes part of the notebook, which needs neither the file nor a network to show it.
     """
