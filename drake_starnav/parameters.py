@@ -12,7 +12,7 @@ import math
 import os
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -185,7 +185,7 @@ def convert(value: Any, kind: Any, place: str) -> Any:
     raise StarnavError(f"{place} is {shown(value)}; allowed: {_KINDS.get(kind, 'a list')}")
 
 
-def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Callable[[str], str] | None = None) -> Any:
+def build(cls: type, mapping: Any, place: str, base: Any = None) -> Any:
     """An instance of the parameter dataclass `cls` from a mapping, every key and value checked.
 
     Args:
@@ -193,8 +193,6 @@ def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Cal
         mapping: key -> value, as read from YAML; None for all defaults.
         place: dotted name for messages.
         base: an instance whose values serve as defaults.
-        nearest: from the dotted name of an unknown key to the name that a valid one is suggested for, dotted if it is
-            a key of another section; the key itself if it is None.
 
     Raises:
         StarnavError: unknown key (with the nearest valid one), wrong type, or value out of range.
@@ -207,9 +205,7 @@ def build(cls: type, mapping: Any, place: str, base: Any = None, *, nearest: Cal
     values = {}
     for key, value in mapping.items():
         if key not in _names(cls):
-            name = str(key) if nearest is None else nearest(f"{place}.{key}")
-            elsewhere = [name] if nearest is not None and "." in name else []
-            raise unknown_name(f"key {place}.{key}", name, [*_names(cls), *elsewhere])
+            raise unknown_name(f"key {place}.{key}", str(key), _names(cls))
         values[key] = convert(value, kinds[key], f"{place}.{key}")
     instance = dataclasses.replace(base, **values) if base is not None else cls(**values)
     check_parameters(instance, place)

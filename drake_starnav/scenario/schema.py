@@ -25,7 +25,6 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.recording import RecordingParameters
-from drake_starnav.scenario.renamed import name_now
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.files import read_text, reason_of, write_text
@@ -237,9 +236,9 @@ def parse_scenario(
     _check_known(method)
     for key in sections:
         if key not in KEYS:
-            raise unknown_name(f"key {key} in {place}", name_now(str(key)), (*KEYS, "directives"))
+            raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
     parts = {
-        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key), nearest=name_now)
+        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
         for key, cls in SECTIONS.items()
     }
     configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
@@ -336,7 +335,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
         raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
     section, name = names
     if section not in KEYS:
-        raise unknown_name(f"key {key}", name_now(section), KEYS)
+        raise unknown_name(f"key {key}", section, KEYS)
     try:
         parsed = load_yaml(value, key, _Loader)
     except StarnavError:
@@ -413,4 +412,4 @@ def _world(mapping: Any, place: str) -> Any:
     values = dict(mapping)
     if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
         values["directives"] = _directives_text(values["directives"])
-    return build(WORLD_KINDS[mapping.tag], values, "world", nearest=name_now)
+    return build(WORLD_KINDS[mapping.tag], values, "world")
