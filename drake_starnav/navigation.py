@@ -351,6 +351,8 @@ def _add_planning(
             stopwatch=stopwatch,
         )
     planner = add_system(builder, "planner", planner, "planner")
+    if own is None:
+        builder.Connect(perception.GetOutputPort("safety_star"), planner.GetInputPort("safety_star"))
     connect_inputs(builder, planner, _sources(made), "planner")
     if matcher is not None and "guidance" in outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")

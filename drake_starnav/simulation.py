@@ -1,5 +1,6 @@
 """One scenario and one seed -> one trial: its outcome, its metrics and, on request, its recording."""
 
+import dataclasses
 import hashlib
 import math
 import time
@@ -42,6 +43,9 @@ from drake_starnav.worlds.world import World
 
 INTERRUPTED = "interrupted"
 """The outcome of a trial that was ended by Ctrl-C, as its files have it."""
+TIMEOUT = "timeout"
+NEVER_MOVED = 0.05
+"""A robot that has driven less than this, m, has never moved: it has turned in place, or was pushed."""
 METRICS_PERIOD = 0.01
 """Metrics of the motion are of states at equal steps of this length, s, interpolated between the logged ones."""
 PROGRESS_PERIOD = 1.0
@@ -59,8 +63,11 @@ class Trial:
     """The result of one run; the field names are those of its JSON form.
 
     Attributes:
-        outcome: reached, collision, struck (by a moving obstacle, while the robot stood), timeout or unreachable.
+        outcome: reached, collision, struck (by a moving obstacle, while the robot stood), unreachable, blocked (out of
+            time while the robot stood still, or had never moved) or timeout.
         contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
+        blocked_s: when the planner first reported that the robot stood still, to a second; None if it never did.
+        blocked_by: why, as its port `blocked_by` said then.
         time_s: simulated time until the outcome.
         path_length_m: driven by the robot's centre.
         shortest_path_m: shortest path of the same radius given the full map, among the static obstacles; None if there
@@ -84,6 +91,8 @@ class Trial:
     seed: int
     outcome: str
     contact: str | None
+    blocked_s: float | None
+    blocked_by: str | None
     time_s: float
     path_length_m: float
     shortest_path_m: float | None
@@ -189,8 +198,10 @@ def run_trial(
         for each in observers:
             each.start()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
-        watch = _watch(simulator, navigation, logs, scenario.drive.slip, progress)
+        reports: list[tuple[float, str]] = []
+        watch = _watch(simulator, navigation, logs, scenario.drive.slip, reports, progress)
         run = _simulated(simulator, navigation, logs[0], scenario.simulation.timeout or world.timeout, watch)
+        run = dataclasses.replace(run, blocked=tuple(reports))
         steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
         figures = _figures(scenario, world, shortest, run)
         by = type(own["controller"]).__name__ if own.get("controller") else method
@@ -231,6 +242,7 @@ class _Run:
 
     Attributes:
         message: why it ended.
+        blocked: from when on, s, which reason was reported for a robot that stood still; an empty one when it moved on.
         elapsed: when it ended, s.
         times: of the states, shape (n,), s: the ends of the simulator's steps.
         driven: shape (n, 5): x, y, yaw, v, omega at these times.
@@ -246,6 +258,7 @@ class _Run:
     state_hash: str
     nodes: int
     wall: float
+    blocked: tuple[tuple[float, str], ...] = ()
 
 
 def _add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
@@ -264,15 +277,22 @@ def _watch(
     navigation: Navigation,
     logs: Sequence[VectorLogSink],
     slip: float,
+    reports: list[tuple[float, str]],
     progress: Callable[[float, float], None] | None,
 ) -> Callable[[float, float], None]:
-    """Report progress, and a robot that does not follow its commands."""
+    """Report progress, a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
+    planner = navigation.planner
+    port = None if planner is None else outputs(planner).get("blocked_by")
 
     def watch(now: float, limit: float) -> None:
         if progress is not None:
             progress(now, limit)
-        states, commands = (log.FindLog(simulator.get_context()) for log in logs)
+        context = simulator.get_context()
+        states, commands = (log.FindLog(context) for log in logs)
         check_drive(navigation.station, states.sample_times(), states.data().T, commands.data().T, slip=slip)
+        reason = "" if port is None else port.Eval(planner.GetMyContextFromRoot(context))
+        if reason != (reports[-1][1] if reports else ""):
+            reports.append((now, reason))
 
     return watch
 
@@ -324,6 +344,9 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     outcome = COLLISION if standing.min() < radius else run.message.split()[0]
     clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
+    blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
+    if outcome == TIMEOUT and (length < NEVER_MOVED or (run.blocked and run.blocked[-1][1])):
+        outcome = "blocked"
     samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
     motion = motion_metrics(
         samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=radius
@@ -331,6 +354,8 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     return {
         "outcome": outcome,
         "contact": contact_in(run.message),
+        "blocked_s": blocked_s,
+        "blocked_by": blocked_by,
         "time_s": round(run.elapsed, 6),
         "path_length_m": length,
         "shortest_path_m": None if shortest is None else float(shortest[0]),
@@ -408,7 +433,7 @@ def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, fl
     while True:
         now = simulator.get_context().get_time()
         if now >= timeout - 1e-9:
-            return "timeout"
+            return TIMEOUT
         try:
             status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
         except KeyboardInterrupt:

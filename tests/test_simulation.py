@@ -197,8 +197,30 @@ def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
 
 def test_timeout_ends_a_trial() -> None:
     trial = run_trial(parse_scenario(SMALL + "simulation: {timeout: 1.0}", name="small"), seed=0)
-    assert trial.outcome == "timeout"
+    assert trial.outcome == "timeout" and trial.blocked_by is trial.blocked_s is None
     assert trial.time_s == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("cylinders", "lidar", "reason"),
+    [
+        (
+            [[0.34 * math.cos(a), 0.34 * math.sin(a), 0.08] for a in np.radians(np.arange(0, 360, 20))],
+            "",
+            "too near: a h",
+        ),
+        ([], "lidar: {dropout: 1.0}", "blind: no scan that measures anything has arrived for"),
+    ],
+)
+def test_a_robot_that_never_moves_says_why_within_seconds(cylinders: list, lidar: str, reason: str) -> None:
+    text = (
+        f"world: !Obstacles {{bounds: [-1, -2, 5, 2], cylinders: {np.round(cylinders, 4).tolist()}, goal: [3.5, 0]}}\n"
+    )
+    trial = run_trial(parse_scenario(f"{text}{lidar}\nsimulation: {{timeout: 7.0}}", name="stuck"), seed=0)
+    assert trial.outcome == "blocked" and trial.time_s == pytest.approx(7.0) and trial.min_clearance_m > 0.0
+    assert trial.blocked_s is not None and trial.blocked_s <= 5.0
+    assert trial.blocked_by is not None and trial.blocked_by.startswith(reason)
+    json.dumps(trial_record(trial), allow_nan=False)
 
 
 def test_collision_is_noticed() -> None:

@@ -202,6 +202,8 @@ class LiveRun:
             now = "reached the goal"
         elif status is PlannerStatus.UNREACHABLE:
             now = "found no way to the goal"
+        elif status is PlannerStatus.BLOCKED:
+            now = "blocked"
         if now != self._said:
             self._say(f"{self.time:6.1f} s: {now}")
         self._said = now

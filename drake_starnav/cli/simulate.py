@@ -120,6 +120,7 @@ def _table(record: dict) -> str:
     micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
     rows = (
         ("outcome", record["outcome"] + (f" of {record['contact']}" if record["contact"] else "")),
+        *([("blocked", f"at {record['blocked_s']:.0f} s: {record['blocked_by']}")] if record["blocked_by"] else []),
         ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
         ("path", f"{record['path_length_m']:.2f} m{ratio}"),
         ("mean speed", f"{record['mean_speed_mps']:.2f} m/s"),

@@ -66,10 +66,11 @@ RUN: Kinds = {
 RECORD_IF_THERE: Kinds = {
     "world": WHOLE,
     "contact": _or_null(TEXT),
+    "blocked_by": _or_null(TEXT),
     **dict.fromkeys(
         (
             "mean_speed_mps", "mean_clearance_m", "jerk_mps3", "yaw_rate_change_radps2", "twist_energy_m2ps", "stops",
-            "stuck_s", "nodes",
+            "stuck_s", "nodes", "blocked_s",
         ),
         _or_null(NUMBER),
     ),

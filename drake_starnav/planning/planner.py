@@ -206,17 +206,19 @@ def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) ->
 def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
     """The state with a new path; if there is none and no retry is left, the goal is unreachable.
 
-    At the first look the scan may be at fault: one that shows no way at all is forgotten.
+    At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
+    cannot move, for what is in its way hides the rest, and may leave.
     """
     route, state, hopeless = _searched(state, region, now)
-    if route is None and first_plan:
+    boxed_in = region.reach < PROGRESS_DISTANCE < region.limit.max()
+    if route is None and (first_plan or (boxed_in and state.plans == 0)):
         return dataclasses.replace(
             PlannerState.initial(now.parameters, now.robot_radius),
             progress_position=state.progress_position,
             progress_time=state.progress_time,
         )
     if route is None:
-        status = PlannerStatus.UNREACHABLE if hopeless else state.status
+        status = PlannerStatus.UNREACHABLE if hopeless and not boxed_in else state.status
         return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
     target, roadmap = None, state.roadmap
     if route.blacklisted_probes is not None and len(route.blacklisted_probes) > len(roadmap.blacklisted_probes):

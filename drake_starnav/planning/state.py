@@ -21,12 +21,17 @@ NO_RETRIES = np.zeros((0, 3))
 
 
 class PlannerStatus(Enum):
-    """The planner's current activity."""
+    """The planner's current activity.
+
+    While a robot that is neither at its goal nor without a way stands still, its planner is BLOCKED: it waits for what
+    is in the way to leave.
+    """
 
     WAITING = "waiting"
     EXPLORING = "exploring"
     APPROACHING = "approaching"
     UNREACHABLE = "unreachable"
+    BLOCKED = "blocked"
 
 
 @snapshot

@@ -51,6 +51,7 @@ class SafetyStar:
         time: when the last scan was taken, s.
         reach: `hits` is complete for the last scan within this distance of `center`, m; farther hits are unknown.
         previous: when the scan before the last was taken, s; its pose also serves to de-skew a rolling scan.
+        radius: distance that is kept from the hits, the robot's radius with the safety margin, m.
     """
 
     center: np.ndarray
@@ -63,6 +64,7 @@ class SafetyStar:
     time: float = -math.inf
     reach: float = math.inf
     previous: float = -math.inf
+    radius: float = 0.0
 
     @staticmethod
     def none() -> "SafetyStar":
@@ -128,7 +130,7 @@ def safety_star(
     )
     counts = *memory.counts[forgotten:], len(points) - len(memory.points) + first
     center = np.array(pose[:2], dtype=float)
-    star = SafetyStar(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, previous)
+    star = SafetyStar(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, previous, radius)
     return star, ScanMemory(points, gaps, counts)
 
 

@@ -1,5 +1,6 @@
 """The star roadmap as a Drake system."""
 
+import math
 from dataclasses import field
 
 import numpy as np
@@ -10,43 +11,67 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlanStep, plan_step
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.monitoring import distance_to
+from drake_starnav.planning.state import PlannerStatus
 from drake_starnav.regions import Observation
+from drake_starnav.regions.obstruction import obstruction
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.release import weakly
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.utils.timing import EARLY
+
+STANDSTILL, STAND = 4.0, 0.05
+"""A robot stands still if it moves no farther than the second, m, in the first, s."""
+HALF_TURNS = 1.5
+"""One that takes long to turn round has the time for so many half turns instead."""
 
 
 @snapshot
 class _Plan:
-    """The planner's state, and what it was planned with last: the goal, W, m, and the time of the scan, s."""
+    """The planner's state and what it follows from. Immutable.
+
+    Attributes:
+        state: the planner's.
+        goal: with which it was planned last, W, m.
+        time: of the last scan, s.
+        stand: where the robot last moved to, or was given its goal, W, m.
+        since: when, s.
+    """
 
     state: PlannerState
     goal: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
     time: float = 0.0
+    stand: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    since: float = 0.0
 
 
 class StarRoadmapPlanner(LeafSystem):
     """Grows a roadmap of star-shaped regions and chooses a short-term goal in it.
 
     ```
-             ┌────────────────────┐
-    star ───>│                    ├──> guidance
-    pose ───>│ StarRoadmapPlanner ├──> short_term_goal
-    goal ───>│                    ├──> roadmap
-             │                    ├──> status
-             └────────────────────┘
+                    ┌────────────────────┐
+    star ──────────>│                    ├──> guidance
+    pose ──────────>│                    ├──> short_term_goal
+    goal ──────────>│ StarRoadmapPlanner ├──> roadmap
+    safety_star ───>│                    ├──> status
+                    │                    ├──> blocked_by
+                    └────────────────────┘
     ```
 
     Ports:
         star: abstract, `Observation` of the latest scan.
         pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
         goal: vector (x, y) in W, m.
+        safety_star: abstract, `SafetyStar` in any frame, to say what blocks the robot; may be left unconnected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
         roadmap: abstract, `PlannerState`: the roadmap and what the planner is about to do.
-        status: abstract, `PlannerStatus`.
+        status: abstract, `PlannerStatus`; BLOCKED while `blocked_by` says something.
+        blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, though the
+            planner has not given up; empty while it moves.
 
     Each scan, and each new goal, is planned with at once, see `ScanState`; what is known is an immutable snapshot. When
     the goal has moved the roadmap is searched anew, even after having given up. A goal that is not finite raises a
@@ -78,6 +103,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
+        self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         initial = PlannerState.initial(planner, robot.radius)
         inputs = self._star, self._goal
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
@@ -87,7 +113,9 @@ class StarRoadmapPlanner(LeafSystem):
             "short_term_goal", 2, weakly(self._calc_short_term_goal), depends | {self._pose.ticket()}
         )
         self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), weakly(self._calc_roadmap), depends)
+        depends |= {self._pose.ticket(), self._safety_star.ticket(), self.time_ticket()}
         self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), weakly(self._calc_status), depends)
+        self.DeclareAbstractOutputPort("blocked_by", lambda: Value(""), weakly(self._calc_blocked_by), depends)
 
     def _after(self, context: Context, before: _Plan) -> _Plan:
         seen, goal = self._star.Eval(context), self._goal.Eval(context)
@@ -111,7 +139,10 @@ class StarRoadmapPlanner(LeafSystem):
             after = self._step(state, now)
         if after.plans > state.plans:
             self._stopwatch.seconds["plan"].append(self._stopwatch.seconds["update"][-1])
-        return _Plan(after, now.goal, time)
+        stand, since = before.stand, before.since
+        if moved or not distance_to(now.position, stand) <= STAND:
+            stand, since = now.position.copy(), time
+        return _Plan(after, now.goal, time, stand, since)
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state
@@ -127,4 +158,32 @@ class StarRoadmapPlanner(LeafSystem):
         output.set_value(self._state(context))
 
     def _calc_status(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._state(context).status)
+        status = self._state(context).status
+        output.set_value(PlannerStatus.BLOCKED if self._blocked_by(context) else status)
+
+    def _calc_blocked_by(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._blocked_by(context))
+
+    def _blocked_by(self, context: Context) -> str:
+        """As the port says."""
+        plan = self._plans.Eval(context)
+        patience = max(STANDSTILL, HALF_TURNS * math.pi / self._robot.max_yaw_rate)
+        if context.get_time() - plan.since < patience - EARLY or plan.state.status is PlannerStatus.UNREACHABLE:
+            return ""
+        silent = context.get_time() - plan.time
+        if silent > patience - EARLY:
+            return f"blind: no scan that measures anything has arrived for {silent:.1f} s"
+        x, y, yaw = self._pose.Eval(context).tolist()
+        place, goal = np.array((x, y)), self._goal.Eval(context)
+        if distance_to(place, plan.stand) > STAND or distance_to(place, goal) <= self._goal_tolerance:
+            return ""
+        seen = self._star.Eval(context)
+        path = plan.state.guidance.path
+        to_x, to_y = (path[0] if len(path) else goal).tolist()
+        reason = ""
+        if self._safety_star.HasValue(context):
+            towards = math.atan2(to_y - y, to_x - x) - yaw
+            reason = obstruction(self._safety_star.Eval(context), seen.scan, towards, self._robot.radius)
+        if not reason and not len(path):
+            return f"no way is seen that keeps {self._planner.least_margin:.3g} m beyond robot.radius"
+        return reason or "nothing that the certificate knows: the robot does not follow its guidance"

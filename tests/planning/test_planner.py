@@ -44,6 +44,20 @@ def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
     assert again is last
 
 
+def test_a_robot_that_cannot_move_waits_for_what_is_around_it_to_leave():
+    """A ring of posts 1 cm off the hull, which are then taken away."""
+    posts = [(0.36 * np.cos(a), 0.36 * np.sin(a), 0.1) for a in 2.0 * np.pi * np.arange(16) / 16]
+    ring, free = World("ring", (0, 0, 0), (2, 0), cylinders=posts), World("free", (0, 0, 0), (2, 0))
+    state, place = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
+    waited = int(20.0 * (PARAMETERS.progress_timeout + 2.0))
+    for k in range(waited + 1):
+        assert state.status is PlannerStatus.WAITING and not len(state.roadmap)
+        scan = dataclasses.replace(cast(ring if k < waited else free), time=0.05 * k)
+        seen = Observation(scan_region(scan, place, RADIUS, PARAMETERS), scan, place)
+        state = plan_step(state, PlannerInput(seen, place[:2], np.array(free.goal), scan.time, PARAMETERS, RADIUS))
+    assert state.status is PlannerStatus.APPROACHING
+
+
 def test_without_retries_the_roadmap_is_never_rebuilt(monkeypatch):
     monkeypatch.setattr(planner, "RETRIES", 0)
     states = drive(VAULT, PARAMETERS, steps=3000)

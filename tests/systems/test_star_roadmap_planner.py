@@ -11,9 +11,10 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
 from drake_starnav.regions import Observation
+from drake_starnav.regions.safe_region import ScanMemory, safety_star
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
@@ -70,14 +71,61 @@ class Planning:
 
 def test_ports() -> None:
     system = Planning().system
-    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["star", "pose", "goal"]
+    inputs = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
+    assert inputs == ["star", "pose", "goal", "safety_star"]
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
-    assert outputs == ["guidance", "short_term_goal", "roadmap", "status"]
+    assert outputs == ["guidance", "short_term_goal", "roadmap", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
-    everywhere, short_term_goal = range(4), 1
-    for port, reached in ((0, everywhere), (1, [short_term_goal]), (2, everywhere)):
+    everywhere, short_term_goal, told = range(5), 1, (3, 4)
+    for port, reached in ((0, everywhere), (1, [short_term_goal, *told]), (2, everywhere), (3, told)):
         for out in everywhere:
             assert system.HasDirectFeedthrough(port, out) == (out in reached)
+
+
+def standing(planning: Planning, world: World | None, seconds: float, pose: np.ndarray = POSE) -> None:
+    """Stand at a pose for some time, and see the world, if any, from there."""
+    for _ in range(round(seconds / PERIOD)):
+        if world is not None:
+            planning.see(world, pose)
+        planning.update()
+
+
+def test_a_robot_that_stands_still_is_blocked_until_it_moves() -> None:
+    planning = Planning()
+    standing(planning, SCREEN, STANDSTILL - 0.1)
+    assert planning.out("status") is PlannerStatus.EXPLORING and planning.out("blocked_by") == ""
+    standing(planning, SCREEN, 0.2)
+    assert planning.out("status") is PlannerStatus.BLOCKED
+    assert planning.out("blocked_by").startswith("nothing that the certificate knows")
+    planning.see(SCREEN, POSE + (0.1, 0.0, 0.0))
+    assert planning.out("status") is PlannerStatus.EXPLORING and planning.out("blocked_by") == ""
+
+
+def test_what_the_certificate_knows_is_named() -> None:
+    planning = Planning()
+    posts = [(0.36 * np.cos(a), 0.36 * np.sin(a), 0.1) for a in 2.0 * np.pi * np.arange(16) / 16]
+    close, pose = World("close", (0, 0, 0), (0, 0), cylinders=posts), np.zeros(3)
+    scan = cast(close, pose)
+    kept = ROBOT.radius + 0.0145
+    star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, kept, 1.2, (2.0, 5))
+    planning.put("safety_star", Value(star))
+    standing(planning, close, STANDSTILL + 0.1, pose)
+    assert planning.out("blocked_by").startswith("too near: a hit at 0.260 m, 0 degrees to the")
+
+
+@pytest.mark.parametrize("world", [None, OPEN])
+def test_a_robot_without_scans_is_blind(world: World | None) -> None:
+    planning = Planning()
+    standing(planning, world, 0.2)
+    standing(planning, None, STANDSTILL + 0.1)
+    assert planning.out("status") is PlannerStatus.BLOCKED
+    assert planning.out("blocked_by").startswith("blind: no scan that measures anything has arrived for 4.")
+
+
+def test_at_the_goal_a_robot_may_stand() -> None:
+    planning = Planning(goal=POSE[:2])
+    standing(planning, OPEN, STANDSTILL + 0.1)
+    assert planning.out("status") is PlannerStatus.APPROACHING and planning.out("blocked_by") == ""
 
 
 def test_state_is_one_snapshot() -> None:
