@@ -1,5 +1,7 @@
 # make demo    drive the default scenario and leave its recording in out/
-# make test    run the tests
+# make test    run the tests that take seconds
+# make test-all  run all tests, with long drives, notebooks, the wheel and the site
+# make fuzz    search for examples that break a property: random ones, for MINUTES=10
 # make check   lint, formatting and types
 # make docs    build the documentation: out/site/index.html
 # make wheels  build sdist and wheel, and try the wheel with every Python there is
@@ -8,19 +10,29 @@
 # PYTHON=...   the interpreter for the environment; without it the best one found
 # VENV=...     the environment's folder
 # TESTS=...    the tests to run; without it all
+# MARKS=...    those with these marks: `slow`, `not slow`
 
 VENV ?= .venv
 PYTHON ?=
 TESTS ?=
+MARKS ?= not slow
+MINUTES ?= 10
 RUN = $(VENV)/bin/python
 
-.PHONY: demo test check docs wheels install clean
+.PHONY: demo test test-all fuzz check docs wheels install clean
 
 demo: install
 	$(RUN) -m drake_starnav demo
 
 test: install
-	$(RUN) -m pytest -q -n logical --maxprocesses 8 $(TESTS)
+	$(RUN) -m pytest -q -n logical --maxprocesses 8 -m "$(MARKS)" $(TESTS)
+
+test-all:
+	$(MAKE) test MARKS=
+
+fuzz: install
+	export FUZZ_UNTIL=$$(($$(date +%s) + 60 * $(MINUTES))); while [ $$(date +%s) -lt $$FUZZ_UNTIL ]; do \
+	    $(RUN) -m pytest -q -n logical --maxprocesses 8 -m hypothesis --hypothesis-profile=random $(TESTS) || exit; done
 
 check: install
 	$(RUN) -m ruff check .

@@ -48,6 +48,10 @@ class Motion(Protocol):
         """(x, y, yaw) of the robot, W, m and rad."""
 
     @property
+    def twist(self) -> np.ndarray:
+        """(v, omega) of the robot, m/s and rad/s."""
+
+    @property
     def scan(self) -> LaserScan:
         """The last scan."""
 
@@ -61,25 +65,36 @@ class Motion(Protocol):
 class NavigationEnv(gymnasium.Env):
     """A robot with a lidar in a new world of a scenario for each episode.
 
-    Observation: `scan`, ranges in m with `range_max` where there is no return and 0 for a lost beam, and `goal`, (x, y)
-    in the robot's frame, m. Action: the twist (v, omega), m/s and rad/s. Reward: the progress towards the goal in m,
-    1 more at the goal and 1 less at a contact, with either of which an episode ends; after the world's timeout it is
-    truncated. `info` has `outcome` and `pose`.
+    Observation: `scan`, ranges in m with `range_max` where there is no return and 0 for a lost beam; `goal`, (x, y) in
+    the robot's frame, m; `twist`, (v, omega) of the robot, m/s and rad/s. Action: (v, omega) to drive, m/s and rad/s.
+    Reward: the progress towards the goal in m, 1 more at the goal and 1 less at a contact, with either of which an
+    episode ends; after the world's timeout it is truncated. `info` has `outcome` and `pose`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1.0 / PERIOD)}
 
-    def __init__(self, scenario: str | Scenario = "forest", *, shield: bool = True, plant: bool = False) -> None:
+    def __init__(
+        self,
+        scenario: str | Scenario = "forest",
+        *,
+        shield: bool = True,
+        plant: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
         """
         Args:
             scenario: or its name.
             shield: whether an action is driven only as far as the certificate accepts it.
             plant: whether Drake's plant moves the robot, or, many times faster, its kinematics, exactly as commanded.
+            render_mode: `rgb_array` for pictures by `render`, which take matplotlib; None for none.
 
         Raises:
             UnsupportedError: the scenario declares moving obstacles or faults that the kinematics do not have.
-            StarnavError: the lidar sees too little for the shield.
+            StarnavError: the lidar sees too little for the shield, or there is no such mode.
         """
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise StarnavError(f"render_mode is {render_mode}; allowed: rgb_array, or None")
+        self.render_mode = render_mode
         self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
         self._shield = shield
         self._motion_kind: type[PlantMotion | KinematicMotion] = PlantMotion if plant else KinematicMotion
@@ -94,6 +109,7 @@ class NavigationEnv(gymnasium.Env):
             {
                 "scan": gymnasium.spaces.Box(0.0, np.float32(lidar.range_max), (lidar.beams,), np.float32),
                 "goal": gymnasium.spaces.Box(-np.inf, np.inf, (2,), np.float32),
+                "twist": gymnasium.spaces.Box(-np.inf, np.inf, (2,), np.float32),
             }
         )
         self._motion: Motion | None = None
@@ -126,6 +142,19 @@ class NavigationEnv(gymnasium.Env):
         info = self._info(outcome or ("timeout" if late else ""))
         return self._observed(), float(reward), bool(outcome), bool(late and not outcome), info
 
+    def render(self) -> np.ndarray | None:
+        """The world from above, the robot in it and what its last scan hit: shape (height, width, 3), bytes."""
+        if self.render_mode is None or self._motion is None:
+            return None
+        from drake_starnav.visualization.world_figure import START, draw_goal, draw_robot, figure_pixels, world_axes
+
+        figure, axis = world_axes(self.world, f"{self._scenario.name}, {self._time:.1f} s")
+        pose = self._motion.pose
+        axis.plot(*self._motion.scan.points(pose).T, ".", color=START, markersize=3.0)
+        draw_robot(axis, pose, self._scenario.robot.radius, START)
+        draw_goal(axis, self.world.goal)
+        return figure_pixels(figure)
+
     def close(self) -> None:
         """Give back the memory of the episode."""
         if self._motion is not None:
@@ -142,7 +171,8 @@ class NavigationEnv(gymnasium.Env):
         ranges = np.nan_to_num(scan.ranges, nan=0.0, posinf=scan.range_max, neginf=0.0)
         dx, dy = self.world.goal[0] - x, self.world.goal[1] - y
         goal = (math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx)
-        return {"scan": ranges.astype(np.float32), "goal": np.array(goal, dtype=np.float32)}
+        seen = {"scan": ranges, "goal": goal, "twist": self._motion.twist}
+        return {name: np.array(value, dtype=np.float32) for name, value in seen.items()}
 
     def _info(self, outcome: str) -> dict[str, Any]:
         assert self._motion is not None
@@ -159,7 +189,7 @@ class KinematicMotion:
         controller, robot = margins[1], scenario.robot
         self._margin, self._rate, self._shapes = controller.safety_margin, controller.rate, visible_shapes(world)
         self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
-        self.pose, self._twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
+        self.pose, self.twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
         self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()
         self._look()
 
@@ -176,10 +206,10 @@ class KinematicMotion:
             want = action
             if self._shield:
                 certificates = standard_certificates(self._seen.safety, self._margin, actuation, self.pose[:2])
-                want, _ = certified_twist(self.pose, self._twist, action, certificates, actuation)
-            driven = ramped_twist(self._twist, want, actuation)
-            *pose, v, omega, _ = rollout_step(*self.pose, *self._twist, *driven, 1.0 / rate, robot.limits)
-            self.pose, self._twist = np.array(pose), np.array((v, omega))
+                want, _ = certified_twist(self.pose, self.twist, action, certificates, actuation)
+            driven = ramped_twist(self.twist, want, actuation)
+            *pose, v, omega, _ = rollout_step(*self.pose, *self.twist, *driven, 1.0 / rate, robot.limits)
+            self.pose, self.twist = np.array(pose), np.array((v, omega))
             self._ticks += 1
             if clearance(self._world, self.pose[None, :2])[0] < robot.radius:
                 self.touched = True
@@ -214,6 +244,11 @@ class PlantMotion:
     def pose(self) -> np.ndarray:
         """(x, y, yaw), W, m and rad."""
         return self._out("localization.pose").copy()
+
+    @property
+    def twist(self) -> np.ndarray:
+        """(v, omega), m/s and rad/s."""
+        return self._out("localization.state")[3:].copy()
 
     @property
     def scan(self) -> LaserScan:

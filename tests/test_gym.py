@@ -23,9 +23,36 @@ AHEAD = np.array([0.8, 0.0], dtype=np.float32)
 @pytest.mark.parametrize("plant", [False, True])
 @pytest.mark.parametrize("shield", [False, True])
 def test_gymnasium_accepts_it(plant: bool, shield: bool) -> None:
-    environment = NavigationEnv("room", shield=shield, plant=plant)
-    check_env(environment, skip_render_check=True)
+    environment = NavigationEnv("room", shield=shield, plant=plant, render_mode="rgb_array")
+    check_env(environment)
     environment.close()
+
+
+@pytest.mark.parametrize("plant", [False, True])
+def test_a_policy_observes_the_twist(plant: bool) -> None:
+    environment = NavigationEnv(YARD, plant=plant)
+    observation, _ = environment.reset(seed=1)
+    assert observation["twist"].tolist() == pytest.approx([0.0, 0.0], abs=1e-3)
+    for _ in range(8):
+        observation, *_ = environment.step(np.array([0.4, 0.3], dtype=np.float32))
+    assert observation["twist"].tolist() == pytest.approx([0.4, 0.3], abs=0.02)
+    environment.close()
+
+
+@pytest.mark.parametrize("plant", [False, True])
+def test_a_picture_shows_where_the_robot_is(plant: bool) -> None:
+    environment = NavigationEnv(YARD, plant=plant, render_mode="rgb_array")
+    environment.reset(seed=1)
+    before = environment.render()
+    for _ in range(5):
+        environment.step(AHEAD)
+    after = environment.render()
+    assert before.shape == after.shape and before.dtype == np.uint8 and before.shape[2] == 3
+    assert (before == environment.render()).all(axis=2).mean() > 0.9 and (before != after).any()
+    environment.close()
+    assert NavigationEnv(YARD).render() is None
+    with pytest.raises(StarnavError, match="render_mode is human; allowed: rgb_array, or None"):
+        NavigationEnv(YARD, render_mode="human")
 
 
 @pytest.mark.parametrize("plant", [False, True])

@@ -86,6 +86,16 @@ def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "g
     axis.plot(*goal, "*", color=GOAL, markersize=13.0, label=label or None, linestyle="none", zorder=3)
 
 
+def figure_pixels(figure: Any, *, dpi: int = 80) -> np.ndarray:
+    """A figure as pixels: shape (height, width, 3), bytes."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure.set_dpi(dpi)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.array(canvas.buffer_rgba())[..., :3]
+
+
 def save_figure(figure: Any, file: str | Path, *, dpi: int = 80) -> None:
     """Write a figure as PNG, with one legend below."""
     figure.legend(loc="outside lower center", ncols=4, frameon=False)

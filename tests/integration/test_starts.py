@@ -99,7 +99,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
     return False
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=seeds)
 def test_what_stood_wherever_it_was_never_touches_a_robot_that_drives(seed: int) -> None:
     assert not struck_while_driving(seed, caution=1.0)

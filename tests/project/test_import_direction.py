@@ -56,7 +56,7 @@ TABLE = {
     "navigation": Room(f"{METHOD} scenario systems station validation", DRAKE),
     "visualization": Room(LOOP, f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "simulation": Room(f"{LOOP} visualization", DRAKE),
-    "gym": Room(f"{LOOP} simulation", f"{DRAKE} gymnasium"),
+    "gym": Room(f"{LOOP} visualization simulation", f"{DRAKE} gymnasium"),
     "evaluation": Room(f"{LOOP} visualization simulation", "numpy scipy dask distributed jinja2 matplotlib"),
     "cli": Room(f"{LOOP} visualization simulation evaluation", DRAKE),
     "__init__": Room(f"{LOOP} visualization simulation"),

@@ -27,6 +27,7 @@ def test_there_are_notebooks() -> None:
     assert [path.stem[:2] for path in NOTEBOOKS] == ["01", "02", "03", "04"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_again_and_again_and_its_last_lines_are_shown(notebook: Path, tmp_path: Path) -> None:
     code = "\n".join(cells(notebook))

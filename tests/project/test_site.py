@@ -13,10 +13,13 @@ from drake_starnav.visualization.browser import browser_missing, find_chromium
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
-pytestmark = pytest.mark.skipif(
-    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "furo")),
-    reason="building the site takes sphinx, myst-nb and furo: install the extra docs",
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "furo")),
+        reason="building the site takes sphinx, myst-nb and furo: install the extra docs",
+    ),
+]
 
 LOADING = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
 """Elements that make a browser load something, and the attribute that names it."""

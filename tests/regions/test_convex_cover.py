@@ -73,6 +73,7 @@ def test_each_set_is_inside_and_overlaps_an_earlier_one(seed: int) -> None:
             assert any(largest_circle([half_planes, other])[1] > 0.0 for other in sets[:k])
 
 
+@pytest.mark.slow
 def test_more_sets_cover_more_and_eight_at_least_95_percent() -> None:
     shares = []
     for seed in range(12):

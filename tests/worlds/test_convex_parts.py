@@ -41,7 +41,7 @@ def star_polygons(draw):
 
 
 @given(star_polygons())
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100)
 def test_star_polygons(polygon):
     check_parts(polygon, convex_parts(polygon))
 
@@ -51,7 +51,7 @@ def test_star_polygons(polygon):
     st.sampled_from([1, -1]),
     st.floats(0.0, 6.3),
 )
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100)
 def test_combs(teeth, order, angle):
     """Not star-shaped: teeth of different heights over a bar, turned."""
     x, corners = 0.0, [(0.0, -0.1)]

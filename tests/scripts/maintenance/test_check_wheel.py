@@ -18,6 +18,7 @@ CHECKOUT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(drake_starnav.__file__).parent
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(
         any(importlib.util.find_spec(name) is None for name in ("build", "hatchling", "pip")),
         reason="building a wheel takes build, hatchling and pip: install the extra dev",
