@@ -62,7 +62,7 @@ ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualizati
 """Packages whose modules define systems."""
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-WRITTEN = "Written by `python scripts/maintenance/write_tables.py`; change the code, not this file."
+WRITTEN = "<!-- written by `python scripts/maintenance/write_tables.py`; change the code, not this file -->"
 DIAGRAMS = DOCS / "images" / "diagrams"
 WORLDS_PAGE, SAFETY_PAGE = DOCS / "worlds.md", ROOT / "SAFETY.md"
 BEGIN = "<!-- tables: written by `python scripts/maintenance/write_tables.py`; change the code, not these -->"
@@ -222,7 +222,8 @@ def ports_page() -> str:
         f"""# Systems and their ports
 
 {WRITTEN}
-The diagrams are Drake's own (`GetGraphvizString`), drawn by `python scripts/maintenance/draw_diagrams.py`.
+
+The diagrams are Drake's own (`GetGraphvizString`).
 
 Frames: W is the world, S the lidar, B the robot's base. Lengths are in metres, angles in radians, times in seconds.
 All systems are defined for T = double only.

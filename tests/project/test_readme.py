@@ -99,5 +99,13 @@ def test_local_links_exist(page: Path) -> None:
         assert link.startswith("http") or (page.parent / link.partition("#")[0]).exists(), link
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_readers_are_told_nothing_that_only_maintainers_need(page: Path) -> None:
+    """Comments are theirs, and the page on how the code is made. Commands are those of an installation."""
+    text = re.sub(r"<!--.*?-->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert not re.search(r"python scripts/(simulate|benchmark|record|report|show_world)\.py", text)
+    assert "scripts/maintenance" not in text or page.name == "architecture.md"
+
+
 def test_readme_has_code_and_links_to_the_docs() -> None:
     assert blocks("python") and "](docs/ports.md)" in README.read_text(encoding="utf-8")

@@ -13,8 +13,8 @@ from drake_starnav.evaluation.trial_file import Header, read_trials, record_key
 from drake_starnav.scenario import Scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.schema import differences, in_world
 
-RUN, SIMULATE = "python scripts/benchmark.py", "python scripts/simulate.py"
-"""Commands in a file that does not say what was typed."""
+PROGRAM = "starnav"
+"""The program of the commands in a file that does not say what was typed; a checkout's scripts are the same."""
 SHARED = ("world", "robot", "simulation")
 """Sections of a scenario that must be equal for all methods, so that trials of the same number are the same task."""
 
@@ -78,7 +78,7 @@ class Results:
         """The commands that ran the trials, one for each file, as they were typed if the file says so."""
         numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
         return [
-            header.get("command") or f"{_command(header, self.records)} --json out/trials{number}.jsonl"
+            _typed(header) or f"{_command(header, self.records)} --json out/trials{number}.jsonl"
             for header, number in zip(self.headers, numbers, strict=True)
         ]
 
@@ -96,8 +96,8 @@ class Results:
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
         parts += ["--html", f"out/{self.page_names[record_key(record)]}"]
-        program, _, typed = header.get("command", "").partition(" benchmark ")
-        return f"{f'{program} simulate' if typed else SIMULATE} {shlex.join(parts)}"
+        program, _, typed = _typed(header).partition(" benchmark ")
+        return f"{program if typed else PROGRAM} simulate {shlex.join(parts)}"
 
 
 def page_name(record: Record) -> str:
@@ -178,6 +178,10 @@ def _has(header: Header, record: Record) -> bool:
     return any(record_key(record)[:2] == (case["scenario"], case["method"]) for case in header["cases"])
 
 
+def _typed(header: Header) -> str:
+    return re.sub(r"^python \S*benchmark\.py ", f"{PROGRAM} benchmark ", header.get("command", ""))
+
+
 def _source(case: Mapping[str, str]) -> str:
     """The name or path of a case's scenario on the command line."""
     name = case["scenario"]
@@ -194,4 +198,4 @@ def _command(header: Header, records: Sequence[Record]) -> str:
         which = ["--worlds", ",".join(map(str, sorted({r["trial"] for r in records if _has(header, r)})))]
     parts = [*what, "--method", *methods, *which, "--seed", str(header["seed"])]
     parts += [part for override in header["overrides"] for part in ("--set", override)]
-    return f"{RUN} {shlex.join(parts)}"
+    return f"{PROGRAM} benchmark {shlex.join(parts)}"

@@ -49,7 +49,7 @@ def test_one_command_keeps_a_run_and_writes_what_is_said_of_it(place: Path, caps
     ]  # fmt: skip
     readme = (place / "README.md").read_text()
     assert readme.startswith("before\n") and readme.endswith("<!-- end of results -->\nafter\n")
-    assert "| 4 of 4" in readme and "python scripts/benchmark.py" in readme
+    assert "| 4 of 4" in readme and "starnav benchmark" in readme
     page = (place / "docs" / "benchmark.md").read_text()
     assert "| star_paper |" in page
     assert page.startswith("before\n") and page.endswith("<!-- end of results -->\nafter\n")
