@@ -50,24 +50,22 @@ def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
 def test_the_commands_say_all_that_the_trials_depend_on(tmp_path: Path) -> None:
     results = read_results([written(tmp_path / "a.jsonl", trials=3)])
     assert results.commands() == [
-        "starnav benchmark forest --method star --trials 3 --seed 5 --set robot.radius=0.3 "
-        "--json out/trials.jsonl"
+        "starnav benchmark forest --method star --trials 3 --seed 5 --set robot.radius=0.3 --json out/trials.jsonl"
     ]
     command = results.trial_command(results.records[2])
     seed = results.records[2]["seed"]
-    assert command.startswith(
-        f"starnav simulate forest --method star --seed {seed} --set robot.radius=0.3 --html "
-    )
+    assert command.startswith(f"starnav simulate forest --method star --seed {seed} --set robot.radius=0.3 --html ")
 
 
-@pytest.mark.parametrize(("program", "shown"),
+@pytest.mark.parametrize(
+    ("program", "shown"),
     [
         ("starnav benchmark", "starnav"),
         ("python -m drake_starnav benchmark", "python -m drake_starnav"),
         ("python scripts/benchmark.py", "starnav"),
     ],
 )
-def test_a_command_is_shown_as_it_was_typed_or_by_the_installed_program(program: str, shown: str, tmp_path: Path) -> None:
+def test_a_command_is_shown_as_typed_or_as_installed(program: str, shown: str, tmp_path: Path) -> None:
     typed = f"{program} forest --trials 2 --html 'my report.html'"
     results = read_results([written(tmp_path / "a.jsonl", command=typed)])
     assert results.commands() == [typed.replace(program, f"{shown} benchmark")]
