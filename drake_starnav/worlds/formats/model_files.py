@@ -5,45 +5,25 @@ to a temporary folder: bodies, joints and shapes alone, with absolute paths; mes
 extruded polylines as OBJ files, one for each connected piece, with whose convex hull Drake collides.
 """
 
-import atexit
-import functools
-import hashlib
-import math
-import os
 import re
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.geometry.mesh_file import mesh_triangles
 from drake_starnav.utils.files import read_bytes, reason_of
-from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.formats.model_folders import FOLDERS, find
+from drake_starnav.worlds.formats.obj_files import SOLIDS, converted, write, write_obj
 
-FOLDERS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "ROS_PACKAGE_PATH")
-"""Environment variables that list folders with models and packages, separated by colons; beside AMENT_PREFIX_PATH."""
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")
 READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
-MOST_PIECES = 200
-"""A mesh of more connected pieces stays one."""
 DEEPEST = 50
 """Files that include one another."""
 LARGEST_MESH = 64 * 2**20
 """Of a file to convert, bytes."""
-_AROUND = 96
-"""Sides of a cone, which is up to 0.05 % too wide."""
 _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "empty"}
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
@@ -87,7 +67,7 @@ class Models:
         """Model directives whose files are replaced by what Drake reads; those of Drake's own packages stay."""
 
         def replaced(match: re.Match[str]) -> str:
-            path = self.find(match[2], folder)
+            path = find(match[2], folder)
             return match[0] if path is None else f'{match[1]}"file://{self.model(path)}"'
 
         return re.sub(r"""(\bfile\s*:\s*)["']?([^\s"',}]+)["']?""", replaced, text)
@@ -120,7 +100,7 @@ class Models:
             raise StarnavError(f"model {path} is nested too deeply; allowed: what Drake's parser reads") from None
         finally:
             self._open.pop()
-        written = _write(text.encode(), suffix)
+        written = write(text.encode(), suffix)
         self._written[str(written)] = path
         return written
 
@@ -141,22 +121,6 @@ class Models:
                     if k > 0:
                         copy.set("name", f"{collision.get('name', 'collision')}_{k}")
                     copy.find("geometry/mesh").set("filename", f"file://{piece}")  # type: ignore[union-attr]
-
-    def find(self, uri: str, folder: Path) -> Path | None:
-        """The file or folder that a name in a file in `folder` means; None if there is none on this machine."""
-        scheme, slashes, rest = uri.strip().partition("://")
-        if not slashes:
-            places: Iterator[Path] = iter((folder / unquote(uri.strip()), folder / uri.strip()))
-        elif scheme == "file":
-            places = iter((Path(unquote(urlsplit(uri).path)), Path(rest), folder / rest))
-        elif scheme in ("model", "package"):
-            name, _, inside = rest.partition("/")
-            places = (found / inside for found in _folders_named(name, folder))
-        else:
-            places = iter(())
-        with suppress(OSError, RuntimeError, ValueError):  # too long, a loop of links, a null byte
-            return next((place for place in places if place.exists()), None)
-        return None
 
     def _sdf(self, root: Element, path: Path) -> None:
         if root.tag != "sdf":
@@ -219,7 +183,7 @@ class Models:
 
     def _include(self, include: Element, path: Path) -> None:
         uri = include.findtext("uri") or ""
-        found = self.find(uri, path.parent) or self.find(f"model://{_name_in(include)}", path.parent)
+        found = find(uri, path.parent) or find(f"model://{_name_in(include)}", path.parent)
         if found is None:
             raise StarnavError(
                 f"model {path}: include {shown(uri.strip())} is not found; allowed: a file, or the name of a folder "
@@ -252,12 +216,12 @@ class Models:
                 if shape.find("submesh") is not None:
                     raise StarnavError(f"{place} is a part of a mesh; allowed: a mesh file of its own")
                 pieces = self._pieces(shape.findtext("uri") or "", path.parent, place)
-            elif shape.tag in _SOLIDS:
+            elif shape.tag in SOLIDS:
                 try:
-                    meshes = _SOLIDS[shape.tag](shape)
+                    meshes = SOLIDS[shape.tag](shape)
                 except (ValueError, StarnavError) as error:
                     raise StarnavError(f"{place}: {shape.tag}: {said_by(error)}; allowed: a solid shape") from None
-                pieces = [_write_obj(*mesh) for mesh in meshes]
+                pieces = [write_obj(*mesh) for mesh in meshes]
                 geometry.clear()
                 SubElement(SubElement(geometry, "mesh"), "uri")
             elif shape.tag.rpartition("}")[2] in _PRIMITIVES:
@@ -273,7 +237,7 @@ class Models:
 
     def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""
-        path = self.find(uri, folder)
+        path = find(uri, folder)
         if path is None or not path.is_file():
             raise StarnavError(f"{place}: mesh {shown(uri.strip())}: no such file; allowed: a mesh file")
         suffix = path.suffix.lower()
@@ -282,13 +246,13 @@ class Models:
             return [path.resolve()]
         data = self._bytes(path, "mesh", LARGEST_MESH)
         try:
-            return list(_converted(data, suffix))
+            return list(converted(data, suffix))
         except StarnavError as error:
             raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
 
     def _look(self, mesh: Element, key: str, folder: Path) -> bool:
         """Let a visual mesh be named by its path; returns whether Drake can show it."""
-        path = self.find(mesh.get(key, ""), folder)
+        path = find(mesh.get(key, ""), folder)
         if path is None or path.suffix.lower() not in READ_BY_DRAKE or not path.is_file():
             return False
         self.read.add(path.resolve())
@@ -326,104 +290,7 @@ def _name_in(include: Element) -> str:
     return (include.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
 
 
-def _folders_named(name: str, folder: Path) -> Iterator[Path]:
-    """Folders of a model or package of that name: below those of the environment, above a file, and beside it."""
-    for root in _roots():
-        yield root / name
-        if root.name == name:
-            yield root
-    if name == "drake_starnav":
-        yield model_path()
-    for above in (folder, *folder.parents):
-        if above.name == name:
-            yield above
-        yield from (above / name, above / "models" / name)
-    for root in _roots():
-        for manifest in root.rglob("package.xml"):
-            with suppress(OSError, ElementTree.ParseError):
-                if ElementTree.fromstring(read_bytes(manifest)).findtext("name") == name:
-                    yield manifest.parent
-
-
-def _roots() -> list[Path]:
-    """The folders that the environment names, in its order."""
-    names = [name for variable in FOLDERS for name in os.environ.get(variable, "").split(":")]
-    names += [f"{name}/share" for name in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if name]
-    return [Path(name).absolute() for name in names if name]
-
-
 def _copy(collision: Element, link: Element) -> Element:
     copy = ElementTree.fromstring(ElementTree.tostring(collision))
     link.append(copy)
     return copy
-
-
-@functools.lru_cache(maxsize=1000)
-def _converted(data: bytes, suffix: str) -> tuple[Path, ...]:
-    """The connected pieces of a mesh as OBJ files."""
-    vertices, triangles = mesh_triangles(data, suffix)
-    edges = np.vstack((triangles[:, :2], triangles[:, 1:]))
-    graph = coo_array((np.ones(len(edges)), edges.T), (len(vertices), len(vertices)))
-    count, label = connected_components(graph, directed=False)
-    if count > MOST_PIECES:
-        count, label = 1, np.zeros(len(vertices), int)
-    return tuple(_write_obj(vertices, triangles[label[triangles[:, 0]] == k]) for k in range(count))
-
-
-def _cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
-    radius, length = (float(shape.findtext(name, "nan")) for name in ("radius", "length"))
-    if not (0.0 < radius < math.inf and 0.0 < length < math.inf):
-        raise ValueError(f"radius {radius:g}, length {length:g}")
-    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
-    rim = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    vertices = np.vstack((np.column_stack((rim, np.full(_AROUND, -0.5 * length))), [(0.0, 0.0, 0.5 * length)]))
-    following = np.roll(np.arange(_AROUND), -1)
-    sides = np.column_stack((np.arange(_AROUND), following, np.full(_AROUND, _AROUND)))
-    return [(vertices, np.vstack((sides, _fan(np.arange(_AROUND)[::-1]))))]
-
-
-def _polyline(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Prisms over the convex parts of an outline."""
-    height = float(shape.findtext("height", "1"))
-    if not 0.0 < height < math.inf:
-        raise ValueError(f"height {height:g}")
-    outline = np.array([[float(x) for x in (point.text or "").split()] for point in shape.iter("point")])
-    meshes = []
-    for part in convex_parts(outline):
-        n = len(part)
-        vertices = np.vstack([np.column_stack((part, np.full(n, z))) for z in (0.0, height)])
-        k, following = np.arange(n), np.roll(np.arange(n), -1)
-        sides = np.vstack((np.column_stack((k, following, following + n)), np.column_stack((k, following + n, k + n))))
-        meshes.append((vertices, np.vstack((sides, _fan(k[::-1]), _fan(k + n)))))
-    return meshes
-
-
-_SOLIDS: dict[str, Callable[[Element], list[tuple[np.ndarray, np.ndarray]]]] = {"cone": _cone, "polyline": _polyline}
-
-
-def _fan(corners: np.ndarray) -> np.ndarray:
-    """The triangles of a convex polygon."""
-    return np.column_stack((np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]))
-
-
-def _write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:
-    used, index = np.unique(triangles, return_inverse=True)
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices[used].tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (index.reshape(-1, 3) + 1).tolist()]
-    return _write(("\n".join(lines) + "\n").encode(), ".obj")
-
-
-@functools.cache
-def _folder() -> Path:
-    """Where converted files lie until the process ends: Drake reads meshes when it comes to them."""
-    folder = tempfile.TemporaryDirectory(prefix="drake_starnav_")
-    atexit.register(folder.cleanup)
-    return Path(folder.name)
-
-
-def _write(data: bytes, suffix: str) -> Path:
-    """A file of that content, which has it already if it was written before."""
-    path = _folder() / f"{hashlib.sha256(data).hexdigest()[:20]}{suffix}"
-    if not path.exists():
-        path.write_bytes(data)
-    return path

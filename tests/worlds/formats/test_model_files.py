@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.formats.model_files import FOLDERS, Models
+from drake_starnav.worlds.formats.model_files import Models
+from drake_starnav.worlds.formats.model_folders import FOLDERS
 from tests.geometry.test_mesh_file import ascii_stl, binary_stl, dae
 
 LINK = '<link name="l"><collision name="c"><geometry>{}</geometry></collision></link>'
@@ -79,34 +80,6 @@ def test_models_of_one_name_are_told_apart(tmp_path: Path) -> None:
     root = prepared(sdf(tmp_path, f'<world name="w">{MODEL.format(BOX) * 2}{include * 2}</world>'))
     assert [model.get("name") for model in root.iter("model")] == ["m", "m_1"]
     assert [include.findtext("name") for include in root.iter("include")] == ["crate", "crate_1"]
-
-
-@pytest.mark.parametrize("variable", [*FOLDERS, "AMENT_PREFIX_PATH"])
-def test_models_are_found_where_the_environment_says(variable: str, tmp_path: Path, monkeypatch) -> None:
-    place = tmp_path / ("a/share/crate" if variable == "AMENT_PREFIX_PATH" else "a/crate")
-    inside = sdf(place, MODEL.format(BOX), "model.sdf")
-    monkeypatch.setenv(variable, f"{tmp_path / 'none'}:{tmp_path / 'a'}:")
-    models = Models()
-    models.model(sdf(tmp_path / "w", INCLUDE))
-    assert inside.resolve() in models.read
-
-
-@pytest.mark.parametrize("place", ["crate", "../crate", "../models/crate", "models/crate"])
-def test_models_are_found_near_the_file_that_names_them(place: str, tmp_path: Path) -> None:
-    inside = sdf(tmp_path / "w" / place, MODEL.format(BOX), "model.sdf")
-    models = Models()
-    (tmp_path / "w").mkdir(exist_ok=True)
-    models.model(sdf(tmp_path / "w", INCLUDE))
-    assert inside.resolve() in models.read
-
-
-def test_a_package_is_found_by_the_name_in_its_manifest(tmp_path: Path, monkeypatch) -> None:
-    inside = sdf(tmp_path / "a/b/c", MODEL.format(BOX), "model.sdf")
-    (tmp_path / "a/b/c/package.xml").write_text("<package><name>crate</name></package>")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "a"))
-    models = Models()
-    models.model(sdf(tmp_path / "w", INCLUDE))
-    assert inside.resolve() in models.read
 
 
 def test_a_folder_has_the_file_of_its_highest_version(tmp_path: Path) -> None:

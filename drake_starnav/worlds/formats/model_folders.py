@@ -1,0 +1,57 @@
+"""Where files lie that models name by folders, as Gazebo and ROS look for them."""
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+from xml.etree import ElementTree
+
+from drake_starnav.utils.files import read_bytes
+from drake_starnav.utils.resources import model_path
+
+FOLDERS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "ROS_PACKAGE_PATH")
+"""Environment variables that list folders with models and packages, separated by colons; beside AMENT_PREFIX_PATH."""
+
+
+def find(uri: str, folder: Path) -> Path | None:
+    """The file or folder that a name in a file in `folder` means; None if there is none on this machine."""
+    scheme, slashes, rest = uri.strip().partition("://")
+    if not slashes:
+        places: Iterator[Path] = iter((folder / unquote(uri.strip()), folder / uri.strip()))
+    elif scheme == "file":
+        places = iter((Path(unquote(urlsplit(uri).path)), Path(rest), folder / rest))
+    elif scheme in ("model", "package"):
+        name, _, inside = rest.partition("/")
+        places = (found / inside for found in _folders_named(name, folder))
+    else:
+        places = iter(())
+    with suppress(OSError, RuntimeError, ValueError):  # too long, a loop of links, a null byte
+        return next((place for place in places if place.exists()), None)
+    return None
+
+
+def _folders_named(name: str, folder: Path) -> Iterator[Path]:
+    """Folders of a model or package of that name: below those of the environment, above a file, and beside it."""
+    for root in _roots():
+        yield root / name
+        if root.name == name:
+            yield root
+    if name == "drake_starnav":
+        yield model_path()
+    for above in (folder, *folder.parents):
+        if above.name == name:
+            yield above
+        yield from (above / name, above / "models" / name)
+    for root in _roots():
+        for manifest in root.rglob("package.xml"):
+            with suppress(OSError, ElementTree.ParseError):
+                if ElementTree.fromstring(read_bytes(manifest)).findtext("name") == name:
+                    yield manifest.parent
+
+
+def _roots() -> list[Path]:
+    """The folders that the environment names, in its order."""
+    names = [name for variable in FOLDERS for name in os.environ.get(variable, "").split(":")]
+    names += [f"{name}/share" for name in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if name]
+    return [Path(name).absolute() for name in names if name]
