@@ -2,7 +2,7 @@
 
 Contact is with whatever the file holds. Clearance and shortest path know the footprints: for each collision geometry
 that is fixed to the world, the shadow of its part that is no higher than the robot. A mesh has the footprint of its
-convex hull, with which Drake collides; one that is hollow that of its surface, see `settle_fixed`.
+convex hull, with which Drake collides; one that is hollow that of its surface.
 """
 
 import dataclasses
@@ -68,7 +68,7 @@ def with_footprints(world: World) -> World:
     """The world of a model file with the footprints of the file's geometry as cylinders and polygons.
 
     Raises:
-        StarnavError: as of `add_model` and `settle_fixed`, or the lidar cannot read a mesh.
+        StarnavError: as of `add_model` and `drop_half_spaces`, or the lidar cannot read a mesh.
     """
     if world.model is None:
         return world
@@ -80,9 +80,10 @@ def with_footprints(world: World) -> World:
     read_solids(inspector, Role.kProximity)  # refuses now what the lidar cannot read
     surfaces = [
         polygon
-        for shape, X_WG in settle_fixed(plant, scene_graph)
-        for polygon in _shell(*mesh_triangles(shape, "of a surface"), X_WG)
+        for geometry, X_WG in _fixed_geometries(plant, inspector, hollow=True)
+        for polygon in _shell(*mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry)), X_WG)
     ]
+    drop_half_spaces(plant, scene_graph)
     fixed = _fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
     discs: list[Any] = []
@@ -158,33 +159,40 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
         shape = inspector.GetShape(geometry)
         if isinstance(shape, (Mesh, Convex)) and shape.source().is_path() and not Path(shape.source().path()).is_file():
             raise StarnavError(f"model {place}: mesh {shape.source().path()}: no such file; allowed: a mesh file")
+    _make_surfaces(plant, scene_graph)
 
 
-def settle_fixed(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[tuple[Mesh, RigidTransform]]:
-    """Take from fixed shapes of a plant just finalized the contact that would be none of theirs.
+def _make_surfaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Let hollow meshes that are fixed, as the walls of a house in one file, be surfaces that lidars see.
 
-    Half spaces are the floor z = 0: there is one already, and half spaces among many anchored shapes crash Drake (issue
-    19263). Meshes that are hollow, as the walls of a house in one file are, would fill their convex hull: they stay as
-    surfaces, which lidars see.
+    Drake's contact would fill their convex hull.
+    """
+    inspector = scene_graph.model_inspector()
+    for body in plant.GetBodiesWeldedTo(plant.world_body()):
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            shape = inspector.GetShape(geometry)
+            if (
+                isinstance(shape, Mesh)
+                and inspector.GetProximityProperties(geometry) is not None
+                and is_hollow(shape, inspector.GetName(geometry))
+            ):
+                scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
+                surface = PerceptionProperties()
+                surface.AddProperty("label", "id", RenderLabel.kDontCare)
+                surface.AddProperty(*SURFACE, True)
+                scene_graph.AssignRole(plant.get_source_id(), geometry, surface)
 
-    Returns:
-        The hollow meshes and where they are.
+
+def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Take the collision role from the half spaces of a plant just finalized, which are the floor z = 0.
+
+    There is a floor already, and half spaces among many anchored shapes crash Drake (issue 19263).
 
     Raises:
-        StarnavError: there is another half space, or a mesh cannot be read.
+        StarnavError: there is another half space.
     """
     inspector = scene_graph.model_inspector()
     fixed = dict(_fixed_geometries(plant, inspector))
-    hollow = []
-    for geometry, X_WG in fixed.items():
-        shape = inspector.GetShape(geometry)
-        if isinstance(shape, Mesh) and is_hollow(shape, inspector.GetName(geometry)):
-            hollow.append((shape, X_WG))
-            scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
-            surface = PerceptionProperties()
-            surface.AddProperty("label", "id", RenderLabel.kDontCare)
-            surface.AddProperty(*SURFACE, True)
-            scene_graph.AssignRole(plant.get_source_id(), geometry, surface)
     for geometry in _geometries(inspector, Role.kProximity):
         if isinstance(inspector.GetShape(geometry), HalfSpace):
             X_WG = fixed.get(geometry)
@@ -193,7 +201,6 @@ def settle_fixed(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[tuple[M
                     f"model: half space {inspector.GetName(geometry)} is not the floor z = 0; allowed: a box instead"
                 )
             scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
-    return hollow
 
 
 def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:
@@ -209,14 +216,16 @@ def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidT
     return shape_vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
 
 
-def _fixed_geometries(plant: MultibodyPlant, inspector: SceneGraphInspector) -> list[tuple[GeometryId, RigidTransform]]:
-    """Collision geometries of bodies welded to the world, directly or not, and where they are."""
+def _fixed_geometries(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, *, hollow: bool = False
+) -> list[tuple[GeometryId, RigidTransform]]:
+    """Collision geometries of bodies welded to the world, directly or not, or their surfaces, and where they are."""
     context = plant.CreateDefaultContext()
     found = []
     for body in plant.GetBodiesWeldedTo(plant.world_body()):
         X_WB = plant.EvalBodyPoseInWorld(context, body)
         for geometry in plant.GetCollisionGeometriesForBody(body):
-            if inspector.GetProximityProperties(geometry) is not None:
+            if (inspector.GetProximityProperties(geometry) is None) == hollow:
                 found.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
     return sorted(found, key=lambda item: item[0].get_value())
 

@@ -59,7 +59,8 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
     """Register the obstacles of a world, for collision and display, on the world body of a plant not yet finalized.
 
     The bodies of a model file are added as its models. All else is anchored to the world body, which keeps a thousand
-    obstacles cheap to simulate. More polygons than `MOST_POLYGONS` become one surface, see `surface_world`.
+    obstacles cheap to simulate. More polygons than `MOST_POLYGONS`, and fixed meshes that are hollow, become surfaces,
+    with which a plant has no contact: a `CollisionMonitor` of your own finds it by `surface_world`.
 
     Raises:
         StarnavError: the world has moving obstacles, which only `add_station` can drive; or as of `add_model`.

@@ -216,6 +216,10 @@ def test_a_hollow_mesh_bars_what_its_surface_does(tmp_path: Path) -> None:
     station.GetInputPort("drive.twist_command").FixValue(context, [0.0, 0.0])
     simulator.AdvanceTo(0.01)
     assert port.Eval(context) == pytest.approx([0.4, 1.0, 1.6, 1.0], abs=1e-3)
+    own_builder = DiagramBuilder()
+    own, scene = AddMultibodyPlantSceneGraph(own_builder, 0.01)
+    add_model(own, scene, world.model)  # also in a plant of one's own
+    assert not scene.model_inspector().GetAllGeometryIds(Role.kProximity)
     assert station.hull is not None
     assert nearest_obstacle(station.hull.surfaces, (0.9, 0.3))[1] == pytest.approx(0.1, abs=1e-3)
 
