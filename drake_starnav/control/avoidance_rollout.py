@@ -33,7 +33,7 @@ from drake_starnav.regions.star_region import covers
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4
-"""Foreseen distance from a moving obstacle below which the robot gives way, m."""
+"""Predicted distance from a moving obstacle below which the robot gives way, m."""
 STEP = 0.1
 """Time step of the rollout, s."""
 PATH, TWIST, HEADING = range(3)

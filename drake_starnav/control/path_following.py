@@ -25,8 +25,8 @@ GOAL_REACHED = 0.02
 LEAST_SHARE = 0.8
 """At the certificate's boundary the near-wall term has at least this share: every guiding vector leads off the wall."""
 TURNING_TIMES = 2.0
-"""The push off a wall leads no farther aside than across the near-wall zone in so many times 1 / HEADING_GAIN, in which
-the robot turns back; otherwise it would oscillate between the walls of a narrow passage."""
+"""Limits the push off a wall to one near-wall zone per TURNING_TIMES / HEADING_GAIN, s, in which the robot turns back;
+otherwise it would oscillate between the walls of a narrow passage."""
 MAX_BEND = 0.8
 """Largest turn of the guiding vector by modulation where the robot sees the way point inside the regions, rad."""
 MODULATION_DISTANCE = 0.25

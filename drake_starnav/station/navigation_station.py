@@ -103,7 +103,7 @@ def add_station(
         builder: to which they are added; for a continuous plant that of the whole diagram, as CENIC looks no deeper.
         world, robot, lidar, localization, drive, seed: as for `NavigationStation`.
         time_step: of a discrete plant, s; the delay of a drive is rounded up to a multiple of it.
-        continuous: whether the plant may be continuous. It is discrete all the same where obstacles move, whose drive
+        continuous: whether the plant may be continuous. It is always discrete where obstacles move, whose drive
             must know its steps, and with settings of the discrete contact solver.
         settings: of the plant, laid over `plant_config`: keys of `MultibodyPlantConfig`.
     """

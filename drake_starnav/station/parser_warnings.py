@@ -1,4 +1,4 @@
-"""What Drake's parser skips with no more than a warning, although it bars the way or moves."""
+"""What Drake's parser skips with no more than a warning, although it blocks the way or moves."""
 
 import logging
 import re

@@ -77,7 +77,7 @@ class _Compilation(event.Listener):
         """Find out what else will be compiled, given that this function is.
 
         Numba's cache forgets a module when its file changes. If most modules have no cache, as after an installation,
-        all will be needed, but for the special rooms; otherwise those of which a function is compiled.
+        all will be needed, except those of the special rooms; otherwise those of which a function is compiled.
         """
         if self._expected is None:
             modules: defaultdict[str, list[Dispatcher]] = defaultdict(list)

@@ -1,4 +1,4 @@
-"""What is foreseen, and that the robot is told a way on that both certificates accept."""
+"""Predicted conflicts lead to a manoeuvre that both certificates accept."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A foreseen way on among discs: what it wants, where it brakes, and what it costs."""
+"""A simulated motion among discs: its desired twists, where it brakes, and what it costs."""
 
 import math
 

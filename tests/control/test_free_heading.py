@@ -24,7 +24,7 @@ MARGIN = PARAMETERS.safety_margin
 
 
 def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> SafetyStar:
-    """The safety star of an exact scan but for the beam next to a bearing in W, which measures so much too little."""
+    """The safety star of an exact scan, except that the beam next to a bearing in W measures this much too little."""
     scan = cast(world, pose)
     beam = round((bearing - pose[2] - scan.angle_min) / scan.angle_increment) % len(scan.ranges)
     measured = dataclasses.replace(scan, ranges=scan.ranges - short * (np.arange(len(scan.ranges)) == beam))

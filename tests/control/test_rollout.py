@@ -1,4 +1,4 @@
-"""Steps of foreseen motions, and the times that they are judged by, against plain computations."""
+"""Steps of simulated motions, and their sample times, against plain computations."""
 
 import math
 
