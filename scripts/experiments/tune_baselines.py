@@ -37,7 +37,9 @@ from drake_starnav.evaluation.summary import markdown_table
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.parameters import unknown_name
 from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
+from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import saturated
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.utils.files import check_writable, write_text
@@ -132,30 +134,36 @@ class Reactive:
 
 
 class Guided:
-    """The paper's method, which follows its roadmap."""
+    """The paper's method, which follows its roadmap.
+
+    Attributes:
+        state: the planner's.
+        inputs: of the controller, in the last period.
+    """
 
     def __init__(self, scenario: Scenario, world: World) -> None:
         self._scenario, self._goal, radius = scenario, np.array(world.goal), scenario.robot.radius
         self._settings = PerceptionSettings(scenario.planner, scenario.controller, radius)
-        self._perceived, self._state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
+        self._perceived, self.state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
+        self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), SafetyStar.none())
 
     def twist(self, pose: np.ndarray, twist: np.ndarray, time: float, scan: LaserScan | None) -> np.ndarray | None:
         planner, robot = self._scenario.planner, self._scenario.robot
         if scan is not None:
             self._perceived = paper.perceive(self._perceived, scan, pose, self._settings)
             now = PlannerInput(self._perceived.observation, pose[:2], self._goal, time, planner, robot.radius)
-            self._state = paper.plan_step(self._state, now)
-        if self._state.status is PlannerStatus.UNREACHABLE:
+            self.state = paper.plan_step(self.state, now)
+        if self.state.status is PlannerStatus.UNREACHABLE:
             return None
-        inputs = ControllerInputs(pose, twist, self._state.guidance, self._perceived.safety)
-        return paper.proposal(inputs, robot).twist
+        self.inputs = ControllerInputs(pose, twist, self.state.guidance, self._perceived.safety)
+        return paper.proposal(self.inputs, robot).twist
 
 
-def drive(scenario: Scenario, seed: int) -> tuple[str, float]:
-    """The outcome of one trial without dynamics, and its time, s."""
+def drive(scenario: Scenario, seed: int, method: Steered | None = None) -> tuple[str, float]:
+    """The outcome of one trial without dynamics, and its time, s; the method is the scenario's unless given."""
     robot, lidar, world = scenario.robot, scenario.lidar, cached_world(scenario, seed)
     guided = scenario.controller.kind == "star_paper"
-    method: Steered = (Guided if guided else Reactive)(scenario, world)
+    method = method or (Guided if guided else Reactive)(scenario, world)
     shapes, goal, period = visible_shapes(world), np.array(world.goal), 1.0 / scenario.controller.rate
     pose, twist, scans, timeout = np.array(world.start), np.zeros(2), 0, world.timeout if guided else TIMEOUT
     actuation = Actuation(robot.limits, robot.radius, period, 0.0)

@@ -71,10 +71,14 @@ def blended_vector(position: np.ndarray, vector: np.ndarray, hits: np.ndarray, r
     away = position - hits
     distance = np.hypot(away[:, 0], away[:, 1])
     nearest = int(np.argmin(distance))
-    clearance = distance[nearest] - radius
-    share = 1.0 if clearance <= constants.RHO else constants.RHO / clearance
+    share = blend_share(distance[nearest] - radius)
     outward = away[nearest] / max(distance[nearest], 1e-9)
     return (1.0 - share) * vector + share * float(np.hypot(*vector)) * outward
+
+
+def blend_share(clearance: float) -> float:
+    """a at a distance |p - p_n| - r, m; 1 inside the radius, where the printed form is negative."""
+    return 1.0 if clearance <= constants.RHO else constants.RHO / clearance
 
 
 @njit(cache=True)
