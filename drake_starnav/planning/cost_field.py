@@ -22,6 +22,8 @@ NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
 BLOCKED_SLACK = 0.01
 """Cells this much nearer to a hit than the robot's radius still count as passable in the cost-to-go, m."""
+DOUBTFUL_COST = 10
+"""A cell that hits may only seem to block costs so many times its length where such cells count as passable."""
 SOFT_ZONE = 0.12
 """Beyond the robot's radius, over this distance, cells cost more, by up to NEAR_WALL_COST, m."""
 BLACKLIST_RADIUS = 0.2
@@ -77,10 +79,12 @@ class Terrain(NamedTuple):
         robot_radius: cells nearer than this to a hit are blocked, m.
         blacklist: shape (k, 3), places (x, y) in W around which cells are blocked too, those with hits nearer than the
             third number; all in m.
+        doubt: cells that hits block by no more than this are passable at DOUBTFUL_COST, m.
     """
 
     robot_radius: float
     blacklist: np.ndarray = NO_PLACES
+    doubt: float = 0.0
 
 
 class Origins(NamedTuple):
@@ -126,7 +130,8 @@ def cost_to_go(
     """
     first, count = memory.coarse_cells(low, high)
     cell, origin = memory.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * memory.resolution
-    limits = terrain.robot_radius - BLOCKED_SLACK, terrain.robot_radius + SOFT_ZONE, NEAR_WALL_COST
+    blocked = terrain.robot_radius - BLOCKED_SLACK
+    limits = blocked - terrain.doubt, blocked, terrain.robot_radius + SOFT_ZONE, NEAR_WALL_COST
     half_diagonal = math.hypot(0.5, 0.5) * memory.resolution  # a path is up to so far off its cells' centres
     closed = terrain.blacklist, BLACKLIST_RADIUS + half_diagonal
     weight = _weights(memory.arrays, first, count, limits, closed)
@@ -140,22 +145,22 @@ def cost_to_go(
 
 
 @njit(cache=True)
-def _cell_weight(distance, blocked, soft, near_wall_cost):
+def _cell_weight(distance, limits):
     """Cost of a cell in tenths, 0 where blocked."""
+    shut, blocked, soft, near_wall_cost = limits
     if distance >= soft:
         return 10
     if distance >= blocked:
         return int(10.0 * (1.0 + near_wall_cost * (soft - distance) / (soft - blocked)))
-    return 0
+    return 10 * DOUBTFUL_COST if distance >= shut else 0
 
 
 @njit(cache=True)
 def _weights(grid, corner, count, limits, closed):
     """What crossing each coarse cell costs in tenths, 0 where blocked; with a blocked border."""
     tiles, rows, first, _, cap = grid
-    blocked, soft, near_wall_cost = limits
     out = np.zeros((count[0] + 2, count[1] + 2), np.uint8)
-    out[1:-1, 1:-1] = _cell_weight(np.float32(cap), blocked, soft, near_wall_cost)
+    out[1:-1, 1:-1] = _cell_weight(np.float32(cap), limits)
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
             if rows[t, u] < 0:
@@ -164,7 +169,7 @@ def _weights(grid, corner, count, limits, closed):
             for i in range(i_low, i_high):
                 for j in range(j_low, j_high):
                     free = freest(tiles, rows[t, u], i, j)
-                    out[p + i + 1, q + j + 1] = _cell_weight(free, blocked, soft, near_wall_cost)
+                    out[p + i + 1, q + j + 1] = _cell_weight(free, limits)
     places, radius = closed
     for k in range(len(places)):
         _close(out, grid, corner, places[k], radius)

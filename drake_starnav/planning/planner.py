@@ -9,9 +9,16 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
-from drake_starnav.planning.recovery import after_trying, has_arrived, stall_point_ahead
+from drake_starnav.planning.recovery import (
+    SHUT_LOOKS,
+    after_trying,
+    has_arrived,
+    looked_ahead,
+    place_ahead,
+    stall_point_ahead,
+)
 from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
-from drake_starnav.planning.search import Route, find_route, free_of_blacklist, only_blacklist_obstructs
+from drake_starnav.planning.search import Route, find_route
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import RegionStack, StarRegion
@@ -26,12 +33,6 @@ GIVING_WAY = 1.5
 """While a moving obstacle is this near, the robot may be giving way, m."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
-RETRIES = 6
-"""At one place, failed targets are retried so often when nothing else leads to the goal."""
-RETRIED_PLACES = 4
-"""The total number of retries is limited to that of this many places."""
-RETRY_DISTANCE = 0.5
-"""Retries closer together than this count as made at one place, m."""
 
 
 class GrowthTrigger(Flag):
@@ -106,9 +107,12 @@ def watched(state: PlannerState, now: PlannerInput) -> tuple[PlannerState, bool]
 
     A robot may stand at its goal, without scans, and where it may be giving way.
     """
-    if _may_stand(state, now) or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE:
+    may_stand = _may_stand(state, now)
+    if not may_stand:
+        state = looked_ahead(state, now)
+    if may_stand or not distance_to(now.position, state.progress_position) <= PROGRESS_DISTANCE:
         return dataclasses.replace(state, progress_position=now.position.copy(), progress_time=now.time), False
-    if now.time - state.progress_time > now.parameters.progress_timeout:
+    if now.time - state.progress_time > now.parameters.progress_timeout or state.shut >= SHUT_LOOKS:
         return dataclasses.replace(state, progress_time=now.time), True
     return state, False
 
@@ -129,7 +133,7 @@ def _growth_trigger(
 ) -> GrowthTrigger:
     """The triggers that hold now."""
     spaced = distance_to(now.position, state.node_position) > now.parameters.node_spacing
-    arrived = state.target is not None and has_arrived(state.roadmap, state.target, now)
+    arrived = has_arrived(state, region, now)
     due = not stalled and not arrived and node_is_due(state, region, check, spaced)
     trigger = GrowthTrigger.NONE
     if stalled:
@@ -169,12 +173,17 @@ def _grown(
     if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
         return dataclasses.replace(state, node_position=now.position.copy()), region
     roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+    target = state.target
+    if state.shut >= SHUT_LOOKS:
+        closed = np.vstack((roadmap.closed_places, place_ahead(state, now.position)))
+        roadmap, state = dataclasses.replace(roadmap, closed_places=closed), dataclasses.replace(state, shut=0)
+        if GrowthTrigger.ARRIVED in trigger:
+            trigger, target = GrowthTrigger.NONE, None
     if GrowthTrigger.STALLED in trigger:
         place = stall_point_ahead(roadmap, state.guidance.path, now)
         if place is not None:
             roadmap = with_stall_point(roadmap, place, parameters, robot_radius)
             region = clear_of(region, place[None, :], robot_radius)
-    target = state.target
     if target is not None and trigger & GrowthTrigger.TRIED:
         roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
         target = None
@@ -204,12 +213,12 @@ def _path_ahead(roadmap: StarRoadmap, path: np.ndarray, position: np.ndarray) ->
 
 
 def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: PlannerInput) -> PlannerState:
-    """The state with a new path; if there is none and no retry is left, the goal is unreachable.
+    """The state with a new path; if there is none, the goal is unreachable.
 
     At the first look the scan may be at fault: one that shows no way at all is forgotten. So is one in which the robot
     cannot move, for what is in its way hides the rest, and may leave.
     """
-    route, state, hopeless = _searched(state, region, now)
+    route, state = _searched(state, region, now)
     boxed_in = region.reach < PROGRESS_DISTANCE < region.limit.max()
     if route is None and (first_plan or (boxed_in and state.plans == 0)):
         return dataclasses.replace(
@@ -218,7 +227,7 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
             progress_time=state.progress_time,
         )
     if route is None:
-        status = PlannerStatus.UNREACHABLE if hopeless and not boxed_in else state.status
+        status = state.status if boxed_in else PlannerStatus.UNREACHABLE
         return dataclasses.replace(state, status=status, path=NO_PATH, target=None)
     target, roadmap = None, state.roadmap
     if route.blacklisted_probes is not None and len(route.blacklisted_probes) > len(roadmap.blacklisted_probes):
@@ -240,38 +249,25 @@ def _planned(state: PlannerState, region: StarRegion, first_plan: bool, now: Pla
     )
 
 
-def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState, bool]:
-    """The route, if there is one, the state with the roadmap in which it was found, and whether no retry can help.
+def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+    """The route, if there is one, and the state with the roadmap in which it was found.
 
-    If there is none, or if only targets tried in vain block the goal, the roadmap is rebuilt so that they are tried
-    again before the rest is explored, which could not help. This happens at most once per scan.
+    Where there is none, the robot doubts from then on that gaps are closed which hits may only seem to close, and what
+    was tried in vain is tried again, in a roadmap that is rebuilt.
     """
-    seen, parameters = now.seen, now.parameters
+    seen, roadmap = now.seen, state.roadmap
     current = None if state.target is None else state.target[0]
-    route = find_route(state.roadmap, region, now, current)
-    if route is not None and not route.hopeless:
-        return route, state, False
-    tried = bool((state.retries[:, 2] >= seen.scan.time).any())
-    if tried and route is not None:
-        return route, state, False
-    hopeless = not _may_retry(state, route, now)  # else the next scan may show a way
-    if tried or hopeless:
-        return route, state, hopeless
+    route = find_route(roadmap, region, now, current, doubting=state.doubting)
+    tried = len(roadmap.blacklisted_probes) or len(roadmap.stall_points)
+    if route is not None or (state.doubting and not tried):
+        return route, state
     assert seen.region is not None
-    roadmap = rebuilt(state.roadmap, parameters, now.robot_radius)
-    roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, parameters, now.robot_radius)
-    retries = np.vstack((state.retries, (*now.position, seen.scan.time)))
-    state = dataclasses.replace(state, roadmap=roadmap, retries=retries)
-    route = find_route(roadmap, seen.region, now)
-    return route, state, route is None and not _may_retry(state, route, now)
-
-
-def _may_retry(state: PlannerState, route: Route | None, now: PlannerInput) -> bool:
-    """Whether there may still be a way, and retries are left, both around here and in total."""
-    near = np.hypot(*(state.retries[:, :2] - now.position).T) < RETRY_DISTANCE
-    if int(near.sum()) >= RETRIES or len(near) >= RETRIED_PLACES * RETRIES:
-        return False
-    return free_of_blacklist(state.roadmap, now) if route is None else only_blacklist_obstructs(state.roadmap, now)
+    if tried:
+        roadmap = rebuilt(roadmap, now.parameters, now.robot_radius)
+        if roadmap.scans[-1][0] is not seen.scan:
+            roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, now.parameters, now.robot_radius)
+    route = find_route(roadmap, seen.region, now, doubting=True)
+    return route, dataclasses.replace(state, roadmap=roadmap, doubting=True)
 
 
 def _with_anticipation(state: PlannerState, region: StarRegion, ahead: int) -> PlannerState:

@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import distance_to_segment
+from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
-from drake_starnav.planning.search import UNREACHABLE_PENALTY, cost_at_robot
-from drake_starnav.planning.state import PlannerInput
-from drake_starnav.regions.star_region import StarRegion
+from drake_starnav.planning.search import cost_at_robot
+from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState
+from drake_starnav.regions.star_region import StarRegion, scan_region
 
 STALL_POINT_AHEAD = 0.05
 """A blocked place lies this far ahead of the robot, beyond radius and margin, m."""
@@ -27,14 +27,54 @@ AT_STAND = 0.04
 """After a first inspection in vain, the robot has arrived only this near to the stand, m."""
 INSPECTION_DETOUR = 1.0
 """A target is inspected from its very stand if giving it up would lengthen the optimistic path by more than this, m."""
+SHUT_LOOKS = 8
+"""A place is closed once so many more scans speak against it than for it."""
+AROUND_TRIED = 0.6
+"""Paths may lead around a place that was tried in vain up to so far from it, m."""
+LOOK_AHEAD = 0.2
+"""So far ahead the robot looks whether it fits, m."""
 INSPECTED_WITHIN = 2.0
 """An inspection counts within this many arrival distances of where it was made."""
 
 
-def has_arrived(roadmap: StarRoadmap, target: np.ndarray, now: PlannerInput) -> bool:
-    """Whether the robot has arrived at a target (stand and probe); after an inspection in vain, at its very stand."""
-    away = math.dist(now.position.tolist(), target[0].tolist())
-    return away < ARRIVAL_DISTANCE and (away < AT_STAND or not _has_inspected(roadmap, now))
+def has_arrived(state: PlannerState, region: StarRegion, now: PlannerInput) -> bool:
+    """Whether the robot has arrived at its target; after an inspection in vain, at its very stand.
+
+    Where it doubts, it has arrived once the latest region leads on, or enough scans have shown that nothing does.
+    """
+    if state.target is None:
+        return False
+    away = math.dist(now.position.tolist(), state.target[0].tolist())
+    if not away < ARRIVAL_DISTANCE:
+        return False
+    if state.doubting:
+        return state.shut >= SHUT_LOOKS or _shows(region, state.target[1], now.parameters.grid_resolution)
+    return away < AT_STAND or not _has_inspected(state.roadmap, now)
+
+
+def looked_ahead(state: PlannerState, now: PlannerInput) -> PlannerState:
+    """The state in which the latest scan is counted for or against the `place_ahead`, if the robot doubts.
+
+    It counts against it if the robot would not fit there even without a margin. Near what was tried in vain, around
+    which the path may lead too close to hits, it does not count.
+    """
+    if not state.doubting or not len(state.path):
+        return state
+    place = place_ahead(state, now.position)
+    tried = np.vstack((state.roadmap.stall_points, state.roadmap.blacklisted_probes))
+    if (np.hypot(*(tried - place).T) < AROUND_TRIED).any():
+        return state
+    bare = dataclasses.replace(now.parameters, margin=0.0, least_margin=0.0)
+    region = scan_region(now.seen.scan, now.seen.pose, now.robot_radius, bare)
+    fits = _shows(region, place, now.parameters.grid_resolution)
+    return dataclasses.replace(state, shut=max(state.shut - 1, 0) if fits else state.shut + 1)
+
+
+def place_ahead(state: PlannerState, position: np.ndarray) -> np.ndarray:
+    """The place LOOK_AHEAD along the path and past the target, or its end; shape (2,), W, m."""
+    way = np.vstack((position, state.path, NO_PATH if state.target is None else state.target[1:]))
+    along = arc_lengths(way)
+    return np.array([np.interp(LOOK_AHEAD, along, coordinate) for coordinate in way.T])
 
 
 def after_trying(roadmap: StarRoadmap, target: np.ndarray, arrived: bool, now: PlannerInput) -> StarRoadmap:
@@ -85,9 +125,11 @@ def stall_point_ahead(
 
 
 def _shows(region: StarRegion, probe: np.ndarray, cell: float) -> bool:
-    """Whether a region contains a probe (2,) in W or a place one cell (m) from it, since gates lie on grid cells."""
-    ring = np.arange(8) * (math.pi / 4.0)
-    return bool(region.contains(np.vstack((probe, probe + cell * np.column_stack((np.cos(ring), np.sin(ring)))))).any())
+    """Whether a region contains a place up to one cell (m) from a probe (2,) in W, since gates lie on grid cells."""
+    around = np.arange(16) * (math.pi / 8.0)
+    ring = np.column_stack((np.cos(around), np.sin(around)))
+    places = probe + cell * np.linspace(0.0, 1.0, 4)[:, None, None] * ring
+    return bool(region.contains(places.reshape(-1, 2)).any())
 
 
 def _has_inspected(roadmap: StarRoadmap, now: PlannerInput) -> bool:
@@ -104,7 +146,7 @@ def _lengthens_optimistic_path(before: StarRoadmap, after: StarRoadmap, now: Pla
         before, blacklisted_probes=before.blacklisted_probes[away > BLACKLIST_RADIUS + AT_STAND]
     )
     shorter, longer = (cost_at_robot(known, now) for known in (before, after))
-    return math.isfinite(shorter) and min(longer - shorter, UNREACHABLE_PENALTY) > INSPECTION_DETOUR
+    return math.isfinite(shorter) and longer - shorter > INSPECTION_DETOUR
 
 
 def _faces(pose: np.ndarray, place: np.ndarray) -> bool:

@@ -53,6 +53,7 @@ class StarRoadmap:
             are discarded.
         blacklisted_probes: shape (k, 2), probes of these targets; the cost-to-go treats narrow space around them as
             closed.
+        closed_places: shape (c, 2), the same where the robot would not fit even without a margin.
         inspection_points: shape (v, 2), places from which a target was inspected without seeing past it, but kept.
         stall_points: shape (b, 2), places in front of which the robot stalled: no region lets it touch one, and they
             are obstacles for the cost-to-go.
@@ -70,6 +71,7 @@ class StarRoadmap:
     frontiers: Frontiers = field(default_factory=Frontiers.none)
     blacklisted_targets: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     blacklisted_probes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    closed_places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     inspection_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     stall_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     coverage: EdgeCoverage = field(default_factory=EdgeCoverage.none)
@@ -162,6 +164,7 @@ def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
         roadmap.hits,
         blacklisted_targets=roadmap.blacklisted_targets,
         blacklisted_probes=roadmap.blacklisted_probes,
+        closed_places=roadmap.closed_places,
         inspection_points=roadmap.inspection_points,
         stall_points=roadmap.stall_points,
     )
@@ -204,8 +207,8 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
 
 
 def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
-    """A roadmap of the same scans without retired, closed, inspected or blocked places."""
-    empty = StarRoadmap(roadmap.hits)
+    """A roadmap of the same scans, in which nothing was tried in vain but what is closed for good."""
+    empty = StarRoadmap(roadmap.hits, closed_places=roadmap.closed_places)
     nodes = ((scan_region(scan, pose, robot_radius, parameters), scan, pose) for scan, pose in roadmap.scans)
     return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
 

@@ -13,6 +13,7 @@ from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import index_along, next_segment_of, optimistic_path_beyond
+from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
@@ -23,8 +24,6 @@ HYSTERESIS = 0.5
 """Bonus of the current target, against oscillation between targets, m."""
 OFF_MAP_PENALTY = 0.1
 """Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
-UNREACHABLE_PENALTY = 20.0
-"""A frontier from which the goal cannot be reached counts as this much farther than the straight line, m."""
 VIRTUAL_FRONTIER_ADVANTAGE = 0.25
 """A gate opens only if the optimistic path is shorter than the way over the best frontier by this much, m."""
 VIRTUAL_FRONTIER_LENGTH = 0.2
@@ -39,6 +38,8 @@ MOST_BLACKLISTED = 4
 """Largest number of places closed in one search."""
 BLACKLIST_SLACK = 0.02
 """Around a target tried in vain, openings wider than the margin by this much stay open, m."""
+MARGINS_IN_DOUBT = 3.0
+"""Hits may err by this many times the least margin, which allows for the errors of most."""
 SIGHT_BEARINGS = 360
 """Lines of sight are tested first where another one near the same of so many bearings was blocked."""
 
@@ -53,7 +54,6 @@ class Route:
     Attributes:
         path: shape (k, 2), way points from after the robot to the target, W, m.
         target: the target frontier, one row; empty when the target is the goal.
-        hopeless: whether the goal cannot be reached from the target even if all unknown space were free.
         optimistic_path: shape (m, 2), the optimistic path from the target's probe to the goal, W, m; the probe alone
             where none leads, nothing where the target is the goal.
         next_segment: shape (n, 2), the part of it to which the robot may turn.
@@ -63,16 +63,22 @@ class Route:
 
     path: np.ndarray
     target: Frontiers
-    hopeless: bool = False
     optimistic_path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     next_segment: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     blacklisted_probes: np.ndarray | None = None
 
 
 def find_route(
-    roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, current: np.ndarray | None = None
+    roadmap: StarRoadmap,
+    here: StarRegion,
+    now: PlannerInput,
+    current: np.ndarray | None = None,
+    *,
+    doubting: bool = False,
 ) -> Route | None:
-    """A route to the goal if a region contains it, else to the frontier of least cost g + h; None if none is left.
+    """A route to the goal if a region contains it, else to the frontier of least cost g + h.
+
+    None if the hits leave no way to the goal even if all unknown space were free.
 
     For a goal beside a wall, the target is the place nearest to it that a region contains; see `approach`.
 
@@ -84,6 +90,8 @@ def find_route(
         here: region of the latest scan.
         now: where the robot is and shall go, and the parameters.
         current: stand of the present target frontier, shape (2,), which gets a bonus.
+        doubting: whether gaps count as open that are too narrow only if the hits are as wrong as they can be; the
+            target is then where the optimistic path leaves the regions.
 
     Source: paper, section III-D; ranking of frontiers: this project.
     """
@@ -100,8 +108,10 @@ def find_route(
             path = place[None, :].copy() if direct else node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path), Frontiers.none())
     target, enabled, tries, inside = Frontiers.none(), True, 0, NOWHERE_TO_GO
+    if doubting:
+        roadmap = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     while True:
-        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, enabled)
+        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, enabled, doubting)
         if not enabled or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE:
             break
         optimistic = to_go.path(position)
@@ -121,13 +131,11 @@ def find_route(
     if not len(target):
         target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
         path = target.stand if direct else node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
-    hopeless = not np.isfinite(to_go.at(target.probe)[0])
     optimistic_path = optimistic_path_beyond(to_go, target)
     next_segment = next_segment_of(optimistic_path, to_go, position)
     return Route(
         _pulled(roadmap, position, path),
         target,
-        hopeless,
         optimistic_path,
         next_segment,
         roadmap.blacklisted_probes,
@@ -143,18 +151,6 @@ def _is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
 def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
     """The places at which the robot may arrive, given the hits known so far."""
     return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
-
-
-def only_blacklist_obstructs(roadmap: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether only closed and blocked places, and not hits, block the way from the robot to the goal."""
-    return bool(len(roadmap.blacklisted_probes) or len(roadmap.stall_points)) and free_of_blacklist(roadmap, now)
-
-
-def free_of_blacklist(roadmap: StarRoadmap, now: PlannerInput) -> bool:
-    """Whether there is an optimistic path from the robot to the goal if nothing is closed or blocked."""
-    nothing = np.zeros((0, 2))
-    reopened = dataclasses.replace(roadmap, blacklisted_probes=nothing, stall_points=nothing)
-    return math.isfinite(cost_at_robot(reopened, now))
 
 
 def cost_at_robot(roadmap: StarRoadmap, now: PlannerInput) -> float:
@@ -201,6 +197,7 @@ def _cheapest(
     goal: np.ndarray,
     current: np.ndarray | None,
     at_robot: bool,
+    doubting: bool,
 ) -> tuple[int, float, bool, CostField]:
     """The frontier of least g + h.
 
@@ -208,7 +205,7 @@ def _cheapest(
         Its index or -1, that sum, whether the straight line leads there, and the cost-to-go.
     """
     graph = graph_lengths(roadmap, distance)
-    to_go = optimistic_cost(roadmap, now, graph, at_robot)
+    to_go = optimistic_cost(roadmap, now, graph, at_robot, doubting)
     ahead = estimates(to_go, roadmap.frontiers, goal)
     if current is not None:
         ahead = ahead - HYSTERESIS * (np.hypot(*(roadmap.frontiers.stand - current).T) < 1e-9)
@@ -256,7 +253,11 @@ def _cheapest_in_line(regions, x, y, stand, straight, graph, ahead, order):
 
 
 def optimistic_cost(
-    roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray | None = None, at_robot: bool = True
+    roadmap: StarRoadmap,
+    now: PlannerInput,
+    cost_to_come: np.ndarray | None = None,
+    at_robot: bool = True,
+    doubting: bool = False,
 ) -> CostField:
     """The cost-to-go field.
 
@@ -266,16 +267,18 @@ def optimistic_cost(
         cost_to_come: of the frontiers, shape (n,), m; the search ends once the cheapest of them is known.
         at_robot: whether it may also end once the cost at the robot is the least; the frontiers' costs are then lower
             bounds.
+        doubting: as for `find_route`.
     """
     position, parameters, robot_radius = now.position, now.parameters, now.robot_radius
     goal = goal_approach(roadmap, now).goal
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
-    clearance = np.full(len(roadmap.blacklisted_probes), robot_radius + parameters.margin + BLACKLIST_SLACK)
+    probes = np.vstack((roadmap.closed_places, roadmap.blacklisted_probes))
+    clearance = np.full(len(probes), robot_radius + parameters.margin + BLACKLIST_SLACK)
     blacklist = np.column_stack(
         (
-            np.vstack((roadmap.blacklisted_probes, roadmap.stall_points)),
+            np.vstack((probes, roadmap.stall_points)),
             np.append(clearance, np.full(len(roadmap.stall_points), np.inf)),
         )
     )
@@ -284,14 +287,20 @@ def optimistic_cost(
         points = np.vstack((roadmap.frontiers.probe, position))
         costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
         origins = Origins(points, costs, position, HYSTERESIS)
-    terrain = Terrain(robot_radius, blacklist)
+    terrain = Terrain(robot_radius, blacklist, doubt(parameters, robot_radius) if doubting else 0.0)
     return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 
+def doubt(parameters: PlannerParameters, robot_radius: float) -> float:
+    """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
+    half_diagonal = math.hypot(0.5, 0.5) * parameters.grid_resolution
+    most = robot_radius - STRIDE * parameters.grid_resolution
+    return max(min(half_diagonal + MARGINS_IN_DOUBT * parameters.least_margin, most), 0.0)
+
+
 def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
-    """Optimistic cost from every frontier's probe to the goal, shape (n,), m."""
-    cost, straight = field.at(frontiers.probe), np.hypot(*(frontiers.probe - goal).T)
-    return np.where(np.isfinite(cost), np.maximum(cost, straight), straight + UNREACHABLE_PENALTY)
+    """Optimistic cost from every frontier's probe to the goal, shape (n,), m; infinity without a way."""
+    return np.maximum(field.at(frontiers.probe), np.hypot(*(frontiers.probe - goal).T))
 
 
 def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:

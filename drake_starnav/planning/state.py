@@ -17,7 +17,6 @@ from drake_starnav.utils.snapshot import snapshot
 NOWHERE = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
 NO_PATH = np.zeros((0, 2))
-NO_RETRIES = np.zeros((0, 3))
 
 
 class PlannerStatus(Enum):
@@ -46,13 +45,13 @@ class PlannerState:
         node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
         progress_position: where the last progress was made, shape (2,).
         progress_time: when it was made, s.
-        retries: shape (k, 3), positions (x, y) in W and scan times at which the roadmap was rebuilt to retry failed
-            targets, m and s.
         plans: number of paths planned.
         began_with_map: whether the roadmap already had nodes when the goal was set.
         plan_position: position of the robot when the latest path was planned, shape (2,).
         optimistic_path: shape (m, 2), the optimistic path from the target frontier's probe to the goal, W, m.
         next_segment: shape (n, 2), its next segment, to which the robot may turn.
+        doubting: whether no way was left once. Nothing is then given up before enough scans speak against it.
+        shut: how many more of the latest scans have shown that the robot does not fit ahead than that it does.
         anticipated: guidance that replaces the path once the latest scan shows part of `next_segment`; or None.
     """
 
@@ -63,12 +62,13 @@ class PlannerState:
     node_position: np.ndarray
     progress_position: np.ndarray
     progress_time: float
-    retries: np.ndarray
     plans: int
     began_with_map: bool = False
     plan_position: np.ndarray = field(default_factory=lambda: NOWHERE)
     optimistic_path: np.ndarray = field(default_factory=lambda: NO_PATH)
     next_segment: np.ndarray = field(default_factory=lambda: NO_PATH)
+    doubting: bool = False
+    shut: int = 0
     anticipated: Guidance | None = None
 
     @staticmethod
@@ -82,7 +82,6 @@ class PlannerState:
             node_position=NOWHERE,
             progress_position=NOWHERE,
             progress_time=0.0,
-            retries=NO_RETRIES,
             plans=0,
         )
 
@@ -94,7 +93,8 @@ class PlannerState:
             path=NO_PATH,
             target=None,
             progress_position=NOWHERE,
-            retries=NO_RETRIES,
+            doubting=False,
+            shut=0,
             anticipated=None,
             began_with_map=len(self.roadmap) > 0,
         )

@@ -140,9 +140,11 @@ def extended_at_clusters(
         return extended(roadmap, region, scan, pose, *others)
 
 
-def full_cost(roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray, at_robot: bool = True) -> CostField:
+def full_cost(
+    roadmap: StarRoadmap, now: PlannerInput, cost_to_come: np.ndarray, at_robot: bool = True, doubting: bool = False
+) -> CostField:
     """For `optimistic_cost`: exact at all frontiers, not only where they are cheaper than a virtual one."""
-    return optimistic_cost(roadmap, now, cost_to_come, False)
+    return optimistic_cost(roadmap, now, cost_to_come, False, doubting)
 
 
 def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:

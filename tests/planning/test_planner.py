@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.planning.recovery import ARRIVAL_DISTANCE
@@ -14,7 +14,7 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
-from tests.helpers.scans import RADIUS, cast
+from tests.helpers.scans import RADIUS, cast, distance
 
 PARAMETERS = PlannerParameters()
 RING = np.linspace(0.0, 1.0, 5)[:, None, None] * [(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi, np.pi, 33)]
@@ -58,15 +58,27 @@ def test_a_robot_that_cannot_move_waits_for_what_is_around_it_to_leave():
     assert state.status is PlannerStatus.APPROACHING
 
 
-def test_without_retries_the_roadmap_is_never_rebuilt(monkeypatch):
-    monkeypatch.setattr(planner, "RETRIES", 0)
-    states = drive(VAULT, PARAMETERS, steps=3000)
-    assert states[-1].status is PlannerStatus.UNREACHABLE and not len(states[-1].retries)
-    assert all(
-        len(after.roadmap.scans) >= len(before.roadmap.scans)
-        and len(after.roadmap.blacklisted_probes) >= len(before.roadmap.blacklisted_probes)
-        for before, after in zip(states, states[1:], strict=False)
-    )
+def fenced(gap: float) -> World:
+    """A goal among poles with gaps of some width between their surfaces, m."""
+    count, radius = 16, 0.02
+    around = 0.5 * (gap + 2.0 * radius) / np.sin(np.pi / count)
+    angle = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    poles = np.column_stack((4.2 + around * np.cos(angle), around * np.sin(angle), np.full(count, radius)))
+    return World("fenced", (0.0, 0.0, 0.0), (4.2, 0.0), cylinders=poles, bounds=(-1.0, -3.0, 7.0, 3.0))
+
+
+@pytest.mark.parametrize("gap", [0.4, 0.46])
+def test_a_goal_behind_gaps_narrower_than_the_robot_is_soon_given_up(gap):
+    world = fenced(gap)
+    states = drive(world, PARAMETERS, steps=1500, refused=lambda place: distance(world, place[None])[0] < RADIUS)
+    assert states[-1].status is PlannerStatus.UNREACHABLE and len(states) < 900
+    assert len(states[-1].roadmap) < 60
+
+
+@pytest.mark.parametrize("gap", [2.0 * (RADIUS + PARAMETERS.least_margin) + 0.005, 0.56])
+def test_a_goal_behind_a_gap_that_the_robot_fits_through_is_not_given_up(gap):
+    states = drive(fenced(gap), PARAMETERS, steps=700)
+    assert states[-1].status is PlannerStatus.APPROACHING and not len(states[-1].roadmap.closed_places)
 
 
 def test_equal_inputs_give_equal_states():
@@ -74,7 +86,6 @@ def test_equal_inputs_give_equal_states():
     assert len(one) == len(other)
     for a, b in zip(one, other, strict=True):
         assert (a.status, a.plans, len(a.roadmap)) == (b.status, b.plans, len(b.roadmap))
-        np.testing.assert_array_equal(a.retries, b.retries)
         np.testing.assert_array_equal(a.path, b.path)
         np.testing.assert_array_equal(a.roadmap.stack.values, b.roadmap.stack.values)
         np.testing.assert_array_equal(a.roadmap.frontiers.stand, b.roadmap.frontiers.stand)
@@ -122,8 +133,7 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
 
 
-def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled(monkeypatch):
-    monkeypatch.setattr(planner, "RETRIES", 0)
+def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
     given_up = drive(VAULT, PARAMETERS, steps=3000)[-1]
     scan, pose = given_up.roadmap.scans[-1]
     later = dataclasses.replace(scan, time=scan.time + 60.0)
@@ -134,14 +144,14 @@ def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled(monkeypatch)
     assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
 
 
-def test_a_new_goal_is_looked_for_with_all_retries_again():
-    given_up = dataclasses.replace(drive(VAULT, PARAMETERS, steps=4000)[-1], retries=np.zeros((3, 2)))
-    assert given_up.status is PlannerStatus.UNREACHABLE
+def test_a_new_goal_is_looked_for_without_doubt():
+    given_up = drive(VAULT, PARAMETERS, steps=4000)[-1]
+    assert given_up.status is PlannerStatus.UNREACHABLE and given_up.doubting
     position = given_up.roadmap.stack.center[-1]
     elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
     states = drive(elsewhere, PARAMETERS, steps=400, begin=given_up.with_new_goal())
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
-    assert not any(len(state.retries) for state in states)
+    assert not any(state.doubting for state in states)
 
 
 def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
@@ -172,7 +182,7 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
     walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
-    assert len(states) < 700 and not len(states[-1].retries)
+    assert len(states) < 700 and not states[-1].doubting
     assert not len(states[-1].roadmap.blacklisted_targets) and not len(states[-1].roadmap.blacklisted_probes)
     margins = [region.margin for region in states[-1].roadmap.regions]
     assert PARAMETERS.least_margin - 1e-9 < min(margins) < max(margins) == PARAMETERS.margin
@@ -206,7 +216,7 @@ def test_a_target_that_was_driven_to_is_seen_or_given_up():
             for before, after in zip(states, states[1:], strict=False)
             if before.target is not None
             and len(after.roadmap) > len(before.roadmap)
-            and len(after.retries) == len(before.retries)  # then nothing stays given up
+            and not after.doubting
             and distance_to(after.roadmap.stack.center[-1], before.target[0]) < ARRIVAL_DISTANCE
         ]
         looked += len(changes)

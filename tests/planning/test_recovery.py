@@ -3,12 +3,12 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.cost_field import BLACKLIST_RADIUS
-from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.planner import RETRY_DISTANCE
+from drake_starnav.planning.recovery import looked_ahead
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
@@ -79,38 +79,49 @@ def test_a_passage_that_was_given_up_is_tried_again_where_nothing_else_can_help(
     world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
-    again = next(k for k, state in enumerate(states) if len(state.retries))
+    again = next(k for k, state in enumerate(states) if state.doubting)
     assert len(states[again - 1].roadmap.stall_points)
     assert len(states[again - 1].roadmap.frontiers) > 10  # there is more to explore, all on this side
-    assert not len(states[again].roadmap.stall_points) and len(states[again].retries) == 1
+    assert not len(states[again].roadmap.stall_points)
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
 
-def test_what_was_tried_in_vain_is_tried_again_once_a_scan_and_a_few_times_at_a_place(monkeypatch):
+def test_a_passage_that_scans_show_open_is_never_given_up():
     wall = [[(2, low), (2.1, low), (2.1, high), (2, high)] for low, high in ((-2, -0.4), (0.4, 2))]
     world = World("door", (0, 0, 0), (4, 0), polygons=wall, bounds=(-2, -2, 5, 2))
-    monkeypatch.setattr(planner, "RETRIES", 2)
     states = drive(world, PARAMETERS, 1200, refused=lambda place: place[0] > 1.9)
-    tries = [len(state.retries) for state in states]
-    assert tries[-1] >= 2 and set(np.diff(tries)) == {0, 1}
-    places = states[-1].retries
-    for place in places:
-        near = np.hypot(*(places - place).T) < 0.5 * RETRY_DISTANCE
-        assert near.sum() <= planner.RETRIES
-    for k in np.flatnonzero(np.diff(tries)) + 1:
-        again = states[k]
-        scan, pose = again.roadmap.scans[-1]
-        seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-        assert scan.time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
-        assert (
-            not len(again.roadmap.blacklisted_targets)
-            and not len(again.roadmap.blacklisted_probes)
-            and not len(again.roadmap.stall_points)
-        )
-        hopeless = dataclasses.replace(again.roadmap, frontiers=Frontiers.none(), stall_points=np.array([(2.05, 0.0)]))
-        lost = dataclasses.replace(again, roadmap=hopeless, path=again.path[:0], target=None)
-        now = PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, RADIUS)
-        assert len(plan_step(lost, now).retries) == len(again.retries)
+    last = states[-1]
+    assert len(states) == 1200 and last.doubting and last.status is not PlannerStatus.UNREACHABLE
+    rebuilt = [
+        k for k in range(1, 1200) if len(states[k].roadmap.stall_points) < len(states[k - 1].roadmap.stall_points)
+    ]
+    assert len(rebuilt) >= 2
+    for k in rebuilt:
+        assert states[k].roadmap.scans[-1][0].time == PERIOD * k, "the latest scan is part of the rebuilt roadmap"
+        assert not len(states[k].roadmap.blacklisted_targets) and not len(states[k].roadmap.blacklisted_probes)
+
+
+@pytest.mark.parametrize(("half", "shut"), [(RADIUS - 0.005, 3), (RADIUS + PARAMETERS.least_margin, 1)])
+def test_a_scan_counts_against_a_gap_only_if_the_robot_itself_does_not_fit(half, shut):
+    walls = ([(1, -2), (1.1, -2), (1.1, -half), (1, -half)], [(1, half), (1.1, half), (1.1, 2), (1, 2)])
+    world = World("gap", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
+    pose, target = np.array((0.84, 0.0, 0.0)), np.array(((0.85, 0.0), (1.05, 0.0)))
+    now = moment_at(world, pose)
+    state = dataclasses.replace(PlannerState.initial(PARAMETERS, RADIUS), path=target[:1], target=target, shut=2)
+    assert looked_ahead(state, now) is state
+    doubting = dataclasses.replace(state, doubting=True)
+    assert looked_ahead(doubting, now).shut == shut
+    back = dataclasses.replace(doubting, path=np.array(((0.4, 0.0),)), target=None)
+    assert looked_ahead(back, now).shut == 1
+    tried = dataclasses.replace(doubting, roadmap=dataclasses.replace(doubting.roadmap, stall_points=target[1:] + 0.3))
+    assert looked_ahead(tried, now) is tried
+
+
+def moment_at(world: World, pose: np.ndarray) -> PlannerInput:
+    """What the planner receives at a pose."""
+    scan = cast(world, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, RADIUS)
 
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():

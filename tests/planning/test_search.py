@@ -20,7 +20,6 @@ from drake_starnav.planning.search import (
     estimates,
     find_route,
     graph_distances,
-    only_blacklist_obstructs,
     optimistic_cost,
     virtual_frontier,
 )
@@ -39,8 +38,8 @@ HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
 def without_gates():
     """Only frontiers are targets."""
 
-    def known_everywhere(roadmap, now, cost_to_come=None, at_robot=True):
-        return optimistic_cost(roadmap, now, cost_to_come, False)
+    def known_everywhere(roadmap, now, cost_to_come=None, at_robot=True, doubting=False):
+        return optimistic_cost(roadmap, now, cost_to_come, False, doubting)
 
     with patch.multiple(search, VIRTUAL_FRONTIER_ADVANTAGE=math.inf, optimistic_cost=known_everywhere):
         yield
@@ -275,5 +274,8 @@ def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_v
         frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)
         roadmap = dataclasses.replace(roadmap, blacklisted_probes=places, frontiers=frontiers)
     route = find_route(roadmap, here(world, position), moment(position, goal))
-    assert route.hopeless == (tried or door < 0.1)
-    assert only_blacklist_obstructs(roadmap, moment(position, goal)) == in_vain
+    assert (route is None) == (tried or door < 0.1)
+    nothing_tried = dataclasses.replace(roadmap, blacklisted_probes=np.zeros((0, 2)))
+    again = find_route(nothing_tried, here(world, position), moment(position, goal), doubting=True)
+    assert (again is not None) == (door > 0.1)
+    assert (route is None and again is not None) == in_vain
