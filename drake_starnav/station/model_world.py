@@ -6,6 +6,7 @@ convex hull, with which Drake collides; one that is hollow that of its surface.
 """
 
 import dataclasses
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,7 @@ from drake_starnav.station.robot_model import massless_links
 from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world
+from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.endpoints import check_free_ends, check_reachable
 from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cylinder_vertices, sphere_footprint
 from drake_starnav.worlds.formats.model_files import Models
@@ -45,6 +47,8 @@ from drake_starnav.worlds.world import ROBOT_HEIGHT, ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
 """Geometry that rises no higher than this above the floor is part of it, m."""
+UNSEEN = 0.01
+"""What reaches farther than this beyond what the lidar sees of it is warned of, m."""
 SHEET = 0.001
 """Thickness that a footprint takes the surface of a hollow mesh to have, m."""
 _UPRIGHT = 1.0 - 1e-12
@@ -88,6 +92,7 @@ def with_footprints(world: World) -> World:
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
     discs: list[Any] = []
     polygons: list[np.ndarray | None] = [*surfaces]
+    wider: dict[str, float] = {}
     for geometry, X_WG in fixed:
         shape = inspector.GetShape(geometry)
         if isinstance(shape, Sphere):
@@ -95,16 +100,37 @@ def with_footprints(world: World) -> World:
             continue
         vertices = shape_vertices(inspector, geometry, X_WG)
         polygon = convex_footprint(vertices, FLOOR_TOLERANCE, ROBOT_HEIGHT)
+        if polygon is not None and not isinstance(shape, Cylinder):
+            wider[inspector.GetName(geometry)] = _wider_below(vertices, polygon)
         if isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > _UPRIGHT and polygon is not None:
             discs.append((*X_WG.translation()[:2], shape.radius()))
         else:
             polygons.append(polygon)
+    name = max(wider, key=wider.__getitem__, default="")
+    if wider.get(name, 0.0) > UNSEEN:
+        warnings.warn(
+            f"world {world.name}: {name} reaches {1e3 * wider[name]:.0f} mm farther near the floor than at the lidar's "
+            f"height of {ROBOT_HEIGHT:g} m, where it is seen: the robot may hit it",
+            stacklevel=2,
+        )
     return dataclasses.replace(
         world,
         cylinders=np.array([disc for disc in discs if disc is not None]),
         polygons=tuple(polygon for polygon in polygons if polygon is not None),
         model=dataclasses.replace(world.model, moving=moving, surfaces=tuple(surfaces)),
     )
+
+
+def _wider_below(vertices: np.ndarray, footprint: np.ndarray) -> float:
+    """How far the footprint of a convex solid reaches beyond what a lidar at the robot's height sees of it, m.
+
+    Of what ends below that height, which no lidar there sees, all counts.
+    """
+    seen = convex_footprint(vertices, ROBOT_HEIGHT - UNSEEN, ROBOT_HEIGHT)
+    if seen is None:
+        return float(np.ptp(footprint, axis=0).max())
+    section = World("section", (0.0, 0.0, 0.0), (0.0, 0.0), polygons=(seen,))
+    return max(0.0, float(clearance(section, footprint).max()))
 
 
 def _shell(vertices: np.ndarray, triangles: np.ndarray, X_WG: RigidTransform) -> list[np.ndarray]:

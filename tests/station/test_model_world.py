@@ -1,5 +1,6 @@
 """Worlds from Drake model files: what gets into the plant, and what clearance and shortest path know of it."""
 
+import contextlib
 import dataclasses
 import math
 from pathlib import Path
@@ -186,6 +187,18 @@ def test_a_mesh_without_dents_bars_what_its_convex_hull_does(tmp_path: Path) -> 
     (polygon,) = world.polygons
     assert {tuple(corner) for corner in polygon.round(9)} == {(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)}
     assert world.model.surfaces == ()
+
+
+def test_what_is_wider_below_the_lidar_is_warned_of(tmp_path: Path) -> None:
+    cone = '<sdf version="1.7"><model name="m"><static>1</static><link name="l"><pose>2 0 0.5 0 0 0</pose>'
+    cone += '<collision name="c"><geometry><cone><radius>0.4</radius><length>1</length></cone></geometry></collision>'
+    (tmp_path / "cone.sdf").write_text(f"{cone}</link></model></sdf>")
+    with pytest.warns(UserWarning, match="world cone: m::c reaches (47|48) mm farther near the floor .* may hit it"):
+        world_of(tmp_path / "cone.sdf", goal=[4.0, 0.0])
+    for size, warned in (("1 1 0.3", False), ("1 1 0.2", True)):  # its top 0.15 m and 0.1 m above the floor
+        path = urdf(tmp_path, box("b", "2 0 0", size))
+        with pytest.warns(UserWarning) if warned else contextlib.nullcontext():
+            world_of(path, goal=[4.0, 0.0])
 
 
 def ring(inner: float = 1.0, outer: float = 1.2, height: float = 1.0) -> str:
