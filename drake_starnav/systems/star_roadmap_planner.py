@@ -73,8 +73,8 @@ class StarRoadmapPlanner(LeafSystem):
         blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, though the
             planner has not given up; empty while it moves.
 
-    Discrete update: x[n+1] = f(x[n], u[n]) at the lidar's rate, where x is the planner's state, u the observation of scan
-    n and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
+    Discrete update: x[n+1] = f(x[n], u[n]) at the lidar's rate, where x is the planner's state, u the observation of
+    scan n and the goal, and f the pure function `step`. The state is abstract, an immutable snapshot; Drake's event for
     abstract state is the unrestricted update, here periodic with the lidar's period and offset 0, with discrete-time
     semantics. Outputs are functions of f(x, u): they show the latest scan at the instant at which it is taken, and the
     state follows with the next update; see `ScanState`. A new goal is planned for at once, with the roadmap searched

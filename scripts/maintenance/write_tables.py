@@ -237,6 +237,16 @@ The loop that `add_navigation` wires:
 The inside of its station:
 
 {_picture("station")}
+
+## What is updated when
+
+![Updates of lidar, planner, shield and plant over 100 ms](images/timing.svg)
+
+Drawn from a run by `python scripts/maintenance/draw_timing.py`. Drake executes the unrestricted updates of an instant before
+the discrete ones, and an output is evaluated when something asks for it. The command at the instant of a scan therefore
+uses that scan and the plan from it.
+
+{_discrete_update(StarRoadmapPlanner)}
 """
     ]
     for system in systems:
@@ -244,6 +254,12 @@ The inside of its station:
         rows = table(("", "port", "carries", "meaning"), port_rows(system))
         parts.append(f"## {name}\n\n{_summary(type(system))} In `{module}`.\n\n{_picture(name)}\n\n{rows}\n")
     return "\n".join(parts)
+
+
+def _discrete_update(cls: type) -> str:
+    """The paragraph of a system's docstring that says what its discrete update is."""
+    paragraphs = inspect.cleandoc(cls.__doc__ or "").split("\n\n")
+    return next(text for text in paragraphs if text.startswith("Discrete update")).replace("\n", " ")
 
 
 def _picture(name: str) -> str:
