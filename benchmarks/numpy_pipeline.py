@@ -313,14 +313,20 @@ def _motion(
             left = left - h if left - h >= 1e-9 else 0.0
         else:
             want_v = want_omega = 0.0
-        before = v
-        v += min(max(want_v - v, -robot.max_acceleration * h), robot.max_acceleration * h)
-        omega += min(max(want_omega - omega, -robot.max_yaw_acceleration * h), robot.max_yaw_acceleration * h)
-        travelled = (before if abs(before) > abs(v) else v) * h
-        middle = yaw + 0.5 * omega * h
-        x, y, yaw = x + travelled * math.cos(middle), y + travelled * math.sin(middle), yaw + omega * h
+            h = min(h, abs(v) / robot.max_acceleration) if abs(v) >= 1e-9 else h
+        v, mean_v = _ramped(v, want_v, robot.max_acceleration, h)
+        omega, mean_omega = _ramped(omega, want_omega, robot.max_yaw_acceleration, h)
+        middle = yaw + 0.5 * mean_omega * h
+        x, y, yaw = x + mean_v * h * math.cos(middle), y + mean_v * h * math.sin(middle), yaw + mean_omega * h
         points.append((x, y))
     return np.array(points)
+
+
+def _ramped(value: float, target: float, rate: float, time: float) -> tuple[float, float]:
+    """A value after approaching a target for a time, and its mean meanwhile."""
+    ramp = min(abs(target - value) / rate, time)
+    after = value + math.copysign(rate * ramp, target - value)
+    return after, (0.5 * (value + after) * ramp + after * (time - ramp)) / time
 
 
 def _covered(offset: np.ndarray, star: SafetyStar) -> bool:

@@ -13,8 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PassThrough
 
 from drake_starnav.control.certificates import standard_certificates
-from drake_starnav.control.motion import Actuation
-from drake_starnav.control.rollout import rollout_step
+from drake_starnav.control.motion import Actuation, Pose, Twist, stepped
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -208,8 +207,8 @@ class KinematicMotion:
                 certificates = standard_certificates(self._seen.safety, self._margin, actuation, self.pose[:2])
                 want, _ = certified_twist(self.pose, self.twist, action, certificates, actuation)
             driven = ramped_twist(self.twist, want, actuation)
-            *pose, v, omega, _ = rollout_step(*self.pose, *self.twist, *driven, 1.0 / rate, robot.limits)
-            self.pose, self.twist = np.array(pose), np.array((v, omega))
+            pose, twist, _ = stepped(Pose(*self.pose), Twist(*self.twist), driven, 1.0 / rate, robot.limits)
+            self.pose, self.twist = np.array(pose), np.array(twist)
             self._ticks += 1
             if clearance(self._world, self.pose[None, :2])[0] < robot.radius:
                 self.touched = True

@@ -35,7 +35,7 @@ from drake_starnav.control.heading_controller import (
     wrapped_angle,
 )
 from drake_starnav.control.inputs import ControllerInputs, Proposal
-from drake_starnav.control.motion import Actuation, roll_out
+from drake_starnav.control.motion import Actuation, Pose, Twist, roll_out, stepped
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import (
@@ -44,7 +44,6 @@ from drake_starnav.control.rollout import (
     clearance_within,
     next_way_point,
     region_around,
-    rollout_step,
     time_to_go,
     times_left,
 )
@@ -178,9 +177,9 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
                 want_v, want_omega = turning_twist(error, v_max, limits)
             if k == last:
                 want_v = min(want_v, settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
-            next_x, next_y, yaw, v, omega, travelled = rollout_step(
-                x, y, yaw, v, omega, want_v, want_omega, STEP, limits
-            )
+            now, moves = Pose(x, y, yaw), Twist(v, omega)
+            now, moves, travelled = stepped(now, moves, Twist(want_v, want_omega), STEP, limits)
+            next_x, next_y, yaw, v, omega = now.x, now.y, now.yaw, moves.v, moves.omega
             free = covers(star_center, star_bearing_0, star_values, next_x, next_y)
             if not free:
                 region = region_around(center, bearing_0, values, reach, region, next_x, next_y)

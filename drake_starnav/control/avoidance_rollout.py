@@ -20,13 +20,13 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.heading_controller import CREEP_SPEED, turning_twist, wrapped_angle
+from drake_starnav.control.motion import Pose, Twist, stepped
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
     clearance_within,
     next_way_point,
     region_around,
-    rollout_step,
     time_to_go,
 )
 from drake_starnav.regions.star_region import covers
@@ -186,8 +186,8 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
         if _held(x, y, yaw, v, standing, limits, near, settings.max_speed):
             want_v = 0.0
             row[HELD] = 1.0
-        x, y, yaw, v, omega, _ = rollout_step(x, y, yaw, v, omega, want_v, want_omega, STEP, limits)
-        row[YAW], row[V], row[OMEGA] = yaw, v, omega
+        pose, twist, _ = stepped(Pose(x, y, yaw), Twist(v, omega), Twist(want_v, want_omega), STEP, limits)
+        x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, twist.v, twist.omega
         free = covers(star_center, star_bearing_0, star_values, x, y)
         if not free:
             row[REGION] = region_around(center, bearing_0, values, reach, int(row[REGION]), x, y)

@@ -136,26 +136,23 @@ def ramped(value, target, change):
     return value + min(max(target - value, -change), change)
 
 
+@register_jitable
+def ramp_mean(value, target, change):
+    """The mean of the value while it is moved towards the target by at most `change`, which it may reach on the way."""
+    gap = abs(target - value)
+    if gap >= change:
+        return value + 0.5 * math.copysign(change, target - value)
+    return target - 0.5 * (target - value) * gap / change
+
+
 @njit(cache=True)
 def stepped(pose, twist, target, step, limits):
-    """Pose and twist after a step (s) towards a target twist, and the way driven (m)."""
-    v = ramped(twist.v, target.v, limits.max_acceleration * step)
-    omega = ramped(twist.omega, target.omega, limits.max_yaw_acceleration * step)
-    way = 0.5 * (twist.v + v) * step
-    turn = 0.5 * (twist.omega + omega) * step
+    """Pose and twist after a step (s) towards a target twist, and the way driven (m), at the mean rates of the step."""
+    faster, turned = limits.max_acceleration * step, limits.max_yaw_acceleration * step
+    way, turn = ramp_mean(twist.v, target.v, faster) * step, ramp_mean(twist.omega, target.omega, turned) * step
     middle = pose.yaw + 0.5 * turn
     after = Pose(pose.x + way * math.cos(middle), pose.y + way * math.sin(middle), pose.yaw + turn)
-    return after, Twist(v, omega), way
-
-
-@njit(cache=True)
-def _old_stepped(pose, twist, target, step, limits):
-    v = ramped(twist.v, target.v, limits.max_acceleration * step)
-    omega = ramped(twist.omega, target.omega, limits.max_yaw_acceleration * step)
-    way = (twist.v if abs(twist.v) > abs(v) else v) * step
-    middle = pose.yaw + 0.5 * omega * step
-    after = Pose(pose.x + way * math.cos(middle), pose.y + way * math.sin(middle), pose.yaw + omega * step)
-    return after, Twist(v, omega), way
+    return after, Twist(ramped(twist.v, target.v, faster), ramped(twist.omega, target.omega, turned)), way
 
 
 @njit(cache=True)
@@ -174,9 +171,12 @@ def _roll_out(pose, twist, target, hold, delay, limits, samples):
         if kept < 2:
             step = min(step, left)
             left -= step
-        before = moves
-        now, moves, _ = _old_stepped(now, moves, wanted, step, limits)
-        time += step if kept < 2 else abs(before.v - moves.v) / limits.max_acceleration
+        elif abs(moves.v) >= AT_REST:
+            step = min(step, abs(moves.v) / limits.max_acceleration)
+        else:
+            step = min(step, abs(moves.omega) / limits.max_yaw_acceleration)
+        now, moves, _ = stepped(now, moves, wanted, step, limits)
+        time += step
         grips = grips and (kept == 0 or not slides(moves.v, moves.omega, limits))
         if count < len(samples):
             samples[count] = now.x, now.y, now.yaw, moves.v, moves.omega, time

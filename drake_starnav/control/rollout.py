@@ -1,4 +1,4 @@
-"""Predicted motions: one step, known free space, the next way point, and the time to go."""
+"""Predicted motions: known free space, the next way point, and the time to go."""
 
 import math
 from typing import NamedTuple
@@ -7,7 +7,6 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.control.heading_controller import wrapped_angle
-from drake_starnav.control.motion import ramped
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import RegionStack, covers, first_cover
@@ -40,18 +39,6 @@ class KnownSpace(NamedTuple):
     def of(regions: RegionStack, star: SafetyStar) -> "KnownSpace":
         """From the regions and the last scans."""
         return KnownSpace(*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
-
-
-@njit(cache=True)
-def rollout_step(x, y, yaw, v, omega, want_v, want_omega, step, limits):
-    """Pose and twist after one step towards the wanted twist, and the distance travelled at its mean speed."""
-    before_v, before_omega = v, omega
-    v = ramped(v, want_v, limits.max_acceleration * step)
-    omega = ramped(omega, want_omega, limits.max_yaw_acceleration * step)
-    travelled, turned = 0.5 * (before_v + v) * step, 0.5 * (before_omega + omega) * step
-    x += travelled * math.cos(yaw + 0.5 * turned)
-    y += travelled * math.sin(yaw + 0.5 * turned)
-    return x, y, yaw + turned, v, omega, travelled
 
 
 @njit(cache=True)

@@ -100,7 +100,8 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
         if arrives and ahead == len(path):
             want[0] = min(want[0], GOAL_SLOWDOWN * np.hypot(*to) + CREEP_SPEED)
         after = np.array((v, omega)) + np.clip(want - (v, omega), (-0.1 * a, -0.1 * alpha), (0.1 * a, 0.1 * alpha))
-        driven, turned = 0.05 * (after + (v, omega))
+        ramp = np.abs(after - (v, omega)) / (a, alpha)
+        driven, turned = 0.5 * (after + (v, omega)) * ramp + after * (0.1 - ramp)
         v, omega = after
         step = driven * np.array((math.cos(yaw + 0.5 * turned), math.sin(yaw + 0.5 * turned)))
         yaw += turned

@@ -1,11 +1,22 @@
 """A rolled-out motion: its phases, its times, and that it follows the ramps."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.motion import LONGEST_STEP, SAMPLE_SPACING, SAMPLES, BrakingMotion, roll_out
+from drake_starnav.control.motion import (
+    LONGEST_STEP,
+    SAMPLE_SPACING,
+    SAMPLES,
+    BrakingMotion,
+    Pose,
+    Twist,
+    roll_out,
+    stepped,
+)
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import actuation
 from tests.helpers.scans import seeds
@@ -32,6 +43,41 @@ def test_the_twist_is_kept_the_target_is_held_and_the_robot_brakes_until_it_stan
     assert change[: motion.braking].max() <= 1e-9
     assert np.hypot(*np.diff(motion.position, axis=0).T).max() <= SAMPLE_SPACING + 1e-9
     assert np.diff(motion.time).min() >= 0.0 and np.diff(motion.time).max() <= LONGEST_STEP + 1e-9
+
+
+@settings(max_examples=60)
+@given(seeds, st.sampled_from([0.02, 0.1, 0.3]))
+def test_the_samples_lie_on_the_motion_of_a_robot_that_ramps_continuously(seed, hold) -> None:
+    """Sideways as well as along it, however fast it turns meanwhile; margins count on it."""
+    rng = np.random.default_rng(seed)
+    twist, target = rng.uniform(-SPEEDS, SPEEDS), rng.uniform(-SPEEDS, SPEEDS)
+    motion, step = roll_out(np.zeros(3), twist, target, actuation(ROBOT, hold)), 2e-5
+    pose, times, exact = np.zeros(3), np.arange(0.0, motion.time[-1] + step, step), []
+    for time in times:
+        exact.append(pose)
+        change = step * ACCELERATIONS
+        after = twist + np.clip((target if time < hold - 0.5 * step else 0.0) - twist, -change, change)
+        v, omega = 0.5 * (twist + after)
+        heading = pose[2] + 0.5 * omega * step
+        pose, twist = pose + step * np.array((v * math.cos(heading), v * math.sin(heading), omega)), after
+    there = np.column_stack([np.interp(motion.time, times, column) for column in np.array(exact).T])
+    assert np.hypot(*(motion.position - there[:, :2]).T).max() < 1e-4
+    assert np.abs(motion.pose[:, 2] - there[:, 2]).max() < 1e-3
+
+
+def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
+    pose, twist, way = stepped(Pose(1.0, 2.0, 0.0), Twist(0.4, 0.0), Twist(9.0, 0.0), 0.1, ROBOT.limits)
+    assert twist == pytest.approx((0.5, 0.0))
+    assert (*pose, way) == pytest.approx((1.045, 2.0, 0.0, 0.045))
+    _, twist, way = stepped(Pose(0.0, 0.0, 0.0), Twist(0.4, 0.0), Twist(0.45, 0.0), 0.1, ROBOT.limits)
+    assert (twist.v, way) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))  # reached in the middle of the step
+
+
+def test_a_step_follows_an_arc() -> None:
+    pose, _, _ = stepped(Pose(0.0, 0.0, 0.0), Twist(0.5, 1.0), Twist(0.5, 1.0), 0.1, ROBOT.limits)
+    assert pose.yaw == pytest.approx(0.1)
+    assert math.atan2(pose.y, pose.x) == pytest.approx(0.05)
+    assert math.hypot(pose.x, pose.y) == pytest.approx(2.0 * 0.5 * math.sin(0.05), rel=1e-3)
 
 
 def test_a_long_motion_has_room() -> None:

@@ -11,7 +11,6 @@ from drake_starnav.control.rollout import (
     clearance_within,
     heading_loss,
     next_way_point,
-    rollout_step,
     time_to_go,
     times_left,
     turning_time,
@@ -20,20 +19,6 @@ from drake_starnav.robot import Limits
 
 LIMITS = Limits(0.8, 2.0, 1.0, 4.0)
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
-
-
-def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
-    x, y, yaw, v, omega, travelled = rollout_step(1.0, 2.0, 0.0, 0.4, 0.0, 9.0, 0.0, 0.1, LIMITS)
-    assert (v, omega) == pytest.approx((0.5, 0.0))
-    assert (x, y, yaw, travelled) == pytest.approx((1.045, 2.0, 0.0, 0.045))
-
-
-def test_a_step_follows_an_arc() -> None:
-    x, y, yaw, *_ = rollout_step(0.0, 0.0, 0.0, 0.5, 1.0, 0.5, 1.0, 0.1, LIMITS)
-    chord = 2.0 * 0.5 * math.sin(0.05)
-    assert yaw == pytest.approx(0.1)
-    assert math.atan2(y, x) == pytest.approx(0.05)
-    assert math.hypot(x, y) == pytest.approx(chord, rel=1e-3)
 
 
 def test_the_clearance_is_that_of_the_nearest_hit_up_to_the_zone() -> None:
