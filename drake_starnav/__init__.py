@@ -14,6 +14,8 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.control import ControllerParameters as ControllerParameters
     from drake_starnav.control.certificates import Certificate as Certificate
     from drake_starnav.control.motion import BrakingMotion as BrakingMotion
+    from drake_starnav.control.zones import KeepOut as KeepOut
+    from drake_starnav.control.zones import SpeedZone as SpeedZone
     from drake_starnav.errors import StarnavError as StarnavError
     from drake_starnav.geometry.trajectory import Motion as Motion
     from drake_starnav.lidar.laser_scan import LaserScan as LaserScan
@@ -104,6 +106,8 @@ _PUBLIC = {
     "SafetyStar": "regions.safe_region",
     "Certificate": "control.certificates",
     "BrakingMotion": "control.motion",
+    "KeepOut": "control.zones",
+    "SpeedZone": "control.zones",
     "Tracks": "tracking",
     "ControllerParameters": "control",
     "World": "worlds",

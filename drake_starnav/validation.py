@@ -5,6 +5,7 @@ import dataclasses
 from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError
 from drake_starnav.regions.perception import check_view
+from drake_starnav.robot import Limits
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import Declared
 from drake_starnav.scenario.margins import with_margins
@@ -19,11 +20,11 @@ HARDEST_BRAKING = 6.0
 def check_interface(scenario: Scenario, station: NavigationStation | Station | RobotInterface) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
     robot = station if isinstance(station, RobotInterface) else station.equipment
-    for section in ("lidar", "localization", "drive"):
+    for section in ("lidar", "localization", "drive", "robot"):
         has, declared = getattr(robot, section), getattr(scenario, section)
         for field in dataclasses.fields(declared):
             value, wanted = getattr(has, field.name), getattr(declared, field.name)
-            if value != wanted:
+            if value != wanted and (section != "robot" or field.name in Limits._fields):
                 raise StarnavError(
                     f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
                     "margins and predictions follow from it"

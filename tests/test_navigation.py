@@ -12,6 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
+from drake_starnav.control.zones import KeepOut, SpeedZone
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Navigation, add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
@@ -416,6 +417,32 @@ def test_without_the_shield_it_hits_the_post() -> None:
 def test_the_shield_holds_among_obstacles_that_move() -> None:
     _, navigation, _ = driven(0.5, posts(overrides=["obstacles.max_speed=0.5"]), controller=Pursuit())
     assert navigation.tracker is not None
+
+
+class Line:
+    """A certificate from outside: what is left of a line."""
+
+    def __init__(self, x: float) -> None:
+        self.x, self.asked = x, 0
+
+    def accepts(self, motion) -> bool:
+        self.asked += 1
+        return bool(motion.position[:, 0].max() <= self.x)
+
+
+@pytest.mark.parametrize("moving", [[], ["obstacles.max_speed=0.5"]])
+def test_certificates_of_ones_own_hold_in_every_world(moving: list[str]) -> None:
+    """A line, a speed zone and a keep-out polygon, with no edit in the package."""
+    line, zone = Line(0.9), np.array([(-1.0, -2.0), (5.0, -2.0), (5.0, 2.0), (-1.0, 2.0)])
+    rules = (line, SpeedZone(zone, 0.3), KeepOut(zone + (7.0, 0.0)))
+    builder = DiagramBuilder()
+    navigation = add_navigation(builder, posts(overrides=moving), certificates=rules)
+    log = LogVectorOutput(navigation.localization("state"), builder, 0.05)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(5.0)
+    states = log.FindLog(simulator.get_context()).data()
+    assert 0.5 < states[0].max() <= 0.905 and line.asked > 100
+    assert 0.1 < states[3].max() <= 0.31
 
 
 @pytest.mark.parametrize("faults", [[], ["localization.drift=0.01"]])

@@ -113,7 +113,15 @@ def add_station(
     step = 0.0 if continuous and not moving and not DISCRETE_ONLY & set(settings) else time_step
     plant, scene_graph, model, ground = add_plant(builder, world, robot, step, settings)
     equipment = RobotInterface(
-        plant, scene_graph, model, lidar, localization=localization, drive=drive, time_step=time_step, seed=seed
+        plant,
+        scene_graph,
+        model,
+        lidar,
+        robot=robot,
+        localization=localization,
+        drive=drive,
+        time_step=time_step,
+        seed=seed,
     )
     builder.AddNamedSystem("robot", equipment)
     connect_robot(builder, plant, scene_graph, model, equipment)

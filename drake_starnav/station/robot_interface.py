@@ -11,6 +11,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
@@ -59,6 +60,7 @@ class RobotInterface(Diagram):
         model: ModelInstanceIndex,
         lidar: LidarParameters,
         *,
+        robot: RobotParameters | None = None,
         localization: LocalizationParameters | None = None,
         drive: DriveParameters | None = None,
         time_step: float = SimulationParameters.time_step,
@@ -71,6 +73,7 @@ class RobotInterface(Diagram):
             scene_graph: of the plant.
             model: the robot, as from `add_robot`.
             lidar: the sensor.
+            robot: whose limits no twist exceeds; `RobotParameters()` by default.
             localization: error of the believed pose; none by default.
             drive: faults of the drive; none by default.
             time_step: to a multiple of which the delay of the drive is rounded up, s; a discrete plant has its own.
@@ -79,6 +82,7 @@ class RobotInterface(Diagram):
         """
         super().__init__()
         self.plant, self.scene_graph, self.lidar = plant, scene_graph, lidar
+        self.robot = robot or RobotParameters()
         self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
         self.model = self.robot_model = model
         self.time_step, self.continuous = plant.time_step() or time_step, plant.time_step() == 0.0
@@ -110,7 +114,9 @@ class RobotInterface(Diagram):
                 seed=seed,
             ),
         )
-        wheels = builder.AddNamedSystem("wheels", WheelSpeedCommand(**drive_geometry(plant, scene_graph, model)))
+        wheels = builder.AddNamedSystem(
+            "wheels", WheelSpeedCommand(limits=self.robot.limits, **drive_geometry(plant, scene_graph, model))
+        )
         builder.ExportInput(sensor.GetInputPort("geometry_query"), "geometry_query")
         command, turning = self._add_drive_faults(builder, wheels, seed)
         state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")

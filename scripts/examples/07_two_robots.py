@@ -85,7 +85,9 @@ def main(png: Path | None) -> None:
     plant.Finalize()
     logs = {}
     for seed, (name, model) in enumerate(models.items()):
-        robot = RobotInterface(plant, scene_graph, model, SCENARIO.lidar, drive=SCENARIO.drive, seed=seed)
+        robot = RobotInterface(
+            plant, scene_graph, model, SCENARIO.lidar, robot=SCENARIO.robot, drive=SCENARIO.drive, seed=seed
+        )
         system = builder.AddNamedSystem(name, navigator(robot, worlds[name]))
         connect_robot(builder, plant, scene_graph, model, system)
         monitor = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=[ground]))

@@ -101,7 +101,9 @@ def main(html: Path, png: Path | None) -> None:
     arm = add_arm(plant, model)
     plant.Finalize()
 
-    robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, SCENARIO.lidar))
+    robot = builder.AddNamedSystem(
+        "robot", RobotInterface(plant, scene_graph, model, SCENARIO.lidar, robot=SCENARIO.robot)
+    )
     connect_robot(builder, plant, scene_graph, model, robot)
     hold_arm(builder, plant, arm)
     navigation = add_navigation(builder, SCENARIO, world=WORLD, station=robot)

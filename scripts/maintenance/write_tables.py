@@ -96,7 +96,7 @@ def all_systems() -> list[System]:
         TwistShield(robot, controller, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
         WheelServo(station.plant, station.robot_model),
-        WheelSpeedCommand(wheel_radius=0.05, track=0.32),
+        WheelSpeedCommand(limits=robot.limits, wheel_radius=0.05, track=0.32),
         StatePredictor(delay=0.05, rate=controller.rate),
         JumpGuard(tolerance=0.05, rate=controller.rate),
         WheelSlip(slip=0.05, seed=0),

@@ -5,15 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_starnav.robot import Limits
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 
+FAST = Limits(10.0, 10.0, 1.0, 4.0)
 sizes = st.floats(0.01, 2.0)
 speeds = st.floats(-5.0, 5.0)
 
 
 def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
     """Desired state of the actuators for a twist, through a context."""
-    system = WheelSpeedCommand(wheel_radius=wheel_radius, track=track)
+    system = WheelSpeedCommand(limits=FAST, wheel_radius=wheel_radius, track=track)
     context = system.CreateDefaultContext()
     system.GetInputPort("twist_command").FixValue(context, [v, omega])
     return system.GetOutputPort("desired_state").Eval(context)
@@ -33,7 +35,7 @@ def test_left_turn_is_driven_by_the_right_wheel() -> None:
 
 
 def test_output_follows_the_input_at_once() -> None:
-    system = WheelSpeedCommand(wheel_radius=0.1, track=0.4)
+    system = WheelSpeedCommand(limits=FAST, wheel_radius=0.1, track=0.4)
     context = system.CreateDefaultContext()
     twist = system.GetInputPort("twist_command")
     for v in (0.3, -0.7):
@@ -42,3 +44,13 @@ def test_output_follows_the_input_at_once() -> None:
     assert system.HasAnyDirectFeedthrough()
     assert system.num_input_ports() == system.num_output_ports() == 1
     assert context.num_total_states() == 0
+
+
+@given(v=st.floats(-1e3, 1e3), omega=st.floats(-1e3, 1e3))
+def test_no_twist_beyond_the_limits_reaches_the_wheels(v, omega) -> None:
+    system = WheelSpeedCommand(limits=Limits(0.8, 2.0, 1.0, 4.0), wheel_radius=0.05, track=0.32)
+    context = system.CreateDefaultContext()
+    system.GetInputPort("twist_command").FixValue(context, [v, omega])
+    _, _, left, right = system.GetOutputPort("desired_state").Eval(context)
+    driven = 0.025 * (left + right), 0.05 * (right - left) / 0.32
+    assert driven == pytest.approx((min(max(v, -0.8), 0.8), min(max(omega, -2.0), 2.0)))
