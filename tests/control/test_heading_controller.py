@@ -12,13 +12,13 @@ from drake_starnav.control.heading_controller import (
     GRIP_WHILE_BRAKING,
     gripped,
     limited,
-    limited_twist,
-    ramped,
     slides,
     turning_law,
     wrapped_angle,
 )
+from drake_starnav.control.motion import ramped
 from drake_starnav.robot import Limits, RobotParameters
+from tests.helpers.motions import limited_twist
 
 ROBOT = RobotParameters()
 angles = st.floats(-math.pi, math.pi)
