@@ -44,6 +44,7 @@ from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPE
 from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.robot import Limits, RobotParameters
+from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.prediction import HORIZON
 
 SEGMENT = 5
@@ -58,6 +59,9 @@ CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s."""
 
 
+CREEPING_COMFORT = 0.1
+COMFORT_TIME = 2.0
+"""The robot gives way to what creeps at this distance, m, and as far as that comes in this time, s."""
 STANDING_SPACING = 0.1
 """Hits on static objects that are nearer to each other than this, m, are treated as one."""
 
@@ -96,16 +100,27 @@ def manoeuvres(twist: np.ndarray, limits: Limits, aside: np.ndarray | None = Non
 
 
 def around(pose: np.ndarray, path: np.ndarray, tracked: TrackedObstacles, robot: RobotParameters) -> np.ndarray | None:
-    """The velocity towards the next way point, modulated around the tracks that count; None without one."""
+    """The velocity towards the next way point, modulated around the foreseen tracks; None without one."""
     if not len(path):
         return None
     tracks, age, _ = tracked
     ahead = path[0] - pose[:2]
     velocity = robot.max_speed * ahead / max(math.hypot(*ahead), 1e-9)
-    confirmed = tracks.confirmed
-    centers, radii = tracks.at(tracks.time + age)[confirmed], tracks.radius[confirmed] + robot.radius + MOVING_MARGIN
-    aside = moving_modulation(pose[:2], velocity, centers, tracks.velocity[confirmed], radii)
+    foreseen, velocities = tracks.foreseen, tracks.expected_velocity[tracks.foreseen]
+    centers = tracks.position[foreseen] + age * velocities
+    radii = tracks.radius[foreseen] + robot.radius + MOVING_MARGIN
+    aside = moving_modulation(pose[:2], velocity, centers, velocities, radii)
     return aside if math.hypot(*aside) > STANDING_SPEED else None
+
+
+def comfort(tracks: Tracks, guarded: bool) -> np.ndarray:
+    """Foreseen distance from each track below which the robot gives way, shape (n,), m.
+
+    Beside what might start at full speed a robot that is `guarded` could no longer move away.
+    """
+    speed = np.hypot(*tracks.drift.T)
+    slow = np.minimum(CREEPING_COMFORT + COMFORT_TIME * speed, COMFORT)
+    return np.where(tracks.confirmed | guarded, COMFORT, slow)
 
 
 def avoid_collision(
@@ -119,20 +134,22 @@ def avoid_collision(
 
     Args:
         inputs: what the controller is given.
-        tracked: the moving obstacles; confirmed tracks are predicted.
+        tracked: the moving obstacles.
         certificates: that the twist with which a manoeuvre begins must pass.
         actuation: what commands do.
         robot: its size and limits.
     """
     tracks, age, obstacles = tracked
-    if not (tracks.confirmed.any() or len(tracks.standing)):
+    foreseen = tracks.foreseen
+    if not (foreseen.any() or len(tracks.standing)):
         return Avoidance(np.inf, None, np.inf)
     pose, twist, guidance, star = inputs
-    confirmed, limits, path = tracks.confirmed, robot.limits, guidance.path
+    limits, path = robot.limits, guidance.path
     line = np.vstack((pose[:2], path)) if len(path) else np.vstack((pose[:2], pose[:2]))
     known = KnownSpace.of(guidance.regions, star)
     standing = thinned(tracks.standing, pose[:2], HORIZON * robot.max_speed)
-    discs = Discs(tracks.predicted_trajectories[confirmed], tracks.radius[confirmed], standing, age)
+    trajectories, near = tracks.predicted_trajectories[foreseen], comfort(tracks, obstacles.guarded)[foreseen]
+    discs = Discs(trajectories, tracks.radius[foreseen], near, standing, age)
     settings = Settings(
         slowdown=GOAL_SLOWDOWN if guidance.arrives or not len(path) else np.inf,
         radius=robot.radius,

@@ -33,7 +33,8 @@ from drake_starnav.regions.star_region import covers
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4
-"""Predicted distance from a moving obstacle below which the robot gives way, m."""
+"""Predicted distance from a moving obstacle below which the robot gives way, m. From slow ones less is due: distances
+from them count for more, in proportion."""
 STEP = 0.1
 """Time step of the rollout, s."""
 PATH, TWIST, HEADING = range(3)
@@ -60,12 +61,14 @@ class Discs(NamedTuple):
     Attributes:
         trajectories: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
         radius: shape (n,), m.
+        comfort: shape (n,), foreseen distance below which the robot gives way, m: at most COMFORT.
         standing: shape (m, 2), places on static objects that might start, W, m.
         age: of the scan, s.
     """
 
     trajectories: np.ndarray
     radius: np.ndarray
+    comfort: np.ndarray
     standing: np.ndarray
     age: float
 
@@ -171,7 +174,7 @@ def _held(x, y, yaw, v, standing, limits, distance, growth):
 def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a rollout in place by one manoeuvre; it ends early if the robot is touched or reaches a frontier."""
     center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
-    trajectories, radius, standing, age = discs
+    trajectories, radius, comfort, standing, age = discs
     distance = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN
     near = settings.radius + MOVING_MARGIN
     last = len(line) - 1
@@ -206,7 +209,7 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
         for j in range(len(radius)):
             disc_x, disc_y, _, _ = _place(trajectories, j, time)
             away = math.hypot(x - disc_x, y - disc_y) - settings.radius - radius[j]
-            worth = away / (1.0 + UNCERTAINTY * time) if away > 0.0 else away
+            worth = away / (1.0 + UNCERTAINTY * time) * (COMFORT / comfort[j]) if away > 0.0 else away
             row[LEAST] = min(row[LEAST], worth)
             if worth < COMFORT:
                 share = 1.0 - max(worth, 0.0) / COMFORT

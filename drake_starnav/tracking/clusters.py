@@ -5,9 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import STATIC, LaserScan, chord
+from drake_starnav.lidar.laser_scan import LaserScan, chord
 from drake_starnav.tracking.occupancy_history import connected
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
@@ -20,22 +19,32 @@ FIT_PRIOR = 0.05
 """Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
 
 
-def clusters(scan: LaserScan, motion: np.ndarray, parameters: DynamicObstacleParameters) -> list[np.ndarray]:
+def clusters(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, largest: float) -> list[np.ndarray]:
     """Runs of connected hits that may be of one moving obstacle: beam numbers, in order.
 
-    Where two discs touch or overlap, the range has a peak between them: there the run is split.
+    Where two discs touch or overlap, the range has a peak between them: there the run is split. Of a run that is still
+    too wide, the hits that certainly stand are left out.
 
     Args:
         scan: in S.
-        motion: shape (n,), as from `OccupancyHistory.classified`.
-        parameters: max_radius.
+        doubtful: which beams hit what does not certainly stand, shape (n,).
+        may_start: which hit something small enough to move, shape (n,).
+        largest: radius of the largest obstacle that moves, m.
     """
-    first, count = _runs(motion != STATIC, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
-    n = len(motion)
-    whole = [(start + np.arange(length)) % n for start, length in zip(first, count, strict=True)]
-    runs = [part for run in whole for part in _parts(run, scan.distances[run])]
-    widest = 2.0 * parameters.max_radius
-    return [run for run in runs if len(run) >= FEWEST_BEAMS and _chord(scan, run) <= widest]
+    narrow, wide = [], np.zeros(len(doubtful), bool)
+    for run in _split(scan, doubtful | may_start):
+        if _chord(scan, run) <= 2.0 * largest:
+            narrow.append(run)
+        else:
+            wide[run] = True
+    narrow += [run for run in _split(scan, doubtful & wide) if _chord(scan, run) <= 2.0 * largest]
+    return [run for run in narrow if len(run) >= FEWEST_BEAMS]
+
+
+def _split(scan: LaserScan, chosen: np.ndarray) -> list[np.ndarray]:
+    first, count = _runs(chosen, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
+    whole = [(start + np.arange(length)) % len(chosen) for start, length in zip(first, count, strict=True)]
+    return [part for run in whole for part in _parts(run, scan.distances[run])]
 
 
 def _parts(run: np.ndarray, distance: np.ndarray) -> list[np.ndarray]:

@@ -72,10 +72,16 @@ class OccupancyHistory:
         arrays = [_shifted(array, *shift) for array in before]
         return OccupancyHistory(wanted, *arrays)
 
-    def classified(self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters) -> np.ndarray:
-        """What each beam of a scan hit, judged by the earlier scans: STATIC, UNKNOWN or DYNAMIC, shape (n,).
+    def classified(
+        self, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What each beam of a scan hit, judged by the earlier scans.
 
         Beams without a hit, and hits outside the grid, count as static.
+
+        Returns:
+            STATIC, UNKNOWN or DYNAMIC, shape (n,), and which beams hit what has come here, shape (n,), bool: what is
+            DYNAMIC, and what stands by now, or creeps.
 
         Args:
             scan: the latest, in S.
@@ -89,10 +95,9 @@ class OccupancyHistory:
         )  # fmt: skip
         widest = 2.0 * parameters.max_radius
         static = _on_static_surface(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
-        dynamic = freed & ~stands
-        dynamic &= np.roll(dynamic, 1) | np.roll(dynamic, -1)
+        dynamic, came = _in_pairs(freed & ~stands), _in_pairs(freed)
         unknown = scan.hits & ~stands & (freed | ~static)
-        return np.where(dynamic, DYNAMIC, np.where(unknown, UNKNOWN, STATIC))
+        return np.where(dynamic, DYNAMIC, np.where(unknown, UNKNOWN, STATIC)), came
 
     def may_start(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> np.ndarray:
         """Which hits are on objects that could move, whether or not they do, shape (n,), bool.
@@ -120,6 +125,11 @@ class OccupancyHistory:
             np.where(scan.lost, 0.0, scan.distances), scan.hits, large, scan.full_circle, scan.time,
         )  # fmt: skip
         return OccupancyHistory(grid.first, *arrays)
+
+
+def _in_pairs(beams: np.ndarray) -> np.ndarray:
+    """Which of some beams have a neighbour among them, shape (n,), bool."""
+    return beams & (np.roll(beams, 1) | np.roll(beams, -1))
 
 
 def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.tracking.kalman_tracks import Tracks, updated
+from drake_starnav.tracking.kalman_tracks import Beams, Tracks, updated
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import on_large_surfaces
@@ -53,18 +53,10 @@ def track(
     if scan.time_increment and before.grid is not None:
         scan = deskewed(scan, before.pose, before.scan.time, pose)
     grid = before.grid or OccupancyHistory.about(pose[:2])
-    motion = grid.classified(scan, pose, parameters)
+    motion, came = grid.classified(scan, pose, parameters)
     large = on_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
-    may_start = grid.may_start(scan, pose, large) & parameters.guarded
+    may_start = grid.may_start(scan, pose, large)
     walls = np.vstack((grid.walls(scan.time), scan.points_at(scan.distances, scan.hits & (motion == STATIC), pose)))
-    tracks = updated(before.tracks, scan, motion, may_start, pose, parameters, walls)
-    reported = motion.copy()
-    reported[np.flatnonzero(motion != STATIC)[(tracks.owner >= 0) & _confirmed(tracks)]] = DYNAMIC
-    return Tracked(
-        grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, dataclasses.replace(scan, motion=reported), pose
-    )
-
-
-def _confirmed(tracks: Tracks) -> np.ndarray:
-    """Which of the hits belong to tracks that count."""
-    return tracks.confirmed[tracks.owner] if len(tracks) else np.zeros(len(tracks.owner), bool)
+    tracks, reported = updated(before.tracks, scan, Beams(motion, came, may_start), pose, parameters, walls)
+    scan = dataclasses.replace(scan, motion=reported)
+    return Tracked(grid.updated(scan, pose, large & (motion != DYNAMIC)), tracks, scan, pose)

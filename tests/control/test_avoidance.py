@@ -43,6 +43,9 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
         seen=np.zeros(1),
         motion=np.ones(1),
         pace=np.hypot(*moving.T),
+        since=np.zeros(1),
+        drift=moving,
+        swing=np.zeros(1),
         hits=place + RADIUS * np.column_stack((np.cos(angle), np.sin(angle))),
         owner=np.zeros(40, np.int64),
         predicted_trajectories=predicted_trajectories(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.control.avoidance_rollout import (
+    COMFORT,
     CONTACT_COST,
     ENDED,
     HEADING,
@@ -50,7 +51,7 @@ def known() -> KnownSpace:
 def discs(*places: tuple[float, float]) -> Discs:
     """Discs of 0.3 m that stay where they are."""
     trajectories = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
-    return Discs(trajectories, np.full(len(places), 0.3), np.zeros((0, 2)), 0.0)
+    return Discs(trajectories, np.full(len(places), 0.3), np.full(len(places), COMFORT), np.zeros((0, 2)), 0.0)
 
 
 def begun(v: float = 0.0) -> np.ndarray:

@@ -8,11 +8,11 @@ import pytest
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.clusters import clusters, first_disc, fitted_center, fitted_radius
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
-OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
+LARGEST = 0.6
+"""Radius of the largest obstacle that moves, m."""
 
 
 def seen(*discs: tuple[float, float, float]) -> tuple[LaserScan, np.ndarray, np.ndarray]:
@@ -23,30 +23,47 @@ def seen(*discs: tuple[float, float, float]) -> tuple[LaserScan, np.ndarray, np.
     return scan, np.where(near, DYNAMIC, STATIC), points
 
 
+def moving_clusters(scan: LaserScan, motion: np.ndarray) -> list[np.ndarray]:
+    return clusters(scan, motion != STATIC, np.zeros(len(motion), bool), LARGEST)
+
+
 @pytest.mark.parametrize("bearing", np.linspace(-math.pi, math.pi, 7))
 def test_a_disc_is_one_cluster_wherever_the_scan_begins(bearing: float) -> None:
     disc = (2.0 * math.cos(bearing), 2.0 * math.sin(bearing), 0.3)
     scan, motion, points = seen(disc)
-    (run,) = clusters(scan, motion, OBSTACLES)
+    (run,) = moving_clusters(scan, motion)
     assert set(run) == set(np.flatnonzero(motion == DYNAMIC))
-    x, y, radius, whole = first_disc(scan, run, points[run], np.zeros(2), OBSTACLES.max_radius)
+    x, y, radius, whole = first_disc(scan, run, points[run], np.zeros(2), LARGEST)
     assert whole
     np.testing.assert_allclose((x, y, radius), disc, atol=0.03)
 
 
 def test_discs_that_touch_are_parted_and_one_behind_another_is_half_hidden() -> None:
     scan, motion, points = seen((2.0, -0.28, 0.3), (2.0, 0.3, 0.3))
-    assert len(clusters(scan, motion, OBSTACLES)) == 2
+    assert len(moving_clusters(scan, motion)) == 2
     scan, motion, points = seen((1.5, 0.0, 0.3), (2.5, 0.5, 0.3))
-    whole = [first_disc(scan, run, points[run], np.zeros(2), 0.6)[3] for run in clusters(scan, motion, OBSTACLES)]
+    whole = [first_disc(scan, run, points[run], np.zeros(2), 0.6)[3] for run in moving_clusters(scan, motion)]
     assert sorted(whole) == [False, True]
 
 
 def test_what_is_too_wide_or_a_single_beam_is_no_cluster() -> None:
     scan, motion, _ = seen((2.5, 0.0, 0.9))
-    assert clusters(scan, motion, OBSTACLES) == []
+    assert moving_clusters(scan, motion) == []
     lonely = np.where(np.arange(len(motion)) == 100, DYNAMIC, STATIC)
-    assert clusters(scan, lonely, OBSTACLES) == []
+    assert moving_clusters(scan, lonely) == []
+
+
+def test_what_stands_and_may_start_is_a_cluster_but_parts_from_what_moves_if_both_are_too_wide() -> None:
+    person, column = (2.0, -0.3, 0.25), (2.0, 0.33, 0.35)
+    scan, motion, points = seen(person, column)
+    small, moves = motion != STATIC, np.hypot(*(points - person[:2]).T) < 0.25 + 1e-6
+    both = clusters(scan, moves, small, LARGEST)
+    assert {frozenset(run) for run in both} == {
+        frozenset(np.flatnonzero(moves)),
+        frozenset(np.flatnonzero(small & ~moves)),
+    }
+    narrow = clusters(scan, moves, small & ~moves, 0.3)
+    assert [set(run) for run in narrow] == [set(np.flatnonzero(moves))]
 
 
 def test_the_centre_is_found_from_a_part_of_the_rim() -> None:
@@ -66,5 +83,5 @@ def test_a_disc_with_sides_out_of_range_is_not_whole() -> None:
     scan, motion, points = seen((2.0, 2.0, 0.3))
     clipped = dataclasses.replace(scan, range_max=2.7, ranges=np.where(scan.ranges < 2.7, scan.ranges, np.inf))
     for lidar, expected in ((scan, True), (clipped, False)):
-        (run,) = clusters(lidar, motion, OBSTACLES)
+        (run,) = moving_clusters(lidar, motion)
         assert first_disc(lidar, run, points[run], np.zeros(2), 0.6)[3] == expected

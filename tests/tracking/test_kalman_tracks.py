@@ -151,3 +151,43 @@ def test_a_track_moves_on_evenly() -> None:
     tracks = known.tracks
     np.testing.assert_allclose(tracks.at(time + 0.4), tracks.position + 0.4 * tracks.velocity)
     np.testing.assert_allclose(tracks.at(time), tracks.predicted_trajectories[:, 0])
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    seed=seeds,
+    speed=st.floats(0.02, 0.2),
+    heading=st.floats(-math.pi, math.pi),
+    radius=st.floats(0.15, 0.5),
+    towards=st.sampled_from([0.0, 0.5]),
+)
+def test_what_creeps_is_foreseen_before_the_robot_is_there(seed, speed, heading, radius, towards) -> None:
+    """Also where single hits cannot be told from those of what stands, for a robot that drives up to it."""
+    velocity = speed * np.array((math.cos(heading), math.sin(heading)))
+    scene = Scene(hall(half=4.5), (radius,), straight((2.8, 0.0), tuple(velocity)))
+    for duration in (2.5, 3.0, 3.5):
+        known, time = tracked(scene, duration, twist=(towards, 0.0), seed=seed)
+        (k,) = np.flatnonzero(known.tracks.foreseen)
+        assert math.dist(known.tracks.position[k], scene.at(time)[0]) < 0.1
+        assert known.tracks.confirmed[k] or math.dist(known.tracks.expected_velocity[k], velocity) < 0.012
+        points = known.scan.points_at(known.scan.distances, np.ones(360, bool), np.array((towards * time, 0.0, 0.0)))
+        own = np.hypot(*(points - scene.at(time)[0]).T) < radius + 0.04
+        assert known.tracks.confirmed[k] or not known.scan.lasting[own].any()  # it leaves no trace in the map
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=seeds, turning=st.floats(-0.5, 0.5))
+def test_what_stands_does_not_creep(seed: int, turning: float) -> None:
+    rng = np.random.default_rng(seed)
+    angles = np.arange(4) * 1.5 + rng.uniform(0.0, 0.3, 4)
+    columns = [(*(rng.uniform(1.2, 2.5) * np.array((math.cos(a), math.sin(a)))), rng.uniform(0.1, 0.5)) for a in angles]
+    scene = Scene(hall(*columns), (), lambda t: np.zeros((0, 2)))
+    for duration in (2.0, 3.0, 4.0):
+        known, _ = tracked(scene, duration, twist=(0.15, turning), seed=seed)
+        assert not known.tracks.foreseen.any()
+
+
+def test_what_came_and_stands_is_foreseen_no_longer() -> None:
+    scene = Scene(hall(), (0.3,), lambda t: np.array(((1.5, max(1.0 - 0.5 * t, 0.0)),)))
+    assert tracked(scene, 1.5)[0].tracks.foreseen.sum() == 1
+    assert tracked(scene, 12.0)[0].tracks.foreseen.sum() == 0

@@ -29,7 +29,7 @@ def test_in_a_static_world_hardly_a_beam_moves_for_a_moving_robot_with_noise(see
     shares = []
     for k in range(60):
         scan = world.scan(k * PERIOD, pose, rng)
-        shares.append(float(np.mean(grid.classified(scan, pose, OBSTACLES) == DYNAMIC)))
+        shares.append(float(np.mean(grid.classified(scan, pose, OBSTACLES)[0] == DYNAMIC)))
         grid = grid.updated(scan, pose, NOTHING)
         pose = moved(pose, twist, PERIOD)
     assert np.mean(shares) < 1e-3
@@ -42,12 +42,12 @@ def test_what_stays_is_known_after_a_while_and_a_wall_at_once() -> None:
     column = np.abs(scene.scan(0.0, pose).bearings) < math.asin(0.2 / 1.5)
     for k in range(math.ceil(STANDING_AFTER / PERIOD) + 1):
         scan = scene.scan(k * PERIOD, pose)
-        motion = grid.classified(scan, pose, OBSTACLES)
+        motion = grid.classified(scan, pose, OBSTACLES)[0]
         assert (motion[~column] == STATIC).all()
         if k * PERIOD < STANDING_AFTER:
             assert (motion[column & scan.hits] == UNKNOWN).all()
         grid = grid.updated(scan, pose, NOTHING)
-    assert (grid.classified(scene.scan((k + 1) * PERIOD, pose), pose, OBSTACLES) == STATIC).all()
+    assert (grid.classified(scene.scan((k + 1) * PERIOD, pose), pose, OBSTACLES)[0] == STATIC).all()
 
 
 def looks(
@@ -58,7 +58,7 @@ def looks(
     for time in PERIOD * np.arange(count):
         pose = np.array(pose_at(time))
         scan = scene.scan(time, pose)
-        motion = grid.classified(scan, pose, OBSTACLES)
+        motion = grid.classified(scan, pose, OBSTACLES)[0]
         yield time, scan.points_at(scan.distances, np.ones(len(motion), bool), pose), motion
         grid = grid.updated(scan, pose, NOTHING)
 
@@ -88,9 +88,9 @@ def test_the_grid_follows_the_robot_and_forgets_nothing_near() -> None:
     scan = scene.scan(3.0, pose)
     near = scan.distances < 3.0
     np.testing.assert_array_equal(
-        followed.classified(scan, pose, OBSTACLES)[near], grid.classified(scan, pose, OBSTACLES)[near]
+        followed.classified(scan, pose, OBSTACLES)[0][near], grid.classified(scan, pose, OBSTACLES)[0][near]
     )
-    assert (followed.classified(scan, pose, OBSTACLES)[near] == STATIC).mean() > 0.9
+    assert (followed.classified(scan, pose, OBSTACLES)[0][near] == STATIC).mean() > 0.9
 
 
 def test_an_update_leaves_the_grid_before_it_alone() -> None:
