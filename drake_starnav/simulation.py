@@ -64,7 +64,8 @@ class Trial:
 
     Attributes:
         outcome: reached, collision, struck (by a moving obstacle, while the robot stood), unreachable, blocked (out of
-            time while the robot stood still, or had never moved) or timeout.
+            time while the robot stood still, or had never moved), timeout or, instead of these three, occupied (in the
+            end a moving obstacle covered all places within the goal's tolerance).
         contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
         blocked_s: when the planner first reported that the robot stood still, to a second; None if it never did.
         blocked_by: why, as its port `blocked_by` said then.
@@ -347,6 +348,8 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
     if outcome == TIMEOUT and (length < NEVER_MOVED or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"
+    if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run.elapsed, scenario):
+        outcome = "occupied"
     samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
     motion = motion_metrics(
         samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=radius
@@ -370,6 +373,12 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
         "state_hash": run.state_hash,
         "path": simplified(path, PATH_TOLERANCE).round(3).tolist(),
     }
+
+
+def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:
+    """Whether a robot that is within the tolerance of the world's goal would touch a moving obstacle at a time, s."""
+    clearance_there = moving_obstacle_clearance(world.moving_obstacles, np.array([world.goal]), np.array([time]))
+    return bool(clearance_there[0] + scenario.simulation.goal_tolerance < scenario.robot.radius)
 
 
 def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:

@@ -21,6 +21,7 @@ from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import World, make_world
+from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from tests.helpers.head_on import head_on
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
@@ -221,6 +222,16 @@ def test_a_robot_that_never_moves_says_why_within_seconds(cylinders: list, lidar
     assert trial.blocked_s is not None and trial.blocked_s <= 5.0
     assert trial.blocked_by is not None and trial.blocked_by.startswith(reason)
     json.dumps(trial_record(trial), allow_nan=False)
+
+
+@pytest.mark.parametrize(("beside", "outcome"), [(0.0, "occupied"), (0.24, "occupied"), (0.27, "timeout")])
+def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, outcome: str) -> None:
+    """Within the tolerance of 0.3 m, a robot of 0.25 m would touch a disc of 0.3 m up to 0.25 m beside the goal."""
+    stands = np.array([(0.0, 3.0 + beside, 0.0), (100.0, 3.0 + beside, 0.0)])
+    parked = MovingObstacles(np.array([0.3]), (stands,))
+    world = World("parked", (0, 0, 0), (3, 0), bounds=(-1, -2, 6, 2), timeout=1.0, moving_obstacles=parked)
+    scenario = parse_scenario("world: !Room {}\nobstacles: {max_speed: 0.5}", name="parked")
+    assert run_trial(scenario, world=world).outcome == outcome
 
 
 def test_collision_is_noticed() -> None:
