@@ -3,22 +3,21 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.lidar.beams import DYNAMIC as DYNAMIC
+from drake_starnav.lidar.beams import LARGEST_UNSEEN as LARGEST_UNSEEN
+from drake_starnav.lidar.beams import STATIC as STATIC
+from drake_starnav.lidar.beams import UNKNOWN as UNKNOWN
+from drake_starnav.lidar.beams import Beams, classified
 from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView
 from drake_starnav.utils.snapshot import snapshot
 
-LARGEST_UNSEEN = 0.25
-"""Between two beams with information, an obstacle of this width is assumed wherever the gap would hide it, m."""
-STATIC, UNKNOWN, DYNAMIC = 0, 1, 2
-"""What is known about the motion of the obstacle that a beam hit."""
 NOT_TRACKED = np.zeros(0, np.int8)
-CLASSIFIED = ("distances", "hits", "moving", "lost", "silent", "lasting", "complete")
 _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time")
 
 
@@ -44,29 +43,8 @@ class LaserScan:
         lost_beams: whether ranges may be NaN.
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
-        full_circle: whether the last beam's neighbour is the first one.
-        view: what compiled loops need to know of the beams: directions, range_max, angle_increment and `seam`, the
-            angle from the last beam on to the first, infinite if they are no neighbours.
-        distances: ranges as plain distances, shape (n,), m: no return is `range_max`, too close is 0. A lost beam is
-            bounded by its neighbours. It counts as free up to the shorter of the beams on both sides of the run of lost
-            beams, and no farther than where an obstacle of width LARGEST_UNSEEN fits between these two.
-        hits: beams that hit a static or possibly moving obstacle, shape (n,), bool; includes -inf (too close), not NaN.
-        moving: beams on a moving obstacle, shape (n,), bool.
-        lost: beams without a measurement (NaN), shape (n,), bool.
-        silent: beams without information about static obstacles: lost, or on a moving obstacle; shape (n,), bool.
-        lasting: beams to be remembered: neither lost nor on a moving or possibly moving obstacle; shape (n,), bool.
-        complete: whether no beam is lost.
 
-    How a beam is classified, by where it ended:
-
-    ```
-                                      hits  moving  lost  silent  lasting
-    static obstacle (STATIC)            x                             x
-    possibly moving one (UNKNOWN)      x
-    moving obstacle (DYNAMIC)                   x              x
-    no return (+inf)                                                 x
-    no measurement (NaN)                              x      x
-    ```
+    What follows from these is in `beams`.
     """
 
     time: float
@@ -79,15 +57,6 @@ class LaserScan:
     scan_time: float = 0.0
     lost_beams: bool = False
     motion: np.ndarray | None = None
-    full_circle: bool = field(init=False, repr=False)
-    view: tuple[np.ndarray, float, float, float] = field(init=False, repr=False)
-    distances: np.ndarray = field(init=False, repr=False)
-    hits: np.ndarray = field(init=False, repr=False)
-    moving: np.ndarray = field(init=False, repr=False)
-    lost: np.ndarray = field(init=False, repr=False)
-    silent: np.ndarray = field(init=False, repr=False)
-    lasting: np.ndarray = field(init=False, repr=False)
-    complete: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=float)
@@ -111,42 +80,22 @@ class LaserScan:
             )
         if self.angle_increment < 0.0:
             ranges = ranges[::-1].copy()
-            vars(self).update(
-                angle_min=self.angle_min + span,
-                angle_increment=-self.angle_increment,
-                time_increment=-self.time_increment,
-                motion=None if self.motion is None else np.asarray(self.motion)[::-1],
-            )
+            turned = {
+                "angle_min": self.angle_min + span,
+                "angle_increment": -self.angle_increment,
+                "time_increment": -self.time_increment,
+                "motion": None if self.motion is None else np.asarray(self.motion)[::-1],
+            }
+            for name, value in turned.items():
+                object.__setattr__(self, name, value)
         ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)
-        seam = self.field_of_view.seam
-        view = self.directions, self.range_max, self.angle_increment, seam
-        vars(self).update(full_circle=seam < math.inf, view=view)
-        self._classify()
-        if not self.lost_beams and not self.complete:
-            bad = np.flatnonzero(self.lost)
+        if not self.lost_beams and np.isnan(ranges).any():
+            bad = np.flatnonzero(np.isnan(ranges))
             raise StarnavError(
                 f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
                 "allowed: metres, +inf (no return), -inf (too close), and NaN (lost) only with lost_beams=True"
             )
-
-    def _classify(self) -> None:
-        motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
-        beams = _classified(self.ranges, motion, *self.view[1:])
-        vars(self).update(zip(CLASSIFIED, beams, strict=True))
-
-    def measured_at(self, time: float, ranges: np.ndarray) -> "LaserScan":
-        """The next scan of the same sensor, which may lose beams: what does not change is not checked again.
-
-        Args:
-            time: of the measurement, s.
-            ranges: shape (n,), m; not to be changed afterwards.
-        """
-        scan = object.__new__(LaserScan)
-        ranges.flags.writeable = False
-        vars(scan).update(vars(self), time=time, ranges=ranges, lost_beams=True, motion=None)
-        scan._classify()
-        return scan
 
     def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.
@@ -176,6 +125,53 @@ class LaserScan:
     def angle_max(self) -> float:
         """Bearing of the last beam, rad."""
         return self.field_of_view.angle_max
+
+    @cached_property
+    def beams(self) -> Beams:
+        """What follows from the ranges, derived when it is first asked for."""
+        motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
+        view = self.range_max, self.angle_increment, self.field_of_view.seam
+        return Beams(self.directions, *view, *classified(self.ranges, motion, *view))
+
+    @property
+    def full_circle(self) -> bool:
+        """Whether the last beam's neighbour is the first one."""
+        return self.beams.seam < math.inf
+
+    @property
+    def distances(self) -> np.ndarray:
+        """As in `Beams`, shape (n,), m."""
+        return self.beams.distances
+
+    @property
+    def hits(self) -> np.ndarray:
+        """As in `Beams`, shape (n,), bool."""
+        return self.beams.hits
+
+    @property
+    def moving(self) -> np.ndarray:
+        """As in `Beams`, shape (n,), bool."""
+        return self.beams.moving
+
+    @property
+    def lost(self) -> np.ndarray:
+        """As in `Beams`, shape (n,), bool."""
+        return self.beams.lost
+
+    @property
+    def silent(self) -> np.ndarray:
+        """As in `Beams`, shape (n,), bool."""
+        return self.beams.silent
+
+    @property
+    def lasting(self) -> np.ndarray:
+        """As in `Beams`, shape (n,), bool."""
+        return self.beams.lasting
+
+    @property
+    def complete(self) -> bool:
+        """Whether no beam is lost."""
+        return self.beams.complete
 
     @property
     def bearings(self) -> np.ndarray:
@@ -235,59 +231,6 @@ def chord(a, b, angle):
 def third_side(a, b, cosine):
     """The chord of two beams from the cosine of the angle between them, m."""
     return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
-
-
-@njit(cache=True)
-def _classified(ranges, motion, range_max, increment, seam):
-    """The attributes CLASSIFIED of a scan; without motion, everything is static."""
-    n = len(ranges)
-    distance = np.empty(n)
-    hits, moving, lost = np.empty(n, np.bool_), np.zeros(n, np.bool_), np.empty(n, np.bool_)
-    silent, lasting = np.empty(n, np.bool_), np.empty(n, np.bool_)
-    complete = True
-    for i in range(n):
-        if len(motion):
-            moving[i] = motion[i] == DYNAMIC
-        lost[i] = math.isnan(ranges[i])
-        hits[i] = ranges[i] < range_max and not moving[i]  # never if lost
-        silent[i] = lost[i] or moving[i]
-        lasting[i] = not lost[i] and (len(motion) == 0 or motion[i] == STATIC)
-        distance[i] = min(max(ranges[i], 0.0), range_max)
-        if lost[i]:
-            complete = False
-            distance[i] = math.nan
-    if not complete:
-        distance = _bounded(distance, range_max, increment, seam)
-    return distance, hits, moving, lost, silent, lasting, complete
-
-
-@njit(cache=True)
-def _bounded(distance, range_max, increment, seam):
-    """The distances with those of lost beams (NaN) bounded by the beams on both sides."""
-    n = len(distance)
-    wrap = seam < np.inf
-    out = distance.copy()
-    for i in range(n):
-        if not math.isnan(distance[i]):
-            continue
-        bound, steps, beyond = range_max, 0, 0.0
-        sides = 0
-        for side in (-1, 1):
-            for k in range(1, n):
-                j = i + side * k
-                if not wrap and not 0 <= j < n:
-                    break
-                if not math.isnan(distance[j % n]):
-                    bound = min(bound, distance[j % n])
-                    steps += k
-                    beyond += 0.0 if 0 <= j < n else seam - increment
-                    sides += 1
-                    break
-        if sides == 0:
-            out[i] = 0.0
-        else:
-            out[i] = min(bound, LARGEST_UNSEEN / (steps * increment + beyond))
-    return out
 
 
 @njit(cache=True)

@@ -63,8 +63,8 @@ def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> Pl
         state.next_segment if state.status is PlannerStatus.EXPLORING else NO_PATH,
     )
     here = region.center, region.bearing_0, region.boundary.values
-    beams = scan.distances, scan.lasting, scan.view, place, now.parameters.smoothing_slack
-    return PlanCheck(*_checked(x, y, driven, plan, here, state.roadmap.union, beams, now.robot_radius))
+    seen = scan.beams, place, now.parameters.smoothing_slack
+    return PlanCheck(*_checked(x, y, driven, plan, here, state.roadmap.union, seen, now.robot_radius))
 
 
 def points_ahead(points: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
@@ -78,7 +78,7 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @njit(cache=True)
-def _checked(x, y, driven, plan, here, union, beams, robot_radius):
+def _checked(x, y, driven, plan, here, union, seen, robot_radius):
     """The loop of `check_plan`: the fields of a `PlanCheck`."""
     path, probe, optimistic, segment = plan
     center, bearing_0, values = here
@@ -91,7 +91,7 @@ def _checked(x, y, driven, plan, here, union, beams, robot_radius):
     passed = passed_points(x, y, path, union)
     strayed = newest_cover(union, x, y) >= 0 and not in_sight(union, x, y, path[passed, 0], path[passed, 1])
     ahead = _last_ahead(segment, x, y, center, bearing_0, values) if passed == len(path) - 1 else -1
-    return sees_probe, outside, _obstructs(optimistic, beams, robot_radius), passed, strayed, ahead
+    return sees_probe, outside, _obstructs(optimistic, seen, robot_radius), passed, strayed, ahead
 
 
 @njit(cache=True)
@@ -107,15 +107,12 @@ def passed_points(x, y, path, regions):
 
 
 @njit(cache=True)
-def _obstructs(optimistic, beams, robot_radius):
+def _obstructs(optimistic, seen, robot_radius):
     """Whether a scan blocks an optimistic path, as its `impassable_points` do."""
     if len(optimistic) < 2:  # there is nothing beyond the probe
         return False
-    measured, lasting, view, place, slack = beams
-    directions, range_max, _, seam = view
-    wrap = seam < np.inf
-    smoothed = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, wrap)
-    points = bridged_ends(directions, smoothed, lasting, place, range_max, wrap, 2.0 * robot_radius)
+    beams, place, slack = seen
+    points = bridged_ends(beams, moving_average(beams, SMOOTHING_BEAMS, slack), place, 2.0 * robot_radius)
     return is_obstructed(optimistic, points, robot_radius)
 
 

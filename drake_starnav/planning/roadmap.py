@@ -176,7 +176,7 @@ def impassable_points(
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
-    `LaserScan.lasting` count.
+    `Beams.lasting` count.
 
     Args:
         scan: in S.
@@ -189,10 +189,8 @@ def impassable_points(
 
 def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
     """As `impassable_points`, of smoothed ranges, shape (n,), m."""
-    directions, range_max, _, _ = scan.view
     x, y, yaw = pose
-    place = x, y, math.cos(yaw), math.sin(yaw)
-    return bridged_ends(directions, distance, scan.lasting, place, range_max, scan.full_circle, 2.0 * robot_radius)
+    return bridged_ends(scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
@@ -345,11 +343,12 @@ def _edges_of_last(center, bearing_0, values, reach):
 
 
 @njit(cache=True)
-def bridged_ends(directions, distance, lasting, place, range_max, wrap, diameter):
-    """The loop of `bridged_points`."""
+def bridged_ends(beams, distance, place, diameter):
+    """The loop of `bridged_points`: of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
     x, y, cosine, sine = place
-    points = placed_ends(directions, distance, lasting, x, y, cosine, sine)
-    return _impassable(points, distance[lasting] < range_max, wrap, diameter) if len(points) else points
+    points = placed_ends(beams.directions, distance, beams.lasting, x, y, cosine, sine)
+    hit = distance[beams.lasting] < beams.range_max
+    return _impassable(points, hit, beams.seam < np.inf, diameter) if len(points) else points
 
 
 @njit(cache=True)

@@ -37,13 +37,12 @@ def half_gaps(scan: LaserScan, distance: np.ndarray) -> np.ndarray:
     connected hits, so that no slit is left between consecutive beams. Beams that carry no information about static
     obstacles are skipped.
     """
-    return half_chords(distance, scan.silent, *scan.view[1:])
+    return half_chords(distance, scan.beams)
 
 
 def scan_hits(scan: LaserScan, distance: np.ndarray, half_gap: np.ndarray, samples: int) -> BearingHits:
     """The scan's hits on a bearing grid whose sample 0 is the first beam; moving obstacles are left out."""
-    view = scan.range_max, scan.angle_increment, samples
-    return BearingHits(*beams_to_bearings(distance, half_gap, scan.moving, *view))
+    return BearingHits(*beams_to_bearings(distance, half_gap, scan.beams, samples))
 
 
 def point_hits(
@@ -63,9 +62,10 @@ def point_hits(
 
 
 @njit(cache=True)
-def half_chords(distance, silent, range_max, increment, seam):
-    """The loop of `half_gaps`; `seam` as in `LaserScan.view`."""
-    n = len(distance)
+def half_chords(distance, beams):
+    """The loop of `half_gaps`: of distances, shape (n,), m, along some `Beams`."""
+    n, silent = len(distance), beams.silent
+    range_max, increment, seam = beams.range_max, beams.increment, beams.seam
     out = np.zeros(n)
     neighbouring = math.cos(increment)
     for i in range(n):
@@ -88,8 +88,9 @@ def half_chords(distance, silent, range_max, increment, seam):
 
 
 @njit(cache=True)
-def beams_to_bearings(beam_distance, beam_gap, moving, range_max, increment, samples):
-    """The loop of `scan_hits`."""
+def beams_to_bearings(beam_distance, beam_gap, beams, samples):
+    """The loop of `scan_hits`: the fields of `BearingHits` from distances and half gaps along some `Beams`."""
+    moving, range_max, increment = beams.moving, beams.range_max, beams.increment
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)

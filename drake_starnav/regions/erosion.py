@@ -48,7 +48,7 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    return moving_average(scan.distances, scan.range_max, beams, slack, scan.full_circle)
+    return moving_average(scan.beams, beams, slack)
 
 
 def bearing_count(scan: LaserScan) -> int:
@@ -84,7 +84,7 @@ def sight_limit(scan: LaserScan, limit: np.ndarray, radius: float) -> np.ndarray
 
     Such hits are not eroded: the obstacle will have left, and until then obstacle avoidance keeps clear of it.
     """
-    return within_sight(limit, scan.distances, scan.moving, radius, *scan.view[2:])
+    return within_sight(limit, scan.beams, radius)
 
 
 def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndarray:
@@ -117,9 +117,8 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters:
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
     margins = parameters.margin, parameters.least_margin
-    beams = distance, scan.distances, scan.silent, scan.moving
     tables = bearing_tables(bearing_count(scan))
-    return FreeRange(*disc_range(beams, scan.view, field_of_view(scan), radius, margins, tables))
+    return FreeRange(*disc_range(scan.beams, distance, field_of_view(scan), radius, margins, tables))
 
 
 @lru_cache(maxsize=16)
@@ -130,17 +129,25 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def disc_range(beams, view, field, radius, margins, tables):
-    """The loop of `free_range`: the fields of a `FreeRange`."""
-    distance, measured, silent, moving = beams
-    _, range_max, increment, seam = view
+def disc_range(beams, distance, view, radius, margins, tables):
+    """The loop of `free_range`: the fields of a `FreeRange`.
+
+    Args:
+        beams: of the scan.
+        distance: their smoothed distances, shape (n,), m.
+        view: as of `field_of_view`.
+        radius: of the robot, m.
+        margins: margin and least margin, m.
+        tables: as of `bearing_tables`.
+    """
+    range_max = beams.range_max
     margin, least = margins
     cosine, squares = tables
     samples, inflated = len(cosine), radius + margin
-    gap = half_chords(distance, silent, range_max, increment, seam)
-    hits = beams_to_bearings(distance, gap, moving, range_max, increment, samples)
-    limit = bearing_limit(samples, field[0], field[1], max(range_max - inflated, 0.0))
-    sight = within_sight(limit, measured, moving, inflated, increment, seam)
+    gap = half_chords(distance, beams)
+    hits = beams_to_bearings(distance, gap, beams, samples)
+    limit = bearing_limit(samples, view[0], view[1], max(range_max - inflated, 0.0))
+    sight = within_sight(limit, beams, inflated)
     free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
     if least >= margin or free.min() >= SHUT:
         return free, limit, margin
@@ -168,8 +175,9 @@ def bearing_limit(samples, first, last, most):
 
 
 @njit(cache=True)
-def moving_average(distance, range_max, half_width, slack, wrap):
-    """The loop of `smoothed_distances`."""
+def moving_average(beams, half_width, slack):
+    """The loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
+    distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
     jump, limit = SMOOTHING_JUMP + slack, SMOOTHING_LIMIT + slack
     out = distance.copy()
@@ -196,8 +204,9 @@ def moving_average(distance, range_max, half_width, slack, wrap):
 
 
 @njit(cache=True)
-def within_sight(limit, distance, moving, radius, increment, seam):
+def within_sight(limit, beams, radius):
     """The loop of `sight_limit`: a moving obstacle occludes from the beam before to the beam after each that hit it."""
+    distance, moving, increment, seam = beams.distances, beams.moving, beams.increment, beams.seam
     samples, count = len(limit), len(distance)
     wrap = seam < np.inf
     out = limit.copy()
@@ -218,7 +227,7 @@ def within_sight(limit, distance, moving, radius, increment, seam):
 
 @njit(cache=True)
 def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
-    """The loop of `eroded_range`."""
+    """The loop of `eroded_range`, with the fields of `BearingHits` and of `bearing_tables`."""
     samples = len(distance)
     quarter = samples // 4  # no disc covers more than a quarter turn to either side
     reach = quarter + 1

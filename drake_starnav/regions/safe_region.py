@@ -114,14 +114,12 @@ def safety_star(
     far, count = min(kept[0], scan.range_max), kept[1]
     forgotten = max(len(memory.counts) + 1 - max(count, 1), 0)
     first = sum(memory.counts[:forgotten])
-    beams = scan.distances, distance, scan.hits, scan.moving, scan.lost, scan.silent
     bearings = float(pose[2]) + scan.angle_min, *field_of_view(scan, BLIND_SIDE)
     place = float(pose[0]), float(pose[1]), math.cos(pose[2]), math.sin(pose[2])
     points, gaps, hits, hit_gaps, values, near = _safety_star(
         (memory.points, memory.half_gaps, first, scan.distances if measured is None else measured, far),
-        beams,
-        scan.complete,
-        scan.view,
+        scan.beams,
+        distance,
         place,
         bearings,
         bearing_tables(bearing_count(scan)),
@@ -135,39 +133,47 @@ def safety_star(
 
 
 @njit(cache=True)
-def _safety_star(known, beams, complete, view, place, bearings, tables, radius, reach):
-    """The memory's points and half gaps with the scan; the star's hits, half gaps and values, and the near hits."""
-    measured, distance, beam_hits, moving, lost, silent = beams
-    directions, range_max, increment, seam = view
+def _safety_star(known, beams, distance, place, bearings, tables, radius, reach):
+    """The memory's points and half gaps with the scan; the star's hits, half gaps and values, and the near hits.
+
+    Args:
+        known: points and half gaps of the memory, the first that is kept, distances to remember, and how far, m.
+        beams: of the latest scan.
+        distance: their smoothed distances, shape (n,), m.
+        place: x, y, m, and cosine and sine of the yaw of the sensor.
+        bearings: that of sample 0 in W, and the first and the last within the view from it on, rad.
+        tables: as of `bearing_tables`.
+        radius, reach: as of `safety_star`, m.
+    """
+    measured, range_max, directions = beams.distances, beams.range_max, beams.directions
     x, y, cosine, sine = place
     bearing_0, first, last = bearings
     cosines, squares = tables
-    points, gaps = _remembered(known, beam_hits, silent, view, place)
+    points, gaps = _remembered(known, beams, place)
     hits, hit_gaps = points, gaps
-    if not complete:  # space behind lost beams of the latest scan is not certified
-        bounded = lost & (measured < range_max)
+    if not beams.complete:  # space behind lost beams of the latest scan is not certified
+        bounded = beams.lost & (measured < range_max)
         edge = placed_ends(directions, np.maximum(measured, NEAREST), bounded, x, y, cosine, sine)
         hits, hit_gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     within = reach + radius + CONNECTED_CHORD  # farther hits restrict nothing
     nearest, gap, offset = points_to_bearings(hits, hit_gaps, x, y, bearing_0, within, len(cosines))
     limit = bearing_limit(len(cosines), first, last, max(min(range_max, reach + radius) - radius, 0.0))
-    sight = within_sight(limit, measured, moving, radius, increment, seam)
-    near = (distance < min(NEAR_HIT_RANGE, range_max)) & beam_hits
+    sight = within_sight(limit, beams, radius)
+    near = (distance < min(NEAR_HIT_RANGE, range_max)) & beams.hits
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
     values = erode(nearest, gap, offset, radius, sight, cosines, squares)
     return points, gaps, hits, hit_gaps, values, near_hits
 
 
 @njit(cache=True)
-def _remembered(known, hits, silent, view, place):
+def _remembered(known, beams, place):
     """The points and half gaps of a memory from `first` on, and those of the scan up to `far`."""
     points, gaps, first, distance, far = known
-    directions, range_max, increment, seam = view
     x, y, cosine, sine = place
-    near = (distance < far) & hits
-    latest = placed_ends(directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
+    near = (distance < far) & beams.hits
+    latest = placed_ends(beams.directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
     kept = len(points) - first
     all_points, all_gaps = np.empty((kept + len(latest), 2)), np.empty(kept + len(latest))
     all_points[:kept], all_points[kept:] = points[first:], latest
-    all_gaps[:kept], all_gaps[kept:] = gaps[first:], half_chords(distance, silent, range_max, increment, seam)[near]
+    all_gaps[:kept], all_gaps[kept:] = gaps[first:], half_chords(distance, beams)[near]
     return all_points, all_gaps

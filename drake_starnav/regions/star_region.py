@@ -160,22 +160,19 @@ def smoothed_scan_region(
     scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, samples: int | None = None
 ) -> tuple[np.ndarray, StarRegion]:
     """The `smoothed_distances` of a scan, and its `scan_region`: their `free_range`, then `fit_region`, in one call."""
-    beams = scan.distances, scan.silent, scan.moving
     margins, tables = (parameters.margin, parameters.least_margin), bearing_tables(samples or bearing_count(scan))
     distance, profile, boundary = _scan_region(
-        beams, scan.view, field_of_view(scan), radius, margins, parameters.smoothing_slack, tables
+        scan.beams, field_of_view(scan), radius, margins, parameters.smoothing_slack, tables
     )
     center, bearing_0 = np.array(pose[:2], dtype=float), float(pose[2]) + scan.angle_min
     return distance, StarRegion(center, bearing_0, PiecewiseCubic(*boundary), *profile)
 
 
 @njit(cache=True)
-def _scan_region(beams, view, field, radius, margins, slack, tables):
-    """The smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`."""
-    measured, silent, moving = beams
-    _, range_max, _, seam = view
-    distance = moving_average(measured, range_max, SMOOTHING_BEAMS, slack, seam < np.inf)
-    profile = disc_range((distance, measured, silent, moving), view, field, radius, margins, tables)
+def _scan_region(beams, view, radius, margins, slack, tables):
+    """The smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`; else as `disc_range`."""
+    distance = moving_average(beams, SMOOTHING_BEAMS, slack)
+    profile = disc_range(beams, distance, view, radius, margins, tables)
     return distance, profile, adaptive_fit(profile[0], TOLERANCE, True)
 
 

@@ -213,11 +213,14 @@ class LidarSensor(LeafSystem):
         distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
         return measure(distances, p, self._seed, scan_index(context.get_time(), p.rate))
 
+    def _scan(self, time: float, ranges: np.ndarray) -> LaserScan:
+        return dataclasses.replace(self._before, time=time, ranges=ranges)
+
     def _measure(self, context: Context, measurement: AbstractValue) -> None:
         query = self._query_port.Eval(context)
         X_WS = self._pose(query)
         ranges = self._cast(context, query, X_WS)
-        measurement.set_value(_Measurement(self._before.measured_at(context.get_time(), ranges), X_WS))
+        measurement.set_value(_Measurement(self._scan(context.get_time(), ranges), X_WS))
 
     def _held(self, context: Context) -> _Held:
         return context.get_abstract_state(self._state).get_value()
@@ -237,7 +240,7 @@ class LidarSensor(LeafSystem):
         if arrives(self._parameters, self._seed, index):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
             begin = held.X_WS_swept if self._parameters.rolling and held.swept < time else None
-            scan = self._before.measured_at(time, self._cast(context, query, X_WS, begin))
+            scan = self._scan(time, self._cast(context, query, X_WS, begin))
             measured = _Measurement(scan, X_WS)
             if waiting:
                 at = index % len(waiting)

@@ -210,17 +210,3 @@ def test_a_chord_is_the_distance_between_the_ends_of_two_beams():
     assert chord(3.0, 4.0, 0.5 * math.pi) == pytest.approx(5.0)
     assert chord(2.0, 2.0, 0.0) == 0.0
     assert chord(1.0, 2.0, math.pi) == pytest.approx(3.0)
-
-
-def test_the_next_scan_of_a_sensor_is_as_one_made_from_scratch() -> None:
-    header = {"angle_min": -1.0, "angle_increment": 0.1, "range_min": 0.1, "range_max": 5.0, "time_increment": 0.01}
-    first = LaserScan(time=0.0, ranges=np.full(21, np.nan), lost_beams=True, **header)
-    ranges = np.linspace(0.5, 6.0, 21)
-    ranges[[3, 9]] = np.nan, -np.inf
-    scan = first.measured_at(0.4, ranges.copy())
-    expected = LaserScan(time=0.4, ranges=ranges, lost_beams=True, **header)
-    for name, value in vars(expected).items():
-        if name != "view":
-            np.testing.assert_array_equal(getattr(scan, name), value)
-    assert first.time == 0.0 and first.lost.all()
-    assert not scan.ranges.flags.writeable
