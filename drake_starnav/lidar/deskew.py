@@ -28,10 +28,8 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
     """
     x, y, turn = now_in(pose, earlier)
     step = np.array((x, y, turn)) * (abs(scan.time_increment) / (scan.time - time))
-    limits = scan.range_min, scan.range_max
-    ranges, source = _rebinned(
-        scan.ranges, step, scan.time_increment < 0.0, scan.field_of_view, scan.field_of_view.seam, limits
-    )
+    field, limits = scan.field_of_view, (scan.range_min, scan.range_max)
+    ranges, source = _rebinned(scan.ranges, step, scan.time_increment < 0.0, field, field.seam, limits)
     motion = None if scan.motion is None else np.where(source >= 0, scan.motion[source], UNKNOWN)
     return dataclasses.replace(scan, ranges=ranges, time_increment=0.0, lost_beams=True, motion=motion)
 

@@ -77,9 +77,7 @@ def without_strays(
         index,
         earlier,
         number,
-        scan.angle_increment,
-        len(scan.ranges),
-        scan.full_circle,
+        scan.beams,
         2.0 * noise,
     )
     trusted = beside & before if len(history.points) >= CONFIRMATIONS else beside
@@ -95,8 +93,17 @@ def _lost(scan: LaserScan, beams: np.ndarray) -> LaserScan:
 
 
 @njit(cache=True)
-def _confirmed(points, center, distance, index, earlier, number, increment, beams, wrap, slack):
-    n = len(points)
+def _confirmed(points, center, distance, index, earlier, number, beams, slack):
+    """Which hits a neighbouring beam confirms, and which earlier scans do, shape (n,) each.
+
+    Args:
+        points, distance, index: of the hits: shape (n, 2), W, m; shape (n,), m; and beam numbers.
+        center: of the sensor, shape (2,), W, m.
+        earlier, number: hits of earlier scans, shape (k, 2), W, m, and which scan each is of.
+        beams: of the scan.
+        slack: within which hits count as near, m.
+    """
+    n, increment, wrap = len(points), beams.increment, beams.seam < np.inf
     beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for i in range(n):
         x, y = points[i, 0], points[i, 1]
@@ -108,7 +115,7 @@ def _confirmed(points, center, distance, index, earlier, number, increment, beam
                     break
                 apart = side * (index[j % n] - index[i])
                 if wrap:
-                    apart %= beams
+                    apart %= len(beams.distances)
                 if apart > NEIGHBOUR_BEAMS:
                     break
                 if math.hypot(points[j % n, 0] - x, points[j % n, 1] - y) <= reach:

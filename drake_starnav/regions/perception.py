@@ -131,9 +131,9 @@ def perceive(
         safe_radius = robot_radius + controller.safety_margin
         kept = controller.safety_range + 2.0 * safe_radius, SCAN_MEMORY
         looked = distance, pose, safe_radius, controller.safety_range, kept
-        safety, memory = safety_star(before.memory, near, *looked, measured, before.safety.time)
+        safety, memory = safety_star(before.memory, near, *looked, measured)
         if controller.average_scans and near.motion is None:
             near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
-            safety, _ = safety_star(earlier, near, *looked, previous=before.safety.time)
+            safety, _ = safety_star(earlier, near, *looked)
     return Perceived(Observation(region, scan, pose), safety, memory, history)

@@ -80,11 +80,13 @@ class ScanMemory:
         points: of all scans, shape (n, 2), W, m.
         half_gaps: shape (n,), half the chord from each to the neighbouring hit on the same surface, m.
         counts: number of hits of each scan.
+        time: of the last scan, s.
     """
 
     points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     half_gaps: np.ndarray = field(default_factory=lambda: np.zeros(0))
     counts: tuple[int, ...] = ()
+    time: float = -math.inf
 
 
 def safety_star(
@@ -96,7 +98,6 @@ def safety_star(
     reach: float,
     kept: tuple[float, int],
     measured: np.ndarray | None = None,
-    previous: float = -math.inf,
 ) -> tuple[SafetyStar, ScanMemory]:
     """The safety star about the latest scan, and the memory with this scan, in one compiled call.
 
@@ -109,7 +110,6 @@ def safety_star(
         reach: maximum extent of the star, m.
         kept: farther hits of the scan are dropped, m; and the number of scans to keep.
         measured: shape (n,), distances to remember in place of the scan's, m.
-        previous: when the scan before was taken, s.
     """
     far, count = min(kept[0], scan.range_max), kept[1]
     forgotten = max(len(memory.counts) + 1 - max(count, 1), 0)
@@ -128,8 +128,8 @@ def safety_star(
     )
     counts = *memory.counts[forgotten:], len(points) - len(memory.points) + first
     center = np.array(pose[:2], dtype=float)
-    star = SafetyStar(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, previous, radius)
-    return star, ScanMemory(points, gaps, counts)
+    star = SafetyStar(center, bearings[0], values, near, hits, hit_gaps, True, scan.time, far, memory.time, radius)
+    return star, ScanMemory(points, gaps, counts, scan.time)
 
 
 @njit(cache=True)

@@ -38,24 +38,33 @@ def averaged(memory: ScanMemory, scan: LaserScan, pose: np.ndarray, reach: float
     measured = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
     points, ends = memory.points, np.cumsum(memory.counts)
-    view = (float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min, scan.angle_increment, scan.full_circle)
-    mean, again = _averaged(measured, rays, points, ends, *view, reach + SAME_SURFACE)
+    place = float(pose[0]), float(pose[1]), float(pose[2]) + scan.angle_min
+    mean, again = _averaged(measured, rays, points, ends, scan.beams, place, reach + SAME_SURFACE)
     kept = np.cumsum(np.append(0, ~again))
     counts = tuple(np.diff(kept[ends], prepend=0).tolist())
-    memory = ScanMemory(points[~again], memory.half_gaps[~again], counts)
+    memory = dataclasses.replace(memory, points=points[~again], half_gaps=memory.half_gaps[~again], counts=counts)
     return memory, dataclasses.replace(scan, ranges=np.where(hits, mean, scan.ranges))
 
 
 @njit(cache=True)
-def _averaged(measured, rays, points, ends, x, y, first, increment, full_circle, reach):
-    """The mean ranges, and whether each point lies on a surface that the scan sees."""
+def _averaged(measured, rays, points, ends, beams, place, reach):
+    """The mean ranges, and whether each point lies on a surface that the scan sees.
+
+    Args:
+        measured: ranges of the hits to average, shape (n,), m; infinite for all other beams.
+        rays: directions of the beams in W, shape (n, 2).
+        points, ends: hits of earlier scans, shape (k, 2), W, m, and where those of each scan end.
+        beams: of the scan.
+        place: x, y of the sensor, m, and the bearing of its first beam in W, rad.
+        reach: farther points are left out, m.
+    """
     total, count = measured.copy(), np.ones(len(measured))
     begin = 0
     for end in ends:
-        _add_estimates(measured, rays, points[begin:end], x, y, first, increment, full_circle, reach, total, count)
+        _add_estimates(measured, rays, points[begin:end], beams, place, reach, total, count)
         begin = end
     mean = total / count
-    return mean, _seen_again(mean, points, x, y, first, increment, full_circle, reach)
+    return mean, _seen_again(mean, points, beams, place, reach)
 
 
 @njit(cache=True)
@@ -65,10 +74,12 @@ def _beam(dx, dy, first, increment):
 
 
 @njit(cache=True)
-def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, reach, total, count):
+def _add_estimates(measured, rays, points, beams, place, reach, total, count):
     """Add to each beam's total its crossing with a chord of an earlier scan, the one nearest to its measured range."""
-    beams, turn = len(measured), 2.0 * math.pi / increment
-    nearest = np.full(beams, np.inf)
+    x, y, first = place
+    increment, full_circle, number = beams.increment, beams.seam < np.inf, len(measured)
+    turn = 2.0 * math.pi / increment
+    nearest = np.full(number, np.inf)
     last, beam = -2, 0.0  # the hit whose beam was computed last
     for i in range(len(points)):
         px, py = points[i - 1, 0] - x, points[i - 1, 1] - y  # in a full circle the last hit is next to the first
@@ -83,8 +94,8 @@ def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, 
         if high - low > 0.5 * turn:  # the chord crosses the bearing of beam 0
             low, high = high - turn, low
         for n in range(int(math.ceil(low)), int(math.floor(high)) + 1):
-            k = n % beams if full_circle else n
-            if k < 0 or k >= beams or measured[k] == np.inf:
+            k = n % number if full_circle else n
+            if k < 0 or k >= number or measured[k] == np.inf:
                 continue
             across = rays[k, 0] * ey - rays[k, 1] * ex
             if abs(across) < 1e-12:
@@ -92,16 +103,17 @@ def _add_estimates(measured, rays, points, x, y, first, increment, full_circle, 
             crossing = (px * ey - py * ex) / across
             if abs(crossing - measured[k]) < min(SAME_SURFACE, abs(nearest[k] - measured[k])):
                 nearest[k] = crossing
-    for k in range(beams):
+    for k in range(number):
         if nearest[k] < np.inf:
             total[k] += nearest[k]
             count[k] += 1.0
 
 
 @njit(cache=True)
-def _seen_again(ranges, points, x, y, first, increment, full_circle, reach):
+def _seen_again(ranges, points, beams, place, reach):
     """Points on surfaces that the scan sees: at the range of a neighbouring beam, or between those of both."""
-    beams = len(ranges)
+    x, y, first = place
+    increment, full_circle, number = beams.increment, beams.seam < np.inf, len(ranges)
     out = np.zeros(len(points), np.bool_)
     for i in range(len(points)):
         dx, dy = points[i, 0] - x, points[i, 1] - y
@@ -109,9 +121,9 @@ def _seen_again(ranges, points, x, y, first, increment, full_circle, reach):
             continue
         left = int(_beam(dx, dy, first, increment))
         right = left + 1
-        if full_circle and right >= beams:
-            left, right = beams - 1, 0
-        elif right >= beams:
+        if full_circle and right >= number:
+            left, right = number - 1, 0
+        elif right >= number:
             continue
         distance = math.hypot(dx, dy)
         near, far = min(ranges[left], ranges[right]), max(ranges[left], ranges[right])

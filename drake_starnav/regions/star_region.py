@@ -170,7 +170,7 @@ def smoothed_scan_region(
 
 @njit(cache=True)
 def _scan_region(beams, view, radius, margins, slack, tables):
-    """The smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`; else as `disc_range`."""
+    """As `disc_range`: the smoothed distances, the fields of the `FreeRange`, and those of the `PiecewiseCubic`."""
     distance = moving_average(beams, SMOOTHING_BEAMS, slack)
     profile = disc_range(beams, distance, view, radius, margins, tables)
     return distance, profile, adaptive_fit(profile[0], TOLERANCE, True)
