@@ -44,15 +44,15 @@ def update_times(begin: float = BEGIN, length: float = LENGTH) -> dict[str, list
     root = simulator.get_context()
     systems = {system.get_name(): system for system in _leaves(simulator.get_system())}
     times: dict[str, list[float]] = {name: [] for name in ROWS}
-    last = {"time": 0.0, **{name: _state(systems[name], root) for name in ROWS}}
+    last, begins = {name: _state(systems[name], root) for name in ROWS}, [root.get_time()]
 
     def note(context: Context) -> EventStatus:
         for name in ROWS:
             now = _state(systems[name], context)
             if now != last[name]:
-                times[name].append(last["time"])
+                times[name].append(begins[-1])
             last[name] = now
-        last["time"] = context.get_time()
+        begins.append(context.get_time())
         return EventStatus.DidNothing()
 
     simulator.set_monitor(note)
