@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.baselines.paper.perception import fit_slopes
 from drake_starnav.regions.piecewise_cubic import (
     JUMP,
     SMALLEST_SPLIT,
@@ -13,6 +12,7 @@ from drake_starnav.regions.piecewise_cubic import (
     fit_piecewise_cubic,
     fit_segments,
 )
+from scripts.experiments.ablate_segments import fit_slopes
 from tests.helpers.scans import seeds
 
 

@@ -32,7 +32,7 @@ class Drive:
     """A robot that is told a constant twist, in a continuous plant or in a discrete one."""
 
     def __init__(self, world: World = OPEN, twist=(0.8, 0.5), continuous: bool = True, mass_error: float = 0.0) -> None:
-        builder, robot = DiagramBuilder(), RobotParameters(mass_error=mass_error)
+        builder, robot = DiagramBuilder(), RobotParameters(mass_error=mass_error, max_speed=2.0)
         self.station = add_station(builder, world, robot, LIDAR, continuous=continuous)
         source = builder.AddSystem(ConstantVectorSource(twist))
         builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))

@@ -5,7 +5,7 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.control.braking_certificate import Certificate
+from drake_starnav.control.motion import BrakingMotion
 from drake_starnav.geometry.se2 import composed, inverse, placed
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning import PlannerParameters
@@ -29,7 +29,7 @@ class Matching:
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("guidance", Value(Guidance.along(PATH)))
-        self.put("certificate", Value(Certificate(True, np.array([(1.0, 0.0, 0.5)]))))
+        self.put("certificate", Value(BrakingMotion(True, np.array([(1.0, 0.0, 0.5)]))))
         self.put("star", Value(Observation.none()))
         self.believe(np.zeros(3))
 
