@@ -13,6 +13,7 @@ OTHERS = {
     "integration": "several modules or rooms together",
     "models": "the robots in models/",
     "project": "the repository as a whole",
+    "proof": "the lemmas of docs/proof.md",
     "scripts": "scripts/",
 }
 """Folders of tests that mirror no room, and what they test."""
