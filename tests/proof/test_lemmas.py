@@ -28,7 +28,7 @@ def proved(hypotheses: list, claim) -> bool:
 
 
 def stopping(v, w=0, g=0):
-    """Clearance used up by full braking: by the way, the turn at the circumradius, and an obstacle that comes closer."""
+    """Clearance used up by full braking: by the way, the turn at the circumradius, and an obstacle that comes near."""
     return v * v / (2 * braking) + rho * w * w / (2 * turn_braking) + g * v / braking
 
 
