@@ -32,7 +32,7 @@ from drake_starnav.station.planar_localization import planar_states
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.connecting import outputs
 from drake_starnav.systems.release import release
-from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import clearance
@@ -45,7 +45,7 @@ INTERRUPTED = "interrupted"
 """The outcome of a trial that was ended by Ctrl-C, as its files have it."""
 TIMEOUT = "timeout"
 NEVER_MOVED = 0.05
-"""A robot that has driven less than this, m, has never moved: it has turned in place, or was pushed."""
+"""A robot that has driven less than this, m, in more than STANDSTILL s has never moved: it turned, or was pushed."""
 METRICS_PERIOD = 0.01
 """Metrics of the motion are of states at equal steps of this length, s, interpolated between the logged ones."""
 PROGRESS_PERIOD = 1.0
@@ -346,7 +346,8 @@ def _figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray
     clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
-    if outcome == TIMEOUT and (length < NEVER_MOVED or (run.blocked and run.blocked[-1][1])):
+    still = length < NEVER_MOVED and run.elapsed > STANDSTILL
+    if outcome == TIMEOUT and (still or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"
     if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run.elapsed, scenario):
         outcome = "occupied"

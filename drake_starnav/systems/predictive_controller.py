@@ -19,7 +19,7 @@ class PredictiveController(DsmController):
                     └──────────────────────┘
     ```
 
-    Ports: as of `DsmController`, but `twist_command` is there also in a static world.
+    Its ports are those of `DsmController`, but `twist_command` is there also in a static world.
     """
 
     SEARCHES = True

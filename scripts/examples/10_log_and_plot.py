@@ -36,8 +36,8 @@ def main(png: Path | None, csv: Path | None) -> None:
     certified: list[bool] = []
 
     def monitor(root: Context) -> EventStatus:
-        context = navigation.controller.GetMyContextFromRoot(root)
-        certified.append(navigation.controller.GetOutputPort("certificate").Eval(context).certified)
+        context = navigation.shield.GetMyContextFromRoot(root)
+        certified.append(navigation.shield.GetOutputPort("certificate").Eval(context).certified)
         return EventStatus.DidNothing()
 
     simulator.set_monitor(monitor)

@@ -40,6 +40,7 @@ from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
 from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.fixed_path import FixedPath
@@ -52,6 +53,7 @@ from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
+from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
 from drake_starnav.visualization.slider_goal import SliderGoal
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds import WORLD_KINDS, World
@@ -106,12 +108,13 @@ def all_systems() -> list[System]:
         ),
         ArrivalMonitor(tolerance=0.3, period=0.02),
         SliderGoal((1.0, 0.0), lambda: None),
+        SceneRecorder(SceneTimeline(SceneGraph()), period=0.1),
         StarRoadmapVisualizer(None, defaults.recording, robot),  # without a Meshcat: it never draws here
     ]
 
 
 def system_classes() -> set[type[System]]:
-    """Every public system that a module of `ROOMS` defines."""
+    """Every public system that a module of `ROOMS` defines, but the base of all controllers."""
     found = set()
     infos = (info for room in ROOMS for info in pkgutil.iter_modules(room.__path__, f"{room.__name__}."))
     for info in infos:
@@ -120,12 +123,13 @@ def system_classes() -> set[type[System]]:
             defined_here = inspect.isclass(member) and member.__module__ == module.__name__
             if defined_here and issubclass(member, System) and not name.startswith("_"):
                 found.add(member)
-    return found
+    return found - {Controller}
 
 
 def documented_ports(cls: type) -> dict[str, str]:
-    """What the section "Ports" of a system's docstring says, by port name; a name may hold wildcards."""
-    lines = inspect.cleandoc(cls.__doc__ or "").splitlines()
+    """What the section "Ports" of a system's docstring, or else of its base's, says by port name, wildcards allowed."""
+    described = next((base for base in cls.__mro__ if "\nPorts" in inspect.cleandoc(base.__doc__ or "")), cls)
+    lines = inspect.cleandoc(described.__doc__ or "").splitlines()
     start = next((k for k, line in enumerate(lines) if line.startswith("Ports")), len(lines))
     texts: dict[str, str] = {}
     names: list[str] = []
@@ -242,9 +246,9 @@ The inside of its station:
 
 ![Updates of lidar, planner, shield and plant over 100 ms](images/timing.svg)
 
-Drawn from a run by `python scripts/maintenance/draw_timing.py`. Drake executes the unrestricted updates of an instant
-before the discrete ones, and an output is evaluated when something asks for it. The command at the instant of a scan
-therefore uses that scan and the plan from it.
+<!-- drawn from a run by `python scripts/maintenance/draw_timing.py` -->
+Drake executes the unrestricted updates of an instant before the discrete ones, and an output is evaluated when
+something asks for it. The command at the instant of a scan therefore uses that scan and the plan from it.
 
 {_discrete_update(StarRoadmapPlanner)}
 """

@@ -20,6 +20,7 @@ LOOP_OUTPUTS = [
     "planner.short_term_goal",
     "planner.roadmap",
     "planner.status",
+    "planner.blocked_by",
     "controller.desired_twist",
     "controller.guiding_vector",
     "shield.twist_command",

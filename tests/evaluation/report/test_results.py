@@ -77,8 +77,8 @@ def test_the_commands_name_a_file_as_it_was_given(tmp_path: Path) -> None:
     scenario.write_text("world: !Forest {}\n")
     cases = make_cases([str(scenario)], ["star"])
     results = make_results([make_header(cases, 5)], [record("yard")])
-    assert f"benchmark.py {scenario} --method" in results.commands()[0]
-    assert f"simulate.py {scenario} --method" in results.trial_command(results.records[0])
+    assert f"starnav benchmark {scenario} --method" in results.commands()[0]
+    assert f"starnav simulate {scenario} --method" in results.trial_command(results.records[0])
 
 
 def test_the_scenario_of_a_record_is_the_one_it_was_run_with(tmp_path: Path) -> None:
