@@ -89,7 +89,7 @@ def versions() -> dict[str, str]:
         "source": source_hash(),
         "models": models_hash(),
         "python": platform.python_version(),
-        **{name: _version(name) for name in ("drake", "numpy", "scipy", "numba", "scikit-learn")},
+        **{name: _version(name) for name in ("drake", "numpy", "scipy", "shapely", "numba", "scikit-learn")},
     }
 
 

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import shapely
 
 
 def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
@@ -18,20 +19,9 @@ def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
     Source: D. H. Douglas and T. K. Peucker, Algorithms for the reduction of the number of points required to represent
     a digitized line or its caricature, 1973.
     """
-    keep = np.zeros(len(points), dtype=bool)
-    keep[[0, -1]] = True
-    spans = [(0, len(points) - 1)]
-    while spans:
-        first, last = spans.pop()
-        if last - first < 2:
-            continue
-        distance = distance_to_segment(points[first + 1 : last], points[first], points[last])
-        worst = int(np.argmax(distance))
-        if distance[worst] > tolerance:
-            middle = first + 1 + worst
-            keep[middle] = True
-            spans += [(first, middle), (middle, last)]
-    return points[keep]
+    if len(points) < 3:
+        return points
+    return shapely.get_coordinates(shapely.LineString(points).simplify(tolerance, preserve_topology=False))
 
 
 def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -3,7 +3,6 @@
 import numpy as np
 from numba import njit
 
-from drake_starnav.worlds.clearance import point_to_segment_squared
 from drake_starnav.worlds.world import World
 
 TOLERANCE = 1e-9  # m, a path may touch the capsules
@@ -18,6 +17,18 @@ def capsules_around(world: World, clearance: float) -> np.ndarray:
             np.column_stack((segments, np.full(len(segments), clearance))),
         )
     )
+
+
+@njit(cache=True, inline="always")
+def point_to_segment_squared(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Squared distance from (x, y) to the segment a b, which may be a single point, m^2."""
+    ex, ey = bx - ax, by - ay
+    length_squared = ex * ex + ey * ey
+    t = 0.0
+    if length_squared > 0.0:
+        t = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / length_squared))
+    dx, dy = ax + t * ex - x, ay + t * ey - y
+    return dx * dx + dy * dy
 
 
 @njit(cache=True)

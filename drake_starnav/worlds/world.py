@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.utils.snapshot import snapshot
@@ -65,20 +65,6 @@ class ModelFile:
     moving: bool = False
     text: str = ""
     surfaces: tuple[np.ndarray, ...] = ()
-
-
-class Outlines(NamedTuple):
-    """Polygons as kernels take them.
-
-    Attributes:
-        corners: shape (c, 2), those of all polygons one after another, m.
-        first: shape (p + 1,), where each polygon's corners begin.
-        boxes: shape (p, 4), each polygon's x_min, y_min, x_max, y_max, m.
-    """
-
-    corners: np.ndarray
-    first: np.ndarray
-    boxes: np.ndarray
 
 
 @snapshot
@@ -160,13 +146,9 @@ class World:
         return np.vstack((self.cylinders, sections))
 
     @cached_property
-    def outlines(self) -> Outlines:
-        """The polygons."""
-        return Outlines(
-            np.vstack((np.zeros((0, 2)), *self.polygons)),
-            np.cumsum([0, *(len(polygon) for polygon in self.polygons)]),
-            np.array([(*p.min(axis=0), *p.max(axis=0)) for p in self.polygons]).reshape(-1, 4),
-        )
+    def tree(self) -> shapely.STRtree:
+        """The polygons, to be searched by place."""
+        return shapely.STRtree([shapely.Polygon(polygon) for polygon in self.polygons])
 
     @cached_property
     def segments(self) -> np.ndarray:
