@@ -12,7 +12,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.cli.experiment import (
+from drake_starnav.evaluation import compare, wilson_interval
+from drake_starnav.evaluation.report.figures import COLORS, MARKERS, new_figure
+from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.workers import Pool
+from scripts.experiments import replacements
+from scripts.experiments.experiment import (
     Results,
     add_rows,
     check_rows,
@@ -24,11 +29,6 @@ from drake_starnav.cli.experiment import (
     of_scenario,
     run_experiment,
 )
-from drake_starnav.evaluation import compare, wilson_interval
-from drake_starnav.evaluation.report.figures import COLORS, MARKERS, new_figure
-from drake_starnav.evaluation.summary import markdown_table
-from drake_starnav.evaluation.workers import Pool
-from scripts.experiments import replacements
 
 
 @dataclass(frozen=True)

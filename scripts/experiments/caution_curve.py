@@ -8,10 +8,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.cli.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 from drake_starnav.cli.options import add_overrides
 from drake_starnav.evaluation.report.figures import new_figure, svg
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
+from scripts.experiments.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 
 CAUTIONS = (1.0, 0.75, 0.5, 0.25, 0.0)
 BLIND = "obstacles.max_speed=0"

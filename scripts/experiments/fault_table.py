@@ -8,7 +8,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.cli.experiment import (
+from drake_starnav.evaluation.summary import markdown_table, number
+from scripts.experiments.experiment import (
     Results,
     add_rows,
     check_rows,
@@ -18,7 +19,6 @@ from drake_starnav.cli.experiment import (
     experiment_parser,
     run_experiment,
 )
-from drake_starnav.evaluation.summary import markdown_table, number
 
 LEVELS = {
     "lidar.noise": (0.02, 0.03, 0.05),

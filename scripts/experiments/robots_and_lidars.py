@@ -8,10 +8,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.cli.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
 from drake_starnav.scenario import load_scenario
 from drake_starnav.scenario.error_budget import Declared, error_budget
+from scripts.experiments.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 
 ROBOT, LIDAR = ("model", "radius", "max_speed", "max_acceleration"), ("beams", "range_max", "rate", "noise")
 DECLARED = (

@@ -7,9 +7,8 @@ import pytest
 
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import DynaBarn, clearance, make_world
-from drake_starnav.worlds.generators.dynabarn_like import GOAL, START, dynabarn_like
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
-from scripts.maintenance.make_dynabarn_worlds import file_text
+from scripts.maintenance.make_dynabarn_worlds import GOAL, START, dynabarn_like, file_text
 
 
 def test_the_shipped_file_is_what_its_script_writes() -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.experiment import comparison_cells, comparison_head, experiment_parser, run_experiment
+from scripts.experiments.experiment import comparison_cells, comparison_head, experiment_parser, run_experiment
 
 
 def trial(number: int, outcome: str, time: float, scenario: str = "forest") -> dict:

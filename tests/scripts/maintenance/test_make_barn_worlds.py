@@ -8,8 +8,7 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Barn, clearance, make_world, shortest_path
-from drake_starnav.worlds.generators.barn_like import barn_like
-from scripts.maintenance.make_barn_worlds import file_text
+from scripts.maintenance.make_barn_worlds import barn_like, file_text
 
 RADIUS = 0.334
 
