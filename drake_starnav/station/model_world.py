@@ -72,7 +72,7 @@ def with_footprints(world: World) -> World:
     """The world of a model file with the footprints of the file's geometry as cylinders and polygons.
 
     Raises:
-        StarnavError: as of `add_model` and `drop_half_spaces`, or the lidar cannot read a mesh.
+        StarnavError: as of `add_model`, or the lidar cannot read a mesh.
     """
     if world.model is None:
         return world
@@ -87,25 +87,29 @@ def with_footprints(world: World) -> World:
         for geometry, X_WG in _fixed_geometries(plant, inspector, hollow=True)
         for polygon in _shell(*mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry)), X_WG)
     ]
-    drop_half_spaces(plant, scene_graph)
     fixed = _fixed_geometries(plant, inspector)
     moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
-    discs: list[Any] = []
-    polygons: list[np.ndarray | None] = [*surfaces]
+    discs: list[tuple[float, float, float]] = []
+    polygons: list[np.ndarray] = [*surfaces]
     wider: dict[str, float] = {}
     for geometry, X_WG in fixed:
-        shape = inspector.GetShape(geometry)
-        if isinstance(shape, Sphere):
-            discs.append(sphere_footprint(X_WG.translation(), shape.radius(), FLOOR_TOLERANCE, ROBOT_HEIGHT))
+        shape, name = inspector.GetShape(geometry), inspector.GetName(geometry)
+        if _is_floor(inspector, geometry, X_WG):
+            continue
+        if isinstance(shape, Sphere) or (
+            isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > _UPRIGHT
+        ):
+            disc = _disc(shape, X_WG, FLOOR_TOLERANCE)
+            seen = _disc(shape, X_WG, ROBOT_HEIGHT - UNSEEN)
+            if disc is not None:
+                discs.append(disc)
+                wider[name] = disc[2] - (seen[2] if seen is not None else -disc[2])
             continue
         vertices = shape_vertices(inspector, geometry, X_WG)
         polygon = convex_footprint(vertices, FLOOR_TOLERANCE, ROBOT_HEIGHT)
-        if polygon is not None and not isinstance(shape, Cylinder):
-            wider[inspector.GetName(geometry)] = _wider_below(vertices, polygon)
-        if isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > _UPRIGHT and polygon is not None:
-            discs.append((*X_WG.translation()[:2], shape.radius()))
-        else:
+        if polygon is not None:
             polygons.append(polygon)
+            wider[name] = _wider_below(vertices, polygon)
     name = max(wider, key=wider.__getitem__, default="")
     if wider.get(name, 0.0) > UNSEEN:
         warnings.warn(
@@ -115,10 +119,19 @@ def with_footprints(world: World) -> World:
         )
     return dataclasses.replace(
         world,
-        cylinders=np.array([disc for disc in discs if disc is not None]),
-        polygons=tuple(polygon for polygon in polygons if polygon is not None),
+        cylinders=np.array(discs),
+        polygons=tuple(polygons),
         model=dataclasses.replace(world.model, moving=moving, surfaces=tuple(surfaces)),
     )
+
+
+def _disc(shape: Sphere | Cylinder, X_WG: RigidTransform, low: float) -> tuple[float, float, float] | None:
+    """The footprint of a ball's or an upright cylinder's part from a height up to the robot's: x, y, radius, m."""
+    x, y, z = X_WG.translation()
+    if isinstance(shape, Sphere):
+        return sphere_footprint(X_WG.translation(), shape.radius(), low, ROBOT_HEIGHT)
+    half = 0.5 * shape.length()
+    return (x, y, shape.radius()) if z - half < ROBOT_HEIGHT and z + half > low else None
 
 
 def _wider_below(vertices: np.ndarray, footprint: np.ndarray) -> float:
@@ -209,23 +222,10 @@ def _make_surfaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
                 scene_graph.AssignRole(plant.get_source_id(), geometry, surface)
 
 
-def drop_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Take the collision role from the half spaces of a plant just finalized, which are the floor z = 0.
-
-    There is a floor already, and half spaces among many anchored shapes crash Drake (issue 19263).
-
-    Raises:
-        StarnavError: there is another half space.
-    """
-    inspector = scene_graph.model_inspector()
-    fixed = dict(_fixed_geometries(plant, inspector))
-    for geometry in _geometries(inspector, Role.kProximity):
-        if isinstance(inspector.GetShape(geometry), HalfSpace):
-            X_WG = fixed.get(geometry)
-            if X_WG is None or abs(X_WG.translation()[2]) > FLOOR_TOLERANCE or X_WG.rotation().matrix()[2, 2] < _LEVEL:
-                raise StarnavError(
-                    f"model: half space {inspector.GetName(geometry)} is not the floor z = 0; allowed: a box instead"
-                )
+def drop_floors(plant: MultibodyPlant, scene_graph: SceneGraph, ground: GeometryId) -> None:
+    """Take the collision role from what else than the ground is floor in a plant just finalized."""
+    for geometry in floor_geometries(plant, scene_graph):
+        if geometry != ground:
             scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
 
 

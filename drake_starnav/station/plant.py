@@ -14,7 +14,7 @@ from drake_starnav.errors import StarnavError, said_by
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.drake_configs import scenario_plant_config, scenario_simulator_config
-from drake_starnav.station.model_world import drop_half_spaces
+from drake_starnav.station.model_world import drop_floors
 from drake_starnav.station.moving_bodies import add_moving_obstacles
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground, add_still_obstacles
@@ -122,5 +122,5 @@ def add_plant(
     add_moving_obstacles(plant, scene_graph, world.moving_obstacles, model)
     plant.Finalize()
     if world.model is not None:
-        drop_half_spaces(plant, scene_graph)
+        drop_floors(plant, scene_graph, ground)
     return plant, scene_graph, model, ground

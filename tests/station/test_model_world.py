@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.geometry import Role
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -19,9 +20,9 @@ from drake_starnav.scenario import load_scenario, parse_scenario
 from drake_starnav.scenario.schema import scenario_text
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.simulation import omniscient_path, run_trial
-from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
+from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints, with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station
-from drake_starnav.station.plant import make_simulator
+from drake_starnav.station.plant import add_plant, make_simulator
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import Model, Room, World, clearance, make_world
 from drake_starnav.worlds.clearance import nearest_obstacle
@@ -107,7 +108,7 @@ def test_every_format_is_read(tmp_path: Path, ending: str) -> None:
     np.testing.assert_allclose([polygon.min(axis=0), polygon.max(axis=0)], [[1.3, 0.4], [1.7, 0.6]], atol=1e-9)
 
 
-def test_a_floor_may_be_touched_and_a_half_space_is_dropped(tmp_path: Path) -> None:
+def test_what_is_floor_is_left_out_as_there_is_one(tmp_path: Path) -> None:
     path = tmp_path / "m.sdf"
     path.write_text(
         '<sdf version="1.9"><model name="m"><static>true</static><link name="l">'
@@ -121,24 +122,52 @@ def test_a_floor_may_be_touched_and_a_half_space_is_dropped(tmp_path: Path) -> N
     station = NavigationStation(world, RobotParameters(), LidarParameters())
     inspector = station.scene_graph.model_inspector()
     names = {inspector.GetName(g).split("::")[-1] for g in inspector.GetAllGeometryIds(Role.kProximity)}
-    assert {"slab", "box"} <= names
-    assert "plane" not in names
-    assert {inspector.GetName(g).split("::")[-1] for g in station.floor} == {"slab", "ground"}
+    assert names & {"slab", "box", "plane", "ground"} == {"box", "ground"}
+    assert [inspector.GetName(g).split("::")[-1] for g in station.floor] == ["ground"]
     scenario = dataclasses.replace(load_scenario("room"), world=Model(directives=str(path), goal=[1.0, 0.0]))
     assert run_trial(scenario).outcome == "reached"
 
 
-@pytest.mark.parametrize("rpy", ["0 0 0", "0.5 0 0"])
-def test_another_half_space_is_refused(tmp_path: Path, rpy: str) -> None:
+@pytest.mark.filterwarnings("ignore:world m. m..plane reaches")
+@pytest.mark.parametrize("pose", ["1.5 0 0 0 0 0", "0.5 0 0 0 0 1", "0 0 0.2 0 1.5707963 0"])
+@pytest.mark.parametrize("normal", ["-1 0 0", "-3 0.5 0", "0 0 1"])
+def test_a_plane_is_a_wall_where_it_stands(tmp_path: Path, normal: str, pose: str) -> None:
+    """Solid below its surface, as far as the slab is thick."""
     path = tmp_path / "m.sdf"
-    z = 0.2 if rpy == "0 0 0" else 0.0
     path.write_text(
-        f'<sdf version="1.9"><model name="m"><pose>0 0 {z} {rpy}</pose><static>true</static><link name="l">'
-        '<collision name="plane"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link>'
+        f'<sdf version="1.9"><model name="m"><pose>{pose}</pose><static>true</static><link name="l">'
+        f'<collision name="plane"><geometry><plane><normal>{normal}</normal></plane></geometry></collision></link>'
         "</model></sdf>"
     )
-    with pytest.raises(StarnavError, match="half space .*plane is not the floor z = 0; allowed: a box instead"):
-        world_of(path)
+    numbers = np.array(pose.split(), float)
+    X_WG = RigidTransform(RollPitchYaw(numbers[3:]), numbers[:3])
+    n_W = X_WG.rotation() @ (np.array(normal.split(), float) / np.linalg.norm(np.array(normal.split(), float)))
+    world = with_footprints(make_world(Model(directives=str(path), goal=[1.0, 0.0]), 0, RADIUS))
+    points = np.random.default_rng(0).uniform(-0.6, 0.6, (100, 2)) + numbers[:2]
+    for point, distance in zip(points, clearance(world, points), strict=True):
+        heights = [n_W @ ((*point, z) - numbers[:3]) for z in (FLOOR_TOLERANCE, ROBOT_HEIGHT)]
+        if abs(distance) > 0.01:
+            assert (min(heights) < 0.0) == (distance < 0.0), point
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_plane_stands_among_any_number_of_shapes(tmp_path: Path, last: bool) -> None:
+    """Drake's half space ends the process among twenty."""
+    bearings = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    parts = [
+        f'<model name="m{k}"><static>true</static><pose>{3.0 * np.cos(a)} {3.0 * np.sin(a)} 0.5 0 0 0</pose><link '
+        'name="l"><collision name="c"><geometry><cylinder><radius>0.1</radius><length>1</length></cylinder></geometry>'
+        "</collision></link></model>"
+        for k, a in enumerate(bearings)
+    ]
+    plane = '<link name="l"><collision name="c"><geometry><plane/></geometry></collision></link>'
+    parts.insert(len(parts) if last else 0, f'<model name="ground_plane"><static>true</static>{plane}</model>')
+    path = tmp_path / "m.world"
+    path.write_text(f'<sdf version="1.6"><world name="w">{"".join(parts)}</world></sdf>')
+    world = world_of(path, goal=[1.0, 0.0])
+    assert len(world.cylinders) == 60
+    plant, _, _, _ = add_plant(DiagramBuilder(), world, RobotParameters(), 0.01)
+    assert plant.is_finalized()
 
 
 def test_bodies_that_nothing_holds_are_welded_unless_they_shall_move(tmp_path: Path) -> None:
@@ -195,10 +224,25 @@ def test_what_is_wider_below_the_lidar_is_warned_of(tmp_path: Path) -> None:
     (tmp_path / "cone.sdf").write_text(f"{cone}</link></model></sdf>")
     with pytest.warns(UserWarning, match="world cone: m::c reaches (47|48) mm farther near the floor .* may hit it"):
         world_of(tmp_path / "cone.sdf", goal=[4.0, 0.0])
-    for size, warned in (("1 1 0.3", False), ("1 1 0.2", True)):  # its top 0.15 m and 0.1 m above the floor
-        path = urdf(tmp_path, box("b", "2 0 0", size))
-        with pytest.warns(UserWarning) if warned else contextlib.nullcontext():
-            world_of(path, goal=[4.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("shape", "z", "warned"),
+    [
+        ('<box size="1 1 0.3"/>', 0.0, False),
+        ('<box size="1 1 0.2"/>', 0.0, True),
+        ('<cylinder radius="0.3" length="0.3"/>', 0.0, False),
+        ('<cylinder radius="0.3" length="0.2"/>', 0.0, True),
+        ('<sphere radius="0.1"/>', 0.1, False),
+        ('<sphere radius="0.05"/>', 0.05, True),
+        ('<sphere radius="0.3"/>', -0.18, True),
+    ],
+)
+def test_what_ends_below_the_lidar_is_warned_of(tmp_path: Path, shape: str, z: float, warned: bool) -> None:
+    """Whatever its shape: no lidar there sees it."""
+    path = urdf(tmp_path, f'<collision name="c"><origin xyz="2 0 {z}"/><geometry>{shape}</geometry></collision>')
+    with pytest.warns(UserWarning, match="m::c reaches") if warned else contextlib.nullcontext():
+        world_of(path, goal=[4.0, 0.0])
 
 
 def ring(inner: float = 1.0, outer: float = 1.2, height: float = 1.0) -> str:

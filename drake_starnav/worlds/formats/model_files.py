@@ -24,7 +24,7 @@ DEEPEST = 50
 """Files that include one another."""
 LARGEST_MESH = 64 * 2**20
 """Of a file to convert, bytes."""
-_PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "empty"}
+_PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
 _KEPT = {
     "sdf": {"world", "model"},
@@ -211,6 +211,8 @@ class Models:
         place = f"model {path}: collision {collision.get('name')}"
         if geometry is None:
             raise StarnavError(f"{place} has no geometry; allowed: a shape")
+        if len(geometry) > 1:  # of which Drake takes the first
+            raise StarnavError(f"{place} has {len(geometry)} shapes; allowed: one, and a collision for each other")
         for shape in list(geometry):
             if shape.tag == "mesh":
                 if shape.find("submesh") is not None:

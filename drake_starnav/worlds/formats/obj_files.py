@@ -20,6 +20,8 @@ MOST_PIECES = 200
 """A mesh of more connected pieces stays one."""
 _AROUND = 96
 """Sides of a cone, which is up to 0.05 % too wide."""
+_PLANE, _SLAB = 100.0, 1.0
+"""A plane reaches this far to each side of its origin, and is this thick, m."""
 
 
 @functools.lru_cache(maxsize=1000)
@@ -52,18 +54,37 @@ def _polyline(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     if not 0.0 < height < math.inf:
         raise ValueError(f"height {height:g}")
     outline = np.array([[float(x) for x in (point.text or "").split()] for point in shape.iter("point")])
-    meshes = []
-    for part in convex_parts(outline):
-        n = len(part)
-        vertices = np.vstack([np.column_stack((part, np.full(n, z))) for z in (0.0, height)])
-        k, following = np.arange(n), np.roll(np.arange(n), -1)
-        sides = np.vstack((np.column_stack((k, following, following + n)), np.column_stack((k, following + n, k + n))))
-        meshes.append((vertices, np.vstack((sides, _fan(k[::-1]), _fan(k + n)))))
-    return meshes
+    return [_prism(part, 0.0, height) for part in convex_parts(outline)]
 
 
-SOLIDS: dict[str, Callable[[Element], list[tuple[np.ndarray, np.ndarray]]]] = {"cone": _cone, "polyline": _polyline}
-"""Makes the meshes, vertices (n, 3) and triangles (m, 3), of elements of SDF that Drake leaves out."""
+def _plane(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
+    """A wide slab with the plane as its upper face."""
+    normal = np.array([float(x) for x in shape.findtext("normal", "0 0 1").split()])
+    if normal.shape != (3,) or not 0.0 < np.linalg.norm(normal) < math.inf:
+        raise ValueError(f"normal {normal.tolist()}")
+    across = np.linalg.svd(normal[None])[2][1:]
+    axes = np.vstack((across, np.cross(*across)))  # the last is the normal or its opposite
+    axes[1:] *= math.copysign(1.0, float(axes[2] @ normal))
+    vertices, triangles = _prism(_PLANE * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), -_SLAB, 0.0)
+    return [(vertices @ axes, triangles)]
+
+
+def _prism(outline: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of the upright prism over a convex outline, between two heights."""
+    n = len(outline)
+    vertices = np.vstack([np.column_stack((outline, np.full(n, z))) for z in (low, high)])
+    k, following = np.arange(n), np.roll(np.arange(n), -1)
+    sides = np.vstack((np.column_stack((k, following, following + n)), np.column_stack((k, following + n, k + n))))
+    return vertices, np.vstack((sides, _fan(k[::-1]), _fan(k + n)))
+
+
+SOLIDS: dict[str, Callable[[Element], list[tuple[np.ndarray, np.ndarray]]]] = {
+    "cone": _cone,
+    "plane": _plane,
+    "polyline": _polyline,
+}
+"""Makes the meshes, vertices (n, 3) and triangles (m, 3), of elements of SDF that Drake leaves out or that crash it: a
+half space among twenty shapes does."""
 
 
 def _fan(corners: np.ndarray) -> np.ndarray:

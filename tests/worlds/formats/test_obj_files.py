@@ -1,4 +1,4 @@
-"""Meshes, cones and extruded outlines as OBJ files."""
+"""Meshes, cones, planes and extruded outlines as OBJ files."""
 
 from pathlib import Path
 from xml.etree import ElementTree
@@ -54,6 +54,16 @@ def test_an_outline_is_extruded_in_convex_parts(clockwise: bool) -> None:
     meshes = SOLIDS["polyline"](ElementTree.fromstring(f"<polyline>{points}<height>0.5</height></polyline>"))
     assert sum(ConvexHull(vertices).volume for vertices, _ in meshes) == pytest.approx(3.0 * 0.5)
     assert all(is_closed_outwards(*mesh) for mesh in meshes)
+
+
+@pytest.mark.parametrize("normal", ["", "0 0 1", "0 0 -2", "-1 0 0", "0.3 -0.2 0.5"])
+def test_a_plane_is_a_slab_below_it(normal: str) -> None:
+    element = f"<normal>{normal}</normal>" if normal else ""
+    ((vertices, triangles),) = SOLIDS["plane"](ElementTree.fromstring(f"<plane>{element}</plane>"))
+    direction = np.array((normal or "0 0 1").split(), float)
+    heights = vertices @ direction / np.linalg.norm(direction)
+    np.testing.assert_allclose(np.sort(heights), [-1.0] * 4 + [0.0] * 4, atol=1e-9)
+    assert is_closed_outwards(vertices, triangles)
 
 
 def test_the_files_lie_in_one_folder() -> None:
