@@ -112,12 +112,14 @@ def dsm_velocity(
     else:
         references = rows(reference_points, 2, place + "reference_points", len(circles))
     return np.array(
-        _dsm(*position, *nominal_velocity, circles, velocities, references, float(robot_radius), bool(tail_effect))
+        _dsm(position, nominal_velocity, circles, velocities, references, float(robot_radius), bool(tail_effect))
     )
 
 
 @njit(cache=True)
-def _dsm(x, y, vx, vy, circles, velocities, references, robot_radius, tail_effect):
+def _dsm(position, velocity, circles, velocities, references, robot_radius, tail_effect):
+    """The modulated velocity (x, y); arguments as of `dsm_velocity`, with velocities and references of all circles."""
+    (x, y), (vx, vy) = position, velocity
     count = len(circles)
     normal = np.empty((count, 2))
     gamma = np.empty(count)

@@ -87,44 +87,36 @@ def dwa_twist(
     twist = vector(twist, 2, "dwa_twist: twist")
     goal = vector(goal, 2, "dwa_twist: goal")
     points = rows(points, 2, "dwa_twist: points")
-    v, omega = _best(
-        *pose,
-        *twist,
-        *goal,
-        points,
-        (robot.max_speed, robot.max_yaw_rate, robot.max_acceleration, robot.max_yaw_acceleration),
-        robot.radius + parameters.margin,
-        PERIOD,
-        SAMPLES,
-        (HEADING_WEIGHT, CLEARANCE_WEIGHT, SPEED_WEIGHT),
-        CLEARANCE_LIMIT,
-    )
+    v, omega = _best(pose, twist, goal, points, robot.limits, robot.radius + parameters.margin)
     return float(v), float(omega)
 
 
 @njit(cache=True)
-def _best(x, y, yaw, v_now, omega_now, goal_x, goal_y, points, limits, radius, period, samples, weights, far):
-    v_max, omega_max, a_max, alpha_max = limits
+def _best(pose, twist, goal, points, limits, radius):
+    """The best admissible twist (v, omega); limits are `Limits`, other arguments as of `dwa_twist`."""
+    (x, y, yaw), (v_now, omega_now), (goal_x, goal_y) = pose, twist, goal
+    v_max, omega_max = limits.max_speed, limits.max_yaw_rate
+    a_max, alpha_max = limits.max_acceleration, limits.max_yaw_acceleration
     goal_distance = math.hypot(goal_x - x, goal_y - y)
     goal_bearing = math.atan2(goal_y - y, goal_x - x) - yaw
     goal_ahead, goal_left = goal_distance * math.cos(goal_bearing), goal_distance * math.sin(goal_bearing)
 
-    v_low = min(max(v_now - a_max * period, 0.0), v_max)
-    v_high = max(min(v_now + a_max * period, v_max, math.sqrt(2.0 * a_max * goal_distance)), v_low)
-    omega_low = min(max(omega_now - alpha_max * period, -omega_max), omega_max)
-    omega_high = max(min(omega_now + alpha_max * period, omega_max), -omega_max)
+    v_low = min(max(v_now - a_max * PERIOD, 0.0), v_max)
+    v_high = max(min(v_now + a_max * PERIOD, v_max, math.sqrt(2.0 * a_max * goal_distance)), v_low)
+    omega_low = min(max(omega_now - alpha_max * PERIOD, -omega_max), omega_max)
+    omega_high = max(min(omega_now + alpha_max * PERIOD, omega_max), -omega_max)
 
-    # No twist of this window goes farther before it stops, or cares for clearance beyond `far`.
-    longest = max(far, v_high * (period + 0.5 * max(v_high / a_max, omega_max / alpha_max)))
+    # No twist of this window goes farther before it stops, or cares for clearance beyond its limit.
+    longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / a_max, omega_max / alpha_max)))
     near = _in_robot_frame(x, y, yaw, points)
     near = near[near[:, 0] ** 2 + near[:, 1] ** 2 <= (longest + radius) ** 2]
 
     best, best_v, best_omega = -math.inf, 0.0, 0.0
-    for i in range(samples[0]):
-        v = v_low + (v_high - v_low) * i / (samples[0] - 1)
-        for j in range(samples[1]):
-            omega = omega_low + (omega_high - omega_low) * j / (samples[1] - 1)
-            held = period + 0.5 * max(v / a_max, abs(omega) / alpha_max)
+    for i in range(SAMPLES[0]):
+        v = v_low + (v_high - v_low) * i / (SAMPLES[0] - 1)
+        for j in range(SAMPLES[1]):
+            omega = omega_low + (omega_high - omega_low) * j / (SAMPLES[1] - 1)
+            held = PERIOD + 0.5 * max(v / a_max, abs(omega) / alpha_max)
             clearance = math.inf  # a disc that turns on the spot covers no new ground
             if v > 0.0:
                 clearance = _arc_clearance(near, omega / v, radius, v * held)
@@ -135,15 +127,14 @@ def _best(x, y, yaw, v_now, omega_now, goal_x, goal_y, points, limits, radius, p
             ahead, left = goal_ahead - ahead, goal_left - left
             cosine, sine = math.cos(turn), math.sin(turn)
             error = abs(math.atan2(cosine * left - sine * ahead, cosine * ahead + sine * left))
-            score = (
-                weights[0] * (1.0 - error / math.pi) + weights[1] * min(clearance, far) / far + weights[2] * v / v_max
-            )
+            free = min(clearance, CLEARANCE_LIMIT) / CLEARANCE_LIMIT
+            score = HEADING_WEIGHT * (1.0 - error / math.pi) + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max
             if score > best:
                 best, best_v, best_omega = score, v, omega
     if best > -math.inf:
         return best_v, best_omega
     stop_time = max(abs(v_now) / a_max, abs(omega_now) / alpha_max)
-    kept = max(0.0, 1.0 - period / stop_time) if stop_time > 0.0 else 0.0
+    kept = max(0.0, 1.0 - PERIOD / stop_time) if stop_time > 0.0 else 0.0
     return max(kept * v_now, 0.0), kept * omega_now
 
 
@@ -157,6 +148,7 @@ def _stop(length, turn):
 
 @njit(cache=True)
 def _in_robot_frame(x, y, yaw, points):
+    """Points of shape (n, 2) in the frame of a robot at (x, y, yaw)."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     local = np.empty_like(points)
     for k in range(len(points)):

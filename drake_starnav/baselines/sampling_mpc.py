@@ -216,14 +216,16 @@ def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
             shortest, best = over, k
     if best < 0:
         return OCCLUDED, ahead_x, ahead_y
-    px, py = _farthest_seen(x, y, center[best, 0], center[best, 1], ahead_x, ahead_y, center, bearing_0, values, reach)
-    px, py = _farthest_seen(ahead_x, ahead_y, px, py, x, y, center, bearing_0, values, reach)
+    here, ahead, middle = (x, y), (ahead_x, ahead_y), (center[best, 0], center[best, 1])
+    corner = _farthest_seen(here, middle, ahead, center, bearing_0, values, reach)
+    px, py = _farthest_seen(ahead, corner, here, center, bearing_0, values, reach)
     return ROUND_A_CORNER, px, py
 
 
 @njit(cache=True)
-def _farthest_seen(x, y, ax, ay, bx, by, center, bearing_0, values, reach):
-    """The farthest point that (x, y) sees on the way from a, which it sees, to b, which it does not."""
+def _farthest_seen(place, a, b, center, bearing_0, values, reach):
+    """The farthest point (x, y) that a place sees on the way from a, which it sees, to b, which it does not."""
+    (x, y), (ax, ay), (bx, by) = place, a, b
     low, high = 0.0, 1.0
     for _ in range(SIGHT_HALVINGS):
         share = 0.5 * (low + high)

@@ -7,6 +7,7 @@ clipped by its two end faces. A face within the plane is cut if the solid is bel
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -35,6 +36,17 @@ class Solids:
     vertices: np.ndarray
     face_starts: np.ndarray
     face_vertices: np.ndarray
+
+
+class _Conic(NamedTuple):
+    """The curve d^T A d + 2 b^T d + c = 0 in a plane."""
+
+    a00: float
+    a01: float
+    a11: float
+    b0: float
+    b1: float
+    c: float
 
 
 def slice_solids(solids: Solids, plane: np.ndarray) -> np.ndarray:
@@ -192,17 +204,17 @@ def _times(q, v):
 @njit(cache=True)
 def _slice_quadric(q, plane, normal, rows, count):
     """Write the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
-    e1, e2, center, axis, cap = plane[0], plane[1], q[0:3], q[9:12], q[14]
+    e1, e2, center, axis = plane[0], plane[1], q[0:3], q[9:12]
     height = _along(center, normal, plane[2])
     x0, y0 = _along(center, e1, plane[2]), _along(center, e2, plane[2])
     # d is measured from the centre's projection, w = -height normal away from the centre.
-    M1, M2, Mn = _times(q, e1), _times(q, e2), _times(q, normal)
+    M1, M2 = _times(q, e1), _times(q, e2)
     a00, a01, a11 = _dot(M1, e1), _dot(M1, e2), _dot(M2, e2)
     b0, b1 = -height * _dot(M1, normal), -height * _dot(M2, normal)
-    c = height * height * _dot(Mn, normal) - 1.0
+    conic = _Conic(a00, a01, a11, b0, b1, height * height * _dot(_times(q, normal), normal) - 1.0)
     m0, m1 = _dot(axis, e1), _dot(axis, e2)
-    k = -height * _dot(axis, normal)
-    low, high = q[12] - k, q[13] - k
+    lean = _dot(axis, normal)
+    low, high = q[12] + height * lean, q[13] + height * lean
     slope = math.hypot(m0, m1)
     if slope < 1e-12:
         if low > 0.0 or high < 0.0:
@@ -216,20 +228,18 @@ def _slice_quadric(q, plane, normal, rows, count):
     trace, determinant = a00 + a11, a00 * a11 - a01 * a01
     if determinant > 1e-12 * trace * trace:
         cx, cy = (a01 * b1 - a11 * b0) / determinant, (a01 * b0 - a00 * b1) / determinant
-        size = -(c + b0 * cx + b1 * cy)
+        size = -(conic.c + b0 * cx + b1 * cy)
         if size <= 0.0:
             return count
         spread = math.hypot((a00 - a11) / 2.0, a01)
         radius = math.sqrt(size * (trace / 2.0 + spread) / determinant)
         middle = m0 * cx + m1 * cy
         if low <= middle - slope * radius and high >= middle + slope * radius:
-            round_ = spread <= 1e-12 * trace
             row = rows[count]
-            row[0], row[1], row[2] = x0 + cx, y0 + cy, radius
-            row[3] = CIRCLE if round_ else CONIC
-            if not round_:
-                _put_conic(row, a00, a01, a11, b0, b1, c, cx, cy)
-                row[12], row[13] = -1.0, 1.0
+            row[0], row[1], row[2], row[3] = x0 + cx, y0 + cy, radius, CIRCLE
+            if spread > 1e-12 * trace:
+                row[3], row[12], row[13] = CONIC, -1.0, 1.0
+                _put_conic(row, conic, cx, cy)
             return count + 1
 
     # Clipped: a box along the axis and across it. Clipped quadrics are round about their axis, so A is diagonal there.
@@ -237,37 +247,50 @@ def _slice_quadric(q, plane, normal, rows, count):
     across = a00 * u1 * u1 - 2.0 * a01 * u0 * u1 + a11 * u0 * u0
     begin, end = low / slope, high / slope
     side = (b0 * u1 - b1 * u0) / across
+    half = 1.0 / math.sqrt(across)  # a horizontal cylinder, whose slice is at most as wide as itself
     if radius < np.inf:
         begin, end = max(begin, u0 * cx + u1 * cy - radius), min(end, u0 * cx + u1 * cy + radius)
         half = math.sqrt(size / across)
-    else:
-        half = 1.0 / math.sqrt(across)  # a horizontal cylinder, whose slice is at most as wide as itself
     if begin < end:
         row = rows[count]
         px, py = u0 * (begin + end) / 2.0 - u1 * side, u1 * (begin + end) / 2.0 + u0 * side
         row[0], row[1] = x0 + px, y0 + py
         row[2] = min(radius + math.hypot(px - cx, py - cy), math.hypot((end - begin) / 2.0, half)) + 1e-9
         row[3] = CONIC
-        _put_conic(row, a00, a01, a11, b0, b1, c, px, py)
-        row[10], row[11] = m0, m1
-        row[12], row[13] = low - m0 * px - m1 * py, high - m0 * px - m1 * py
+        _put_conic(row, conic, px, py)
+        row[10], row[11], row[12], row[13] = m0, m1, low - m0 * px - m1 * py, high - m0 * px - m1 * py
         count += 1
-    if cap > 0.0:  # the plane meets the disc of an end face in a chord
-        lean = _dot(axis, normal)
-        for bound in (q[12], q[13]):
-            rise = height + bound * lean  # of the disc's centre above the plane
-            away = rise / slope  # from the disc's centre to the chord, within the disc
-            if abs(away) < cap:
-                half = math.sqrt(cap * cap - away * away)
-                along = bound * slope + away * lean
-                px, py = x0 + along * u0, y0 + along * u1
-                count = _put_segment(px - half * u1, py + half * u0, px + half * u1, py - half * u0, rows, count)
+    return _slice_caps(q, height, lean, (x0, y0, u0, u1, slope), rows, count) if q[14] > 0.0 else count
+
+
+@njit(cache=True)
+def _slice_caps(q, height, lean, place, rows, count):
+    """Write the chords of a quadric's end faces, flat discs.
+
+    Args:
+        q: the quadric.
+        height: of its centre above the plane, m.
+        lean: component of its axis along the plane's normal.
+        place: where the centre is in the plane, m, the axis's direction there, and its component along that.
+        rows, count: rows to write to, and how many are written; the new count is returned.
+    """
+    x0, y0, u0, u1, slope = place
+    cap = q[14]
+    for bound in (q[12], q[13]):
+        rise = height + bound * lean  # of the disc's centre above the plane
+        away = rise / slope  # from the disc's centre to the chord, within the disc
+        if abs(away) < cap:
+            half = math.sqrt(cap * cap - away * away)
+            along = bound * slope + away * lean
+            px, py = x0 + along * u0, y0 + along * u1
+            count = _put_segment(px - half * u1, py + half * u0, px + half * u1, py - half * u0, rows, count)
     return count
 
 
 @leaf
-def _put_conic(row, a00, a01, a11, b0, b1, c, px, py):
+def _put_conic(row, conic, px, py):
     """Write the conic's coefficients for d measured from (px, py)."""
+    a00, a01, a11, b0, b1, c = conic
     g0, g1 = a00 * px + a01 * py, a01 * px + a11 * py
     row[4], row[5], row[6] = a00, a01, a11
     row[7], row[8] = b0 + g0, b1 + g1

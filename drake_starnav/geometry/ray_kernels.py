@@ -64,39 +64,16 @@ def cast_rows(rows, place, fan, ranges, reach):
             elif row[3] == SEGMENT:
                 _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges)
             else:
-                _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges)
+                _cast_conic(row, place, directions, i0, i1, ranges)
 
 
 @leaf
-def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
-    for i in range(i0, i1 + 1):
-        ux, uy = directions[i, 0], directions[i, 1]
-        cross = dx * uy - dy * ux
-        under = radius * radius - cross * cross
-        if under < 0.0:
-            continue
-        along, chord = dx * ux + dy * uy, math.sqrt(under)
-        t = along - chord
-        if t < 0.0:
-            t = along + chord
-        if 0.0 <= t < ranges[i]:
-            ranges[i] = t
-
-
-@leaf
-def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
-    cross = ax * ey - ay * ex
-    for i in range(i0, i1 + 1):
-        below = directions[i, 0] * ey - directions[i, 1] * ex
-        if below != 0.0:
-            t = cross / below
-            if 0.0 <= t < ranges[i]:
-                ranges[i] = t
-
-
-@leaf
-def _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges):
+def _cast_conic(row, place, directions, i0, i1, ranges):
+    """Shorten ranges of the beams i0 to i1 to a clipped conic; arguments as of `cast_rows`."""
     # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
+    x, y, cy, sy = place
+    gx, gy = row[0] - x, row[1] - y
+    dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
     a00, a01, a11 = row[4], row[5], row[6]
     p00 = cy * cy * a00 + 2.0 * cy * sy * a01 + sy * sy * a11
     p11 = sy * sy * a00 - 2.0 * cy * sy * a01 + cy * cy * a11
@@ -125,3 +102,32 @@ def _cast_conic(row, dx, dy, cy, sy, directions, i0, i1, ranges):
             if 0.0 <= t < ranges[i] and low <= s + t * rate <= high:
                 ranges[i] = t
                 break
+
+
+@leaf
+def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
+    """The same with a circle about (dx, dy) in S, m."""
+    for i in range(i0, i1 + 1):
+        ux, uy = directions[i, 0], directions[i, 1]
+        cross = dx * uy - dy * ux
+        under = radius * radius - cross * cross
+        if under < 0.0:
+            continue
+        along, chord = dx * ux + dy * uy, math.sqrt(under)
+        t = along - chord
+        if t < 0.0:
+            t = along + chord
+        if 0.0 <= t < ranges[i]:
+            ranges[i] = t
+
+
+@leaf
+def _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges):
+    """The same with a segment from (ax, ay) to (ax + ex, ay + ey) in S, m."""
+    cross = ax * ey - ay * ex
+    for i in range(i0, i1 + 1):
+        below = directions[i, 0] * ey - directions[i, 1] * ex
+        if below != 0.0:
+            t = cross / below
+            if 0.0 <= t < ranges[i]:
+                ranges[i] = t

@@ -4,9 +4,12 @@ Source: A. Censi, An ICP variant using a point-to-line metric, ICRA 2008; the pr
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan
 
 ITERATIONS = 15
 FLATNESS = 0.15
@@ -18,8 +21,34 @@ UNOBSERVABLE_WEIGHT = 1e12
 """Inverse variance of the guess in an unobservable direction, 1/m^2."""
 
 
+class Surfaces(NamedTuple):
+    """A scan as points with lines through them, one per beam; in the sensor frame.
+
+    Attributes:
+        points: shape (n, 2), end points of the beams, m; infinity without a hit.
+        anchor, normal: shape (n, 2), a line through the hits around each one; the normal is 0 if there is none.
+        angle_min, increment: bearing of the first beam and step between beams, rad.
+        wrap: whether the last beam's neighbour is the first one.
+    """
+
+    points: np.ndarray
+    anchor: np.ndarray
+    normal: np.ndarray
+    angle_min: float
+    increment: float
+    wrap: bool
+
+    @staticmethod
+    def of(scan: LaserScan, width: float) -> "Surfaces":
+        """Those of a scan's static hits; for the width see `_lines`."""
+        points = np.full((len(scan.ranges), 2), np.inf)
+        points[scan.lasting_hits] = scan.points_at(scan.distances, scan.lasting_hits, (0.0, 0.0, 0.0))
+        anchor, normal = _lines(points, scan.angle_increment, scan.full_circle, width)
+        return Surfaces(points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
+
+
 @njit(cache=True)
-def surfaces(points, increment, wrap, width):
+def _lines(points, increment, wrap, width):
     """Lines through each point's neighbours on one surface: an anchor point and a normal each, 0 if there is none.
 
     Args:
@@ -74,8 +103,8 @@ def _spread(a, b, c):
 
 
 @njit(cache=True)
-def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, wrap, sigma, gate, last_gate):
-    """The pose of a set of points in the frame of known points, near a guess, and the number of inliers.
+def aligned(points, guess, weight, known, sigma, gate, last_gate):
+    """The pose of a set of points in the frame of known surfaces, near a guess, and the number of inliers.
 
     Gauss-Newton on the distances to the lines of the nearest known points, with Geman-McClure weights. Where all lines
     are parallel, as in a corridor, the guess is kept along them.
@@ -84,10 +113,7 @@ def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, 
         points: shape (k, 2), m.
         guess: (x, y, yaw) of the points' frame, m and rad.
         weight: shape (3,), inverse variances of the guess.
-        known: shape (n, 2), points as for `surfaces`; the nearest are found by their beams.
-        anchor, normal: shape (n, 2), from `surfaces`.
-        angle_min, increment, wrap: bearing of the first beam and step between beams, rad; whether they cover a full
-            circle.
+        known: `Surfaces`.
         sigma: standard deviation of a point's distance from its line, m; an inlier is within three of them.
         gate, last_gate: points farther than this from all known points are ignored, in the first and in the last
             iterations, m.
@@ -95,57 +121,72 @@ def aligned(points, guess, weight, known, anchor, normal, angle_min, increment, 
     Returns:
         (x, y, yaw), and the number of inliers.
     """
-    n, turn = len(known), 2.0 * math.pi / increment
-    x, y, yaw = guess
+    pose = guess.copy()
     inliers = 0
     for _ in range(ITERATIONS):
-        h = np.zeros((3, 3))
-        g = np.zeros(3)
-        h[0, 0], h[1, 1], h[2, 2] = weight
-        g[0], g[1], g[2] = weight[0] * (x - guess[0]), weight[1] * (y - guess[1]), weight[2] * (yaw - guess[2])
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        scale = max(3.0 * sigma, 0.3 * gate) ** 2
-        inliers = 0
-        for i in range(len(points)):
-            rx, ry = points[i, 0] * cosine - points[i, 1] * sine, points[i, 0] * sine + points[i, 1] * cosine
-            px, py = x + rx, y + ry
-            away = math.hypot(px, py)
-            middle = int(round(((math.atan2(py, px) - angle_min) % (2.0 * math.pi)) / increment))
-            if not wrap and middle > 0.5 * (n + turn):
-                middle -= int(turn)  # just before the first beam
-            reach = min(int(math.ceil(gate / max(away, gate) / increment)), n // 4)
-            best, nearest = -1, gate * gate
-            for k in range(middle - reach, middle + reach + 1):
-                if not wrap and not 0 <= k < n:
-                    continue
-                dx, dy = known[k % n, 0] - px, known[k % n, 1] - py
-                squared = dx * dx + dy * dy
-                if squared < nearest:
-                    best, nearest = k % n, squared
-            if best < 0 or (normal[best, 0] == 0.0 and normal[best, 1] == 0.0):
-                continue
-            nx, ny = normal[best]
-            residual = nx * (px - anchor[best, 0]) + ny * (py - anchor[best, 1])
-            if abs(residual) < 3.0 * sigma:
-                inliers += 1
-            w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
-            j = np.array((nx, ny, ny * rx - nx * ry))
-            for a in range(3):
-                g[a] += w * residual * j[a]
-                for b in range(3):
-                    h[a, b] += w * j[a] * j[b]
-        # eigenvalues of the points' part of h: the smallest belongs to the direction along the lines
-        a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
-        if 0.5 * (a + c) - _spread(a, b, c) < OBSERVABLE * (a + c):
-            along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
-            ux, uy = math.cos(along), math.sin(along)
-            away = ux * (x - guess[0]) + uy * (y - guess[1])
-            g[0], g[1] = g[0] + UNOBSERVABLE_WEIGHT * away * ux, g[1] + UNOBSERVABLE_WEIGHT * away * uy
-            h[0, 0], h[1, 1] = h[0, 0] + UNOBSERVABLE_WEIGHT * ux * ux, h[1, 1] + UNOBSERVABLE_WEIGHT * uy * uy
-            h[0, 1], h[1, 0] = h[0, 1] + UNOBSERVABLE_WEIGHT * ux * uy, h[1, 0] + UNOBSERVABLE_WEIGHT * ux * uy
+        h, g = np.diag(weight), weight * (pose - guess)
+        inliers = _add_points(h, g, points, pose, known, sigma, gate)
+        _keep_along(h, g, pose - guess, weight)
         change = np.linalg.solve(h, -g)
-        x, y, yaw = x + change[0], y + change[1], yaw + change[2]
-        if gate <= last_gate and max(abs(change[0]), abs(change[1]), abs(change[2])) < 1e-4:
+        pose += change
+        if gate <= last_gate and np.abs(change).max() < 1e-4:
             break
         gate = max(0.6 * gate, last_gate)
-    return np.array((x, y, yaw)), inliers
+    return pose, inliers
+
+
+@njit(cache=True)
+def _add_points(h, g, points, pose, known, sigma, gate):
+    """Add the points' distances to their lines to the matrix (3, 3) and the gradient (3,); the number of inliers."""
+    inliers = 0
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    scale = max(3.0 * sigma, 0.3 * gate) ** 2
+    for i in range(len(points)):
+        rx, ry = points[i, 0] * cosine - points[i, 1] * sine, points[i, 0] * sine + points[i, 1] * cosine
+        px, py = pose[0] + rx, pose[1] + ry
+        best = _nearest(known, px, py, gate)
+        if best < 0 or (known.normal[best, 0] == 0.0 and known.normal[best, 1] == 0.0):
+            continue
+        nx, ny = known.normal[best]
+        residual = nx * (px - known.anchor[best, 0]) + ny * (py - known.anchor[best, 1])
+        inliers += abs(residual) < 3.0 * sigma
+        w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
+        j = np.array((nx, ny, ny * rx - nx * ry))
+        for a in range(3):
+            g[a] += w * residual * j[a]
+            for b in range(3):
+                h[a, b] += w * j[a] * j[b]
+    return inliers
+
+
+@njit(cache=True)
+def _nearest(known, x, y, gate):
+    """The known point nearest to a place, found by its beam, or -1 if none is within the gate."""
+    n, turn = len(known.points), 2.0 * math.pi / known.increment
+    middle = int(round(((math.atan2(y, x) - known.angle_min) % (2.0 * math.pi)) / known.increment))
+    if not known.wrap and middle > 0.5 * (n + turn):
+        middle -= int(turn)  # just before the first beam
+    reach = min(int(math.ceil(gate / max(math.hypot(x, y), gate) / known.increment)), n // 4)
+    best, nearest = -1, gate * gate
+    for k in range(middle - reach, middle + reach + 1):
+        if not known.wrap and not 0 <= k < n:
+            continue
+        dx, dy = known.points[k % n, 0] - x, known.points[k % n, 1] - y
+        squared = dx * dx + dy * dy
+        if squared < nearest:
+            best, nearest = k % n, squared
+    return best
+
+
+@njit(cache=True)
+def _keep_along(h, g, away, weight):
+    """Keep the guess, which the pose is `away` from, along the lines where all of them are parallel."""
+    # the smallest eigenvalue belongs to the direction along the lines
+    a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
+    if 0.5 * (a + c) - _spread(a, b, c) < OBSERVABLE * (a + c):
+        along = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi
+        u = np.array((math.cos(along), math.sin(along)))
+        for i in range(2):
+            g[i] += UNOBSERVABLE_WEIGHT * (u[0] * away[0] + u[1] * away[1]) * u[i]
+            for j in range(2):
+                h[i, j] += UNOBSERVABLE_WEIGHT * u[i] * u[j]

@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_starnav.geometry.se2 import composed, inverse, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.localization.icp import aligned, surfaces
+from drake_starnav.localization.icp import Surfaces, aligned
 from drake_starnav.utils.snapshot import snapshot
 
 STILL = 0.02
@@ -67,24 +67,17 @@ class Keyframe:
     Attributes:
         pose: (x, y, yaw) of the sensor frame S in M.
         scan: in S.
-        points: shape (n, 2), end points of the beams, S, m; infinity without a hit.
-        anchor, normal: shape (n, 2), line through the hits around each one, S; the normal is 0 if there is none.
+        surfaces: in S.
     """
 
     pose: np.ndarray
     scan: LaserScan
-    points: np.ndarray
-    anchor: np.ndarray
-    normal: np.ndarray
+    surfaces: Surfaces
 
     @staticmethod
     def of(scan: LaserScan, pose: np.ndarray, noise: float) -> "Keyframe":
         """The keyframe of a scan taken at a pose (x, y, yaw) in M, for a range noise in m."""
-        points = np.full((len(scan.ranges), 2), np.inf)
-        hit = scan.lasting_hits
-        points[hit] = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
-        anchor, normal = surfaces(points, scan.angle_increment, scan.full_circle, max(0.1, 8.0 * noise))
-        return Keyframe(np.array(pose, dtype=float), scan, points, anchor, normal)
+        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, max(0.1, 8.0 * noise)))
 
 
 @snapshot
@@ -185,17 +178,11 @@ def _fitted(
         deviation: shape (3,), standard deviations of the prediction, m and rad.
         error: errors of the lidar.
     """
-    scan = keyframe.scan
     pose, inliers = aligned(
         points,
         np.array(now_in(keyframe.pose, predicted)),
         1.0 / deviation**2,
-        keyframe.points,
-        keyframe.anchor,
-        keyframe.normal,
-        scan.angle_min,
-        scan.angle_increment,
-        scan.full_circle,
+        keyframe.surfaces,
         math.hypot(error.noise, SURFACE_ERROR),
         min(NARROWEST_GATE + 3.0 * float(deviation[0]), WIDEST_GATE),
         NARROWEST_GATE,

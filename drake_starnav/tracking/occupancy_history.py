@@ -34,6 +34,7 @@ HIT_SHARE = 0.5
 CONNECTED = 0.15
 CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
+_BESIDE = np.indices((3, 3)).reshape(2, 9) - 1  # rows and columns of a cell and its neighbours, from its own
 
 
 @snapshot
@@ -88,11 +89,11 @@ class OccupancyHistory:
             pose: (x, y, yaw) of S in W when it was taken.
             parameters: max_radius.
         """
-        x, y, yaw = pose
-        stands, freed = _look_up(
-            self.first_hit, self.last_hit, self.seen_free, self.first, x, y, yaw + scan.angle_min,
-            scan.angle_increment, scan.distances, scan.hits, scan.time,
-        )  # fmt: skip
+        beams, i, j = self._cells_hit(scan, pose, border=1)
+        stands, freed = scan.hits.copy(), np.zeros(len(scan.hits), bool)
+        near = i[:, None] + _BESIDE[0], j[:, None] + _BESIDE[1]
+        stands[beams] = _stands(self.first_hit[near], self.last_hit[near], scan.time).any(axis=1)
+        freed[beams] = self.seen_free[i, j] >= 0.0
         widest = 2.0 * parameters.max_radius
         static = _on_static_surface(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
         dynamic, came = _in_pairs(freed & ~stands), _in_pairs(freed)
@@ -106,9 +107,10 @@ class OccupancyHistory:
             scan, pose: as for `classified`.
             large: which hits are on a surface that is too large to move, shape (n,).
         """
-        x, y, yaw = pose
-        known = _seen_large(self.large, self.first, x, y, yaw + scan.angle_min, scan.angle_increment, scan.distances)
-        return scan.hits & ~large & ~known
+        beams, i, j = self._cells_hit(scan, pose, border=1)
+        may_start = scan.hits & ~large
+        may_start[beams] &= (self.large[i[:, None] + _BESIDE[0], j[:, None] + _BESIDE[1]] < 0.0).all(axis=1)
+        return may_start
 
     def walls(self, time: float) -> np.ndarray:
         """Centres of the cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m."""
@@ -118,13 +120,24 @@ class OccupancyHistory:
     def updated(self, scan: LaserScan, pose: np.ndarray, large: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `may_start`."""
         grid = self.following(pose[:2])
-        arrays = grid.first_hit.copy(), grid.last_hit.copy(), grid.seen_free.copy(), grid.large.copy()
-        x, y, yaw = pose
-        _update(
-            *arrays, grid.first, x, y, yaw + scan.angle_min, scan.angle_increment,
-            np.where(scan.lost, 0.0, scan.distances), scan.hits, large, scan.full_circle, scan.time,
-        )  # fmt: skip
-        return OccupancyHistory(grid.first, *arrays)
+        first_hit, last_hit, seen_free, seen_large = (
+            array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)
+        )
+        distance = np.where(scan.lost, 0.0, scan.distances)
+        beams = scan.angle_min + pose[2], scan.angle_increment, scan.full_circle
+        free = _seen_through(grid.first, len(first_hit), pose[0], pose[1], beams, distance)
+        seen_free[free], first_hit[free], seen_large[free] = scan.time, NEVER, NEVER
+        hit, i, j = grid._cells_hit(scan, pose, border=0)
+        first_hit[i, j] = np.where(first_hit[i, j] < 0.0, scan.time, first_hit[i, j])
+        last_hit[i, j] = scan.time
+        seen_large[i[large[hit]], j[large[hit]]] = scan.time
+        return OccupancyHistory(grid.first, first_hit, last_hit, seen_free, seen_large)
+
+    def _cells_hit(self, scan: LaserScan, pose: np.ndarray, border: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Which beams hit cells of the grid, but for so wide a border, and rows and columns of these, each (k,)."""
+        cells = np.floor(scan.points(pose) / CELL).astype(np.int64) - self.first
+        inside = ((cells >= border) & (cells < len(self.first_hit) - border)).all(axis=1)
+        return np.flatnonzero(scan.hits)[inside], cells[inside, 0], cells[inside, 1]
 
 
 def _in_pairs(beams: np.ndarray) -> np.ndarray:
@@ -181,55 +194,27 @@ def _on_static_surface(distance, hit, increment, wrap, width, stands):
     return out
 
 
-@njit(cache=True)
-def _stands(first_hit, last_hit, time):
-    """Whether a cell, or each of an array of cells, has been occupied for long enough."""
+def _stands(first_hit: np.ndarray, last_hit: np.ndarray, time: float) -> np.ndarray:
+    """Which of some cells have been occupied for long enough."""
     return (
         (first_hit >= 0.0) & (time - first_hit >= STANDING_AFTER) & (last_hit - first_hit >= HIT_SHARE * STANDING_AFTER)
     )
 
 
 @njit(cache=True)
-def _look_up(first_hit, last_hit, seen_free, origin, x, y, bearing_0, increment, distance, hit, time):
-    """Which beams hit static cells (in or beside their cell) or lie outside the grid; and which hit cells seen free."""
-    n, cells = len(distance), len(first_hit)
-    stands, freed = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
-    for k in range(n):
-        if not hit[k]:
-            continue
-        theta = bearing_0 + k * increment
-        i = int(math.floor((x + distance[k] * math.cos(theta)) / CELL)) - origin[0]
-        j = int(math.floor((y + distance[k] * math.sin(theta)) / CELL)) - origin[1]
-        if not (1 <= i < cells - 1 and 1 <= j < cells - 1):
-            stands[k] = True
-            continue
-        freed[k] = seen_free[i, j] >= 0.0
-        for a in range(i - 1, i + 2):
-            for b in range(j - 1, j + 2):
-                stands[k] |= _stands(first_hit[a, b], last_hit[a, b], time)
-    return stands, freed
+def _seen_through(origin, cells, x, y, beams, distance):
+    """Which cells of a square grid all beams near them pass, shape (cells, cells), bool.
 
-
-@njit(cache=True)
-def _seen_large(large, origin, x, y, bearing_0, increment, distance):
-    """Which beams end in or beside a cell that a large surface was seen in."""
-    n, cells = len(distance), len(large)
-    out = np.zeros(n, np.bool_)
-    for k in range(n):
-        theta = bearing_0 + k * increment
-        i = int(math.floor((x + distance[k] * math.cos(theta)) / CELL)) - origin[0]
-        j = int(math.floor((y + distance[k] * math.sin(theta)) / CELL)) - origin[1]
-        if 1 <= i < cells - 1 and 1 <= j < cells - 1:
-            out[k] = large[i - 1 : i + 2, j - 1 : j + 2].max() >= 0.0
-    return out
-
-
-@njit(cache=True)
-def _update(
-    first_hit, last_hit, seen_free, seen_large, origin, x, y, bearing_0, increment, distance, hit, large, wrap,
-    time,
-):  # fmt: skip
-    n, cells = len(distance), len(first_hit)
+    Args:
+        origin: first cell of the grid, shape (2,).
+        cells: along a side.
+        x, y: of the sensor, m.
+        beams: bearing of the first one in the grid's frame and the step, rad, and whether they are a full circle.
+        distance: up to which each sees, shape (n,), m.
+    """
+    bearing_0, increment, wrap = beams
+    n = len(distance)
+    through = np.zeros((cells, cells), np.bool_)
     half = 0.5 * math.sqrt(2.0) * CELL
     reach = distance.max()
     low_i = max(int(math.floor((x - reach) / CELL)) - origin[0], 0)
@@ -257,19 +242,5 @@ def _update(
             while free and k <= last:
                 free = distance[k % n] > ends
                 k += 1
-            if free:
-                seen_free[i, j] = time
-                first_hit[i, j] = NEVER
-                seen_large[i, j] = NEVER
-    for k in range(n):
-        if not hit[k]:
-            continue
-        theta = bearing_0 + k * increment
-        i = int(math.floor((x + distance[k] * math.cos(theta)) / CELL)) - origin[0]
-        j = int(math.floor((y + distance[k] * math.sin(theta)) / CELL)) - origin[1]
-        if 0 <= i < cells and 0 <= j < cells:
-            if first_hit[i, j] < 0.0:
-                first_hit[i, j] = time
-            last_hit[i, j] = time
-            if large[k]:
-                seen_large[i, j] = time
+            through[i, j] = free
+    return through

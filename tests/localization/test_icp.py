@@ -7,31 +7,20 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.se2 import inverse, now_in, placed
-from drake_starnav.localization.icp import aligned, surfaces
+from drake_starnav.localization.icp import Surfaces, aligned
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, scattered, seeds
 
 BOX = World("box", (0, 0, 0), (0, 0), bounds=(-3.0, -2.0, 3.0, 2.0))
 
 
-def beams_of(scan):
-    points = np.full((len(scan.ranges), 2), np.inf)
-    points[scan.hits] = scan.points()
-    return points
-
-
 def found(scan, points, guess, deviation, gate=0.3):
-    known = beams_of(scan)
-    anchor, normal = surfaces(known, scan.angle_increment, scan.full_circle, 0.1)
-    weight = np.full(3, 1.0 / deviation**2)
-    shape = (scan.angle_min, scan.angle_increment, scan.full_circle)
-    return aligned(points, guess, weight, known, anchor, normal, *shape, 0.01, gate, 0.1)
+    return aligned(points, guess, np.full(3, 1.0 / deviation**2), Surfaces.of(scan, 0.1), 0.01, gate, 0.1)
 
 
 def test_lines_are_those_of_the_walls_and_there_is_none_in_a_corner() -> None:
     scan = cast(BOX)
-    points = beams_of(scan)
-    anchor, normal = surfaces(points, scan.angle_increment, scan.full_circle, 0.1)
+    points, anchor, normal, *_ = Surfaces.of(scan, 0.1)
     on_line = np.hypot(*normal.T) > 0.5
     assert on_line.mean() > 0.95
     away = ((points - anchor) * normal).sum(axis=1)
