@@ -18,16 +18,17 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.building_world import LIDAR, building, tour, tour_log
-from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step, planner, search
+from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planner, search
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
-from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
-ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
-SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
+SCENARIO = Scenario("default", None)
+ROBOT, PLANNER, MARGINS = SCENARIO.robot, SCENARIO.planner, derive_margins(SCENARIO)
+SETTINGS = PerceptionSettings(MARGINS, ROBOT.radius)
 PHASES = {
     "reconcile": (planner, "reconcile"),
     "extend": (planner, "extended"),
@@ -118,7 +119,7 @@ class Pipeline:
         begin = time.thread_time()
         self.known = perceive(self.known, scan, pose, SETTINGS)
         middle = time.thread_time()
-        now = PlannerInput(self.known.observation, pose[:2], goal, scan.time, PLANNER, ROBOT.radius)
+        now = PlannerInput(self.known.observation, pose[:2], goal, scan.time, PLANNER, MARGINS, ROBOT.radius)
         self.state = plan_step(self.state, now)
         self.timed.update.append(time.thread_time() - middle)
         self.timed.scan.append(middle - begin)

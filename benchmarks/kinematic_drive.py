@@ -2,27 +2,30 @@
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from drake_starnav.control import ControllerInputs, ControllerParameters, followed
+from drake_starnav.control import ControllerInputs, followed
 from drake_starnav.control.certificates import standard_certificates
 from drake_starnav.control.motion import Actuation
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap, plan_step
+from drake_starnav.planning import PlannerInput, PlannerState, PlannerStatus, StarRoadmap, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.perception import SCAN_MEMORY, Perceived, PerceptionSettings, perceive
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
-from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.worlds import World
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
-LIDAR, ROBOT, PLANNER, CONTROLLER = LidarParameters(), RobotParameters(), PlannerParameters(), ControllerParameters()
-SAFE_RADIUS = ROBOT.radius + CONTROLLER.safety_margin
-SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
+SCENARIO = Scenario("default", None)
+LIDAR, ROBOT, PLANNER, CONTROLLER = SCENARIO.lidar, SCENARIO.robot, SCENARIO.planner, SCENARIO.controller
+MARGINS = replace(derive_margins(SCENARIO), smoothed_beams=0)
+"""Of the default scenario, but the plain pipeline does not smooth the certificate's ranges."""
+SAFE_RADIUS = ROBOT.radius + MARGINS.safety
+SETTINGS = PerceptionSettings(MARGINS, ROBOT.radius)
 COMMANDS = Actuation(ROBOT.limits, ROBOT.radius, 1.0 / CONTROLLER.rate, CONTROLLER.delay)
 ARRIVED = 0.3
 """At the goal the drive ends this far from it, m."""
@@ -76,7 +79,7 @@ def scan_processing(moment: ScanMoment) -> Perceived:
 
 def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMemory]:
     """The safety star with the scan added to the memory."""
-    scan, pose, reach = moment.scan, moment.pose, CONTROLLER.safety_range
+    scan, pose, reach = moment.scan, moment.pose, MARGINS.safety_range
     kept = reach + 2.0 * SAFE_RADIUS, SCAN_MEMORY
     return safety_star(moment.before.memory, scan, distance, pose, SAFE_RADIUS, reach, kept)
 
@@ -84,8 +87,8 @@ def safety(moment: ScanMoment, distance: np.ndarray) -> tuple[SafetyStar, ScanMe
 def command(moment: CommandMoment) -> np.ndarray:
     """The twist that controller and shield command."""
     inputs = ControllerInputs(moment.pose, moment.twist, moment.guidance, moment.star)
-    desired = followed(inputs, CONTROLLER, ROBOT).twist
-    asked = standard_certificates(moment.star, CONTROLLER.safety_margin, COMMANDS, moment.pose[:2])
+    desired = followed(inputs, MARGINS, ROBOT).twist
+    asked = standard_certificates(moment.star, MARGINS.safety, COMMANDS, moment.pose[:2])
     target, _ = certified_twist(moment.pose, moment.twist, desired, asked, COMMANDS)
     return np.array(ramped_twist(moment.twist, target, COMMANDS))
 
@@ -108,7 +111,9 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
             if scan_count % SAMPLED == SAMPLED // 2:
                 kept.scans.append(moment)
             begin, before = time.perf_counter(), state.plans
-            state = plan_step(state, PlannerInput(known.observation, pose[:2], goal, k * period, PLANNER, ROBOT.radius))
+            seen = known.observation
+            now = PlannerInput(seen, pose[:2], goal, k * period, PLANNER, MARGINS, ROBOT.radius)
+            state = plan_step(state, now)
             spent = time.perf_counter() - begin
             if state.plans > before:
                 kept.plans.append((len(state.roadmap), spent))
@@ -117,10 +122,10 @@ def drive(world: World, seed: int, seconds: float, nodes: float = math.inf) -> D
             kept.node_count = len(state.roadmap)
             guidance = state.guidance
             scan_count += 1
-        now = CommandMoment(pose, twist, guidance, known.safety, scan, scan_pose)
+        command_inputs = CommandMoment(pose, twist, guidance, known.safety, scan, scan_pose)
         if k % SAMPLED == SAMPLED // 2 and len(guidance.path):
-            kept.commands.append(now)
-        twist = command(now)
+            kept.commands.append(command_inputs)
+        twist = command(command_inputs)
         middle = pose[2] + 0.5 * twist[1] * period
         pose = pose + period * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
     return kept

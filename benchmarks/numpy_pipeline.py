@@ -28,7 +28,7 @@ from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions import RegionStack, StarParameters
+from drake_starnav.regions import Margins, RegionStack
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_JUMP, SMOOTHING_LIMIT
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
@@ -88,17 +88,17 @@ def eroded_range(distance: np.ndarray, gap: np.ndarray, offset: np.ndarray, radi
     return out
 
 
-def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> np.ndarray:
+def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins) -> np.ndarray:
     """As the first result of `stars.free_range.free_range`."""
     beams = len(distance)
     every = math.ceil(BEARINGS / beams)
     hits, gap = np.full(beams * every, np.inf), np.zeros(beams * every)
     hits[::every] = np.where(distance < scan.range_max, distance, np.inf)
     gap[::every] = half_gaps(scan, distance)
-    limit, offset = scan.range_max - radius - parameters.margin, np.zeros(len(hits))
-    free = eroded_range(hits, gap, offset, radius + parameters.margin, limit)
+    limit, offset = scan.range_max - radius - margins.preferred, np.zeros(len(hits))
+    free = eroded_range(hits, gap, offset, radius + margins.preferred, limit)
     for share in np.arange(1, MARGIN_STEPS + 1) / MARGIN_STEPS:
-        margin = parameters.margin + (parameters.least_margin - parameters.margin) * share
+        margin = margins.preferred + (margins.least - margins.preferred) * share
         free = with_passages(free, eroded_range(hits, gap, offset, radius + margin, limit))
     return free
 
@@ -191,6 +191,7 @@ def command(
     guidance: Guidance,
     star: SafetyStar,
     parameters: ControllerParameters,
+    margins: Margins,
     robot: RobotParameters,
 ) -> np.ndarray:
     """As the command of `kinematic_drive`; the path must not be empty."""
@@ -203,7 +204,7 @@ def command(
     if distance > MODULATION_DISTANCE:
         modulated = _modulated(pose[:2], direction, guidance.regions)
         direction = _turned_less(pose[:2], direction, modulated, path[ahead], guidance.regions, MAX_BEND)
-    radius = near_wall_radius(parameters.safety_margin, robot.radius)
+    radius = near_wall_radius(margins.safety, robot.radius)
     push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * robot.max_speed, NEAR_WALL_ZONE)
     direction = _off_walls(pose[:2], direction, star.near_hits, radius, push)
     direction = _free_heading(pose[:2], direction, star, FREE_HEADING_RANGE)

@@ -21,7 +21,7 @@ from benchmarks.kinematic_drive import (
     COMMANDS,
     CONTROLLER,
     LIDAR,
-    PLANNER,
+    MARGINS,
     ROBOT,
     SAFE_RADIUS,
     CommandMoment,
@@ -64,14 +64,14 @@ def foa_command(moment: CommandMoment) -> np.ndarray:
 def numpy_scan(moment: ScanMoment) -> tuple[np.ndarray, ...]:
     """`scan_processing` in NumPy: the values of region and safety star, and the near hits."""
     distance = numpy_pipeline.smoothed_distances(moment.scan)
-    samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, PLANNER)
+    samples = numpy_pipeline.free_range(moment.scan, distance, ROBOT.radius, MARGINS)
     return numpy_pipeline.adaptive_fit(samples)[1], *numpy_safety(moment, distance)
 
 
 def numpy_safety(moment: ScanMoment, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`safety` in NumPy: the values of the safety star, and the near hits."""
     values = numpy_pipeline.safety_values(
-        moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, CONTROLLER.safety_range
+        moment.before.memory, moment.scan, moment.pose, SAFE_RADIUS, MARGINS.safety_range
     )
     return values, moment.scan.points_at(distance, distance < NEAR_HIT_RANGE, moment.pose)
 
@@ -97,7 +97,7 @@ def package_fit(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def numpy_command(moment: CommandMoment) -> np.ndarray:
     """`command` in NumPy."""
-    return numpy_pipeline.command(moment.pose, moment.twist, moment.guidance, moment.star, CONTROLLER, ROBOT)
+    return numpy_pipeline.command(moment.pose, moment.twist, moment.guidance, moment.star, CONTROLLER, MARGINS, ROBOT)
 
 
 def cost_arguments(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -134,11 +134,11 @@ def steps(kept: Drive) -> list[Step]:
     for moment in kept.scans:
         scan = moment.scan
         distance = smoothed_distances(scan)
-        samples = free_range(scan, distance, ROBOT.radius, PLANNER).values
+        samples = free_range(scan, distance, ROBOT.radius, MARGINS).values
         erosion.append(
             (
-                lambda scan=scan, distance=distance: free_range(scan, distance, ROBOT.radius, PLANNER).values,
-                partial(numpy_pipeline.free_range, scan, distance, ROBOT.radius, PLANNER),
+                lambda scan=scan, distance=distance: free_range(scan, distance, ROBOT.radius, MARGINS).values,
+                partial(numpy_pipeline.free_range, scan, distance, ROBOT.radius, MARGINS),
             )
         )
         fit.append((partial(package_fit, samples), partial(numpy_pipeline.adaptive_fit, samples)))

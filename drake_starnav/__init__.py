@@ -44,6 +44,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.scenario import scenario_names as scenario_names
     from drake_starnav.scenario.faults import DriveParameters as DriveParameters
     from drake_starnav.scenario.faults import LocalizationParameters as LocalizationParameters
+    from drake_starnav.scenario.margins import derive_margins as derive_margins
     from drake_starnav.scenario.recording import RecordingParameters as RecordingParameters
     from drake_starnav.simulation import Trial as Trial
     from drake_starnav.simulation import run_trial as run_trial
@@ -117,6 +118,7 @@ _PUBLIC = {
     "parse_scenario": "scenario",
     "save_scenario": "scenario",
     "scenario_names": "scenario",
+    "derive_margins": "scenario.margins",
     "LidarSensor": "station.lidar_sensor",
     "LidarMount": "station.lidar_sensor",
     "LidarConfig": "station.lidar_config",

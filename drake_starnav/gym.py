@@ -20,13 +20,13 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.navigation import add_navigation
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.scenario.margins import with_margins
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import add_collision_monitor, scenario_station
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.systems.twist_shield import Unshielded
-from drake_starnav.validation import validate
+from drake_starnav.validation import validated_margins
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
@@ -100,7 +100,7 @@ class NavigationEnv(gymnasium.Env):
         if not plant:
             _check_kinematic(self._scenario)
         if shield:
-            validate(self._scenario)
+            validated_margins(self._scenario)
         lidar, robot = self._scenario.lidar, self._scenario.robot
         limits = np.array((robot.max_speed, robot.max_yaw_rate), dtype=np.float32)
         self.action_space = gymnasium.spaces.Box(-limits, limits, dtype=np.float32)
@@ -182,11 +182,11 @@ class KinematicMotion:
     """The robot follows its ramps exactly; the scan is of the world's shapes, and taken at the lidar's rate."""
 
     def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
-        margins = with_margins(scenario)
+        margins = derive_margins(scenario)
         self._scenario, self._world, self._seed, self._shield = scenario, world, seed, shield
-        self._settings = PerceptionSettings(*margins, scenario.robot.radius)
-        controller, robot = margins[1], scenario.robot
-        self._margin, self._rate, self._shapes = controller.safety_margin, controller.rate, visible_shapes(world)
+        self._settings = PerceptionSettings(margins, scenario.robot.radius)
+        controller, robot = scenario.controller, scenario.robot
+        self._margin, self._rate, self._shapes = margins.safety, controller.rate, visible_shapes(world)
         self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
         self.pose, self.twist, self.touched = np.array(world.start, dtype=float), np.zeros(2), False
         self._ticks, self._scans, self._seen = 0, 0, Perceived.nothing()

@@ -15,9 +15,9 @@ from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, UnsupportedError, check_kind
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP, OdometryError
 from drake_starnav.planning import PlanStep, plan_step
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.margins import with_margins
 from drake_starnav.station.drake_configs import scenario_simulator_config
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import STATION_OUTPUTS, NavigationStation, Station
@@ -37,7 +37,7 @@ from drake_starnav.systems.state_predictor import StatePredictor
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.validation import check_interface, validate
+from drake_starnav.validation import check_interface, validated_margins
 from drake_starnav.worlds.endpoints import check_free_ends
 from drake_starnav.worlds.world import World
 
@@ -46,13 +46,15 @@ class ControllerNeeds(NamedTuple):
     """What a controller is made of.
 
     Attributes:
-        scenario: with its margins.
+        scenario: its parameters.
+        margins: derived from it.
         obstacles: what is declared of moving obstacles, where they are tracked.
         state_lead: how far in the future its `state` lies, s.
         stopwatch: if any.
     """
 
     scenario: Scenario
+    margins: Margins
     obstacles: DynamicObstacleParameters | None
     state_lead: float
     stopwatch: Stopwatch | None
@@ -79,6 +81,7 @@ def _guided(kind: type[DsmController]) -> Callable[[ControllerNeeds], System]:
     return lambda needs: kind(
         needs.scenario.robot,
         needs.scenario.controller,
+        needs.margins,
         obstacles=needs.obstacles,
         state_lead=needs.state_lead,
         stopwatch=needs.stopwatch,
@@ -220,7 +223,7 @@ def add_navigation(
         check_kind(world, World, "world", "as from make_world")
     method = METHODS[scenario.controller.kind]
     _check_own_systems(scenario, method, planner, controller, certificates if shield is None else ())
-    validate(scenario)
+    margins = validated_margins(scenario)
     given = goal, planner, controller, shield
     for name in SYSTEMS if station is not None else (*SYSTEMS, "station"):
         if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in given:
@@ -234,8 +237,6 @@ def add_navigation(
         world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
     elif station is None:
         check_free_ends(world, scenario.robot.radius, f"world {world.name}", ("start",))
-    planner_parameters, controller_parameters = with_margins(scenario)
-    scenario = dataclasses.replace(scenario, planner=planner_parameters, controller=controller_parameters)
     if station is None:
         station = builder.AddNamedSystem(
             "station",
@@ -253,12 +254,13 @@ def add_navigation(
     goal = add_system(builder, "goal", goal or FixedGoal(world.goal), "goal")
     made = Navigation(world, station, goal)
     if method.guided or scenario.controller.target == "short_term_goal":
-        made = _add_planning(builder, scenario, made, method, planner, stopwatch)
+        made = _add_planning(builder, scenario, margins, made, method, planner, stopwatch)
     moving = scenario.obstacles if made.tracker is not None else None
     if shield is None and method.shielded:
         shield = TwistShield(
             scenario.robot,
             scenario.controller,
+            margins,
             certificates=certificates,
             obstacles=moving,
             state_lead=_lead(scenario),
@@ -266,7 +268,7 @@ def add_navigation(
         )
     elif shield is None:
         shield = Unshielded(scenario.robot, scenario.controller, stopwatch=stopwatch)
-    own, needs = controller is not None, ControllerNeeds(scenario, moving, _lead(scenario), stopwatch)
+    own, needs = controller is not None, ControllerNeeds(scenario, margins, moving, _lead(scenario), stopwatch)
     controller = add_system(builder, "controller", controller or method.controller(needs), "controller")
     made = dataclasses.replace(made, controller=controller, shield=add_system(builder, "shield", shield, "shield"))
     _connect_control(builder, scenario, made, method, own)
@@ -300,6 +302,7 @@ def _check_own_systems(
 def _add_planning(
     builder: DiagramBuilder,
     scenario: Scenario,
+    margins: Margins,
     made: Navigation,
     method: Method,
     own: System | None,
@@ -319,9 +322,9 @@ def _add_planning(
         "perception",
         StarPerception(
             scenario.robot,
-            scenario.planner,
-            scenario.controller,
+            margins,
             lidar,
+            certifies=scenario.controller.certifies,
             perceive=method.perceive,
             stopwatch=stopwatch,
         ),
@@ -345,6 +348,7 @@ def _add_planning(
         planner = StarRoadmapPlanner(
             scenario.robot,
             scenario.planner,
+            margins,
             lidar,
             goal_tolerance=scenario.simulation.goal_tolerance,
             step=method.step,

@@ -4,11 +4,12 @@ import dataclasses
 
 from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import check_view
 from drake_starnav.robot import Limits
 from drake_starnav.scenario import Scenario
-from drake_starnav.scenario.error_budget import Declared
-from drake_starnav.scenario.margins import with_margins
+from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.navigation_station import NavigationStation, Station
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import TOLERANCE
@@ -42,13 +43,15 @@ def check_interface(scenario: Scenario, station: NavigationStation | Station | R
         )
 
 
-def validate(scenario: Scenario) -> None:
-    """Raise a `StarnavError` where the controller's guarantees would not hold."""
+def validated_margins(scenario: Scenario) -> Margins:
+    """The margins of a scenario; a `StarnavError` where the guarantees of its controller would not hold."""
     controller, lidar = scenario.controller, scenario.lidar
+    margins = derive_margins(scenario)
     if controller.kind not in CERTIFIED:
-        return
-    _check_beams(scenario)
-    reach = scenario.robot.radius + with_margins(scenario)[0].margin
+        return margins
+    budget = error_budget(scenario).symbols
+    _check_beams(scenario, budget["D"])
+    reach = scenario.robot.radius + margins.preferred
     if lidar.range_max <= reach:
         raise StarnavError(
             f"lidar.range_max is {lidar.range_max:g} m, robot.radius with its margin {reach:g} m; allowed: a lidar "
@@ -56,14 +59,14 @@ def validate(scenario: Scenario) -> None:
         )
     backwards = scenario.obstacles.max_speed > 0.0
     check_view(lidar.field_of_view, backwards=backwards)
-    _check_range(scenario, reach)
+    _check_range(scenario, reach + budget["F"])
     _check_braking(scenario)
+    return margins
 
 
-def _check_beams(scenario: Scenario) -> None:
-    """At the distance where the robot must begin to stop, it must not fit between two beams: walls would seem open."""
+def _check_beams(scenario: Scenario, distance: float) -> None:
+    """Two beams must be less apart than the radius where the robot must begin to stop (m): walls would seem open."""
     robot, lidar = scenario.robot, scenario.lidar
-    distance = Declared.of(scenario).seen_from
     if distance * lidar.widest_gap > robot.radius:
         raise StarnavError(
             f"lidar.beams is {lidar.beams}: at {distance:.3g} m, where a robot with robot.max_speed "
@@ -83,10 +86,9 @@ def _check_braking(scenario: Scenario) -> None:
         )
 
 
-def _check_range(scenario: Scenario, reach: float) -> None:
-    """The lidar must see obstacles that approach in time for the robot to stand; `reach` includes the margin, m."""
+def _check_range(scenario: Scenario, needed: float) -> None:
+    """The lidar must see obstacles that approach in time for the robot to stand, from `needed`, m."""
     range_max, speed = scenario.lidar.range_max, scenario.obstacles.max_speed
-    needed = reach + Declared.of(scenario).seen_coming(speed)
     if speed > 0.0 and range_max < needed:
         raise StarnavError(
             f"lidar.range_max is {range_max:g} m with obstacles that move at up to {speed:g} m/s; allowed: at least "

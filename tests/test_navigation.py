@@ -20,6 +20,7 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.scenario import parse_scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -322,14 +323,13 @@ def test_python_systems_live_inside_an_outer_diagram() -> None:
 def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     """The controller alone with the station: a path given by hand, and the certificate from perception."""
     scenario = posts()
+    margins = derive_margins(scenario)
     builder = DiagramBuilder()
     world = World("open", (0.0, 0.0, 0.0), (2.0, 0.0))
     station = builder.AddSystem(NavigationStation(world, scenario.robot, scenario.lidar))
-    perception = builder.AddSystem(
-        StarPerception(scenario.robot, scenario.planner, scenario.controller, scenario.lidar)
-    )
-    controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller))
-    shield = builder.AddSystem(TwistShield(scenario.robot, scenario.controller))
+    perception = builder.AddSystem(StarPerception(scenario.robot, margins, scenario.lidar))
+    controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller, margins))
+    shield = builder.AddSystem(TwistShield(scenario.robot, scenario.controller, margins))
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),

@@ -21,11 +21,10 @@ from drake_starnav.parameters import (
     unknown_name,
 )
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 
-SHIPPED = (RobotParameters, StarParameters, PlannerParameters, ControllerParameters)
+SHIPPED = (RobotParameters, PlannerParameters, ControllerParameters)
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import load_scenario
-from drake_starnav.scenario.error_budget import Declared
-from drake_starnav.scenario.margins import with_margins
+from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_model import TOLERANCE
-from drake_starnav.validation import check_interface, validate
+from drake_starnav.validation import check_interface, validated_margins
 from drake_starnav.worlds.world import World
 
 ROOM = load_scenario("room")
@@ -34,20 +34,20 @@ def test_the_lidar_sees_what_moves_before_it_meets_the_robot(changes, blind) -> 
     common = ["obstacles.max_speed=0.6", *changes]
     scenario = load_scenario("room", overrides=common)
     blind += scenario.simulation.time_step
-    needed = scenario.robot.radius + with_margins(scenario)[0].margin + 0.8 * blind + 0.32 + 0.6 * (blind + 0.8)
-    validate(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
+    needed = scenario.robot.radius + derive_margins(scenario).preferred + 0.8 * blind + 0.32 + 0.6 * (blind + 0.8)
+    validated_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
     with pytest.raises(StarnavError, match=f"allowed: at least {needed:.3g} m"):
-        validate(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
+        validated_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
 
 
 def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() -> None:
     overrides = ["robot.max_speed=3"]
     scenario = load_scenario("room", overrides=overrides)
-    distance = Declared.of(scenario).seen_from
+    distance = error_budget(scenario).symbols["D"]
     enough = math.ceil(2.0 * math.pi * distance / scenario.robot.radius)
-    validate(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
+    validated_margins(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough}"]))
     with pytest.raises(StarnavError, match=f"lidar.beams is {enough - 1}: at "):
-        validate(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
+        validated_margins(load_scenario("room", overrides=[*overrides, f"lidar.beams={enough - 1}"]))
 
 
 @pytest.mark.parametrize(("larger", "fits"), [(0.5 * TOLERANCE, True), (2.0 * TOLERANCE, False)])
@@ -67,6 +67,6 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
     scenario = load_scenario("room", overrides=changes)
     if fits:
         with pytest.raises(StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* at most robot.radius"):
-            validate(scenario)
+            validated_margins(scenario)
     else:
-        validate(scenario)
+        validated_margins(scenario)

@@ -36,7 +36,6 @@ from drake_starnav.control.heading_controller import (
 )
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.motion import Actuation, Pose, Twist, roll_out, stepped
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import (
     ARRIVED,
@@ -47,6 +46,7 @@ from drake_starnav.control.rollout import (
     time_to_go,
     times_left,
 )
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.star_region import RegionStack, covers, segment_covered
 from drake_starnav.robot import RobotParameters
 
@@ -94,7 +94,7 @@ def predictive_twist(
     inputs: ControllerInputs,
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
-    parameters: ControllerParameters,
+    margins: Margins,
     robot: RobotParameters,
 ) -> Proposal:
     """The certified candidate with the least cost; where there is none, or no way point is in sight, the law's twist.
@@ -103,10 +103,10 @@ def predictive_twist(
         inputs: what the controller is given.
         certificates: that the twist must pass.
         actuation: what commands do.
-        parameters: of the controller.
+        margins: of these only the safety margin.
         robot: its size and limits.
     """
-    law = followed(inputs, parameters, robot)
+    law = followed(inputs, margins, robot)
     pose, twist, guidance, _ = inputs
     if not len(guidance.path) or guidance.distance_to_goal(pose[:2]) < ARRIVED:
         return law
@@ -115,7 +115,7 @@ def predictive_twist(
         return law
     twists = candidates(twist, law.twist, robot)
     in_sight = inputs._replace(guidance=dataclasses.replace(guidance, path=seen))
-    twists = twists[np.argsort(rollout_costs(twists, in_sight, parameters, robot), kind="stable")]
+    twists = twists[np.argsort(rollout_costs(twists, in_sight, margins, robot), kind="stable")]
     k = first_accepted((roll_out(pose, twist, target, actuation) for target in twists), certificates)
     return law if k is None else law._replace(twist=twists[k])
 
@@ -143,15 +143,13 @@ def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) 
     return path if sight == IN_SIGHT else np.vstack(((x, y), path))
 
 
-def rollout_costs(
-    twists: np.ndarray, inputs: ControllerInputs, parameters: ControllerParameters, robot: RobotParameters
-) -> np.ndarray:
+def rollout_costs(twists: np.ndarray, inputs: ControllerInputs, margins: Margins, robot: RobotParameters) -> np.ndarray:
     """The cost of each of the candidates `twists` (n, 2), shape (n,), s; other arguments as for `predictive_twist`."""
     pose, twist, guidance, star = inputs
     limits = robot.limits
     line = np.vstack((pose[:2], guidance.path))
     slowdown = GOAL_SLOWDOWN if guidance.arrives else np.inf
-    settings = _Settings(slowdown, float(robot.radius), float(parameters.safety_margin))
+    settings = _Settings(slowdown, float(robot.radius), float(margins.safety))
     known = KnownSpace.of(guidance.regions, star)
     return _rollout_costs(twists, pose, twist, line, times_left(line, limits), known, limits, settings)
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.regions.parameters import SafetyParameters
 
 CERTIFIED = ("star", "mpc")
 """Kinds of controllers that certify what they send."""
@@ -13,7 +12,7 @@ GUIDED = (*CERTIFIED, "star_paper")
 
 
 @dataclass(frozen=True)
-class ControllerParameters(SafetyParameters):
+class ControllerParameters:
     """How guidance becomes a twist, and what certifies it.
 
     Attributes:

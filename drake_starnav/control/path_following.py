@@ -15,8 +15,8 @@ from drake_starnav.control.heading_controller import (
 )
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
-from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
 from drake_starnav.robot import Limits, RobotParameters
 
@@ -35,18 +35,18 @@ NEAR_WALL_ZONE = 0.05
 """Clearance at which the push off a wall begins, m. With 0.1 m the robot is slower in narrow places."""
 
 
-def followed(inputs: ControllerInputs, parameters: ControllerParameters, robot: RobotParameters) -> Proposal:
+def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters) -> Proposal:
     """The twist that follows the guiding vector.
 
     Args:
         inputs: what the controller is given.
-        parameters: of the controller; of these only the safety margin.
+        margins: of these only the safety margin.
         robot: its size and limits.
     """
     pose, _, guidance, star = inputs
     known = guidance.path, guidance.arrives, guidance.regions.with_slopes, star.near_hits
     certified = star.center, star.bearing_0, star.values
-    near_wall = near_wall_radius(parameters.safety_margin, robot.radius)
+    near_wall = near_wall_radius(margins.safety, robot.radius)
     ux, uy, v, omega = _followed(pose, known, certified, near_wall, tuple(robot.limits))
     return Proposal(np.array((v, omega)), np.array((ux, uy)))
 
@@ -56,7 +56,7 @@ def guiding_vector(
     path: np.ndarray,
     regions: RegionStack,
     hits: np.ndarray,
-    parameters: ControllerParameters,
+    margins: Margins,
     robot_radius: float,
     speed: float = 0.0,
 ) -> tuple[np.ndarray, float]:
@@ -67,11 +67,11 @@ def guiding_vector(
         path: shape (k, 2), way points ahead, W, m.
         regions: around the robot.
         hits: close to the robot, shape (n, 2), W, m.
-        parameters: safety margin.
+        margins: of these only the safety margin.
         robot_radius: m.
         speed: of the robot, m/s.
     """
-    near_wall = near_wall_radius(parameters.safety_margin, robot_radius)
+    near_wall = near_wall_radius(margins.safety, robot_radius)
     ux, uy, distance = guided(*position, path, regions.with_slopes, hits, near_wall, speed)
     return np.array((ux, uy)), distance
 

@@ -5,7 +5,7 @@ the one before.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
@@ -55,6 +55,10 @@ class DistanceGrid:
         nothing = np.zeros((0, TILE, TILE), np.float32)
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
         return DistanceGrid(resolution, robot_radius + KEPT_BEYOND, first, rows, 0, _Pool(nothing, 0))
+
+    def emptied(self) -> "DistanceGrid":
+        """A grid of the same cells without hits."""
+        return replace(DistanceGrid.empty(self.resolution, 0.0), cap=self.cap)
 
     @property
     def tiles(self) -> dict[tuple[int, int], np.ndarray]:

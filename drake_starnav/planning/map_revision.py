@@ -16,7 +16,6 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.edge_coverage import UNKNOWN, EdgeCoverage, revised
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.region_index import WORD, marks_at, top_bit
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
@@ -31,6 +30,7 @@ from drake_starnav.planning.roadmap import (
 )
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits, points_to_bearings
 from drake_starnav.regions.erosion import bearing_tables, erode, eroded_range
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside, rough_bearing
 
@@ -95,7 +95,7 @@ def reconcile(
     roadmap: StarRoadmap,
     scan: LaserScan,
     pose: np.ndarray,
-    parameters: PlannerParameters,
+    margins: Margins,
     robot_radius: float,
 ) -> StarRoadmap:
     """The roadmap without the parts that a new scan contradicts by more than CONTRADICTION.
@@ -108,7 +108,7 @@ def reconcile(
         roadmap: the roadmap before.
         scan: the latest scan, in S.
         pose: (x, y, yaw) of S in W when it was taken.
-        parameters: of the roadmap.
+        margins: of the regions.
         robot_radius: m.
     """
     new_hits = lasting_hits(scan, pose)
@@ -118,14 +118,14 @@ def reconcile(
     for k in _contested(roadmap, *new_hits, robot_radius).tolist():
         region = roadmap.regions[k]
         nodes[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
-    if parameters.drop_seen_through:
+    if margins.drop_seen_through:
         near = np.hypot(*(roadmap.stack.center - pose[:2]).T) <= roadmap.stack.reach + scan.range_max
         for k in np.flatnonzero(near).tolist():
             if seen_through(*roadmap.scans[k], scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
                 nodes[k] = None
     if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
-    return _remade(roadmap, nodes, parameters, robot_radius)
+    return _remade(roadmap, nodes, margins, robot_radius)
 
 
 def _contested(roadmap: StarRoadmap, points: np.ndarray, gaps: np.ndarray, robot_radius: float) -> np.ndarray:
@@ -232,9 +232,7 @@ def _contested_regions(regions, undershoot, radius, points, gap, slack):
     return np.flatnonzero(out)
 
 
-def with_stall_point(
-    roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float
-) -> StarRoadmap:
+def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, robot_radius: float) -> StarRoadmap:
     """The roadmap with regions in which the robot does not touch a place (2,) in W, as if a thin post stood there.
 
     Regions are made from smoothed scans with the planner's margin. If the controller certifies no motion although they
@@ -248,7 +246,7 @@ def with_stall_point(
         else None
         for region in roadmap.regions
     ]
-    return _remade(roadmap, nodes, parameters, robot_radius)
+    return _remade(roadmap, nodes, margins, robot_radius)
 
 
 def clear_of(region: StarRegion, places: np.ndarray, robot_radius: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
@@ -270,7 +268,7 @@ def _with_free_range(region: StarRegion, free_range: np.ndarray, fit: Fit = fit_
 
 
 def _remade(
-    roadmap: StarRoadmap, nodes: Sequence[StarRegion | None], parameters: PlannerParameters, robot_radius: float
+    roadmap: StarRoadmap, nodes: Sequence[StarRegion | None], margins: Margins, robot_radius: float
 ) -> StarRoadmap:
     """The roadmap with these regions of its nodes (None: dropped); it keeps its retired, closed and blocked places.
 
@@ -284,10 +282,10 @@ def _remade(
     scans = tuple(roadmap.scans[k] for k in kept)
     changed = np.array([new is not roadmap.regions[old] for new, old in zip(regions, kept, strict=True)], bool)
     hits = roadmap.hits
-    if parameters.drop_seen_through:
-        hits, changed = StarRoadmap.empty(parameters, robot_radius).hits, np.ones(len(kept), bool)
+    if margins.drop_seen_through:
+        hits, changed = roadmap.hits.emptied(), np.ones(len(kept), bool)
         for scan, pose in scans:
-            hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
+            hits = hits.stamped(impassable_points(scan, pose, margins, robot_radius))
     if not regions:
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
     stack = _revised_stack(roadmap.stack, kept, changed, regions)

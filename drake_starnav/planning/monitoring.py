@@ -63,7 +63,7 @@ def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> Pl
         state.next_segment if state.status is PlannerStatus.EXPLORING else NO_PATH,
     )
     here = region.center, region.bearing_0, region.boundary.values
-    seen = scan.beams, place, now.parameters.smoothing_slack
+    seen = scan.beams, place, now.margins.smoothing_slack
     return PlanCheck(*_checked(x, y, driven, plan, here, state.roadmap.union, seen, now.robot_radius))
 
 

@@ -3,18 +3,12 @@
 from dataclasses import dataclass
 
 from drake_starnav.parameters import check_parameters, parameter
-from drake_starnav.regions.parameters import StarParameters
 
 
 @dataclass(frozen=True)
-class PlannerParameters(StarParameters):
-    """How scans become a roadmap and the roadmap a short-term goal.
+class PlannerParameters:
+    """How scans become a roadmap and the roadmap a short-term goal."""
 
-    Attributes:
-        drop_seen_through: discard nodes whose hits a new scan sees through; derived, as are those of `StarParameters`.
-    """
-
-    drop_seen_through: bool = False
     comfort: float = parameter(
         0.015,
         "clearance kept beyond the safety margin where there is room",

@@ -168,11 +168,11 @@ def _grown(
     """
     if not trigger:
         return state, region
-    seen, parameters, robot_radius = now.seen, now.parameters, now.robot_radius
-    roadmap = reconcile(state.roadmap, seen.scan, seen.pose, parameters, robot_radius)
+    seen, margins, robot_radius = now.seen, now.margins, now.robot_radius
+    roadmap = reconcile(state.roadmap, seen.scan, seen.pose, margins, robot_radius)
     if trigger == GrowthTrigger.SPACED and roadmap is state.roadmap:
         return dataclasses.replace(state, node_position=now.position.copy()), region
-    roadmap = extended(roadmap, region, seen.scan, seen.pose, parameters, robot_radius)
+    roadmap = extended(roadmap, region, seen.scan, seen.pose, margins, robot_radius)
     target = state.target
     if state.shut >= SHUT_LOOKS:
         closed = np.vstack((roadmap.closed_places, place_ahead(state, now.position)))
@@ -182,7 +182,7 @@ def _grown(
     if GrowthTrigger.STALLED in trigger:
         place = stall_point_ahead(roadmap, state.guidance.path, now)
         if place is not None:
-            roadmap = with_stall_point(roadmap, place, parameters, robot_radius)
+            roadmap = with_stall_point(roadmap, place, margins, robot_radius)
             region = clear_of(region, place[None, :], robot_radius)
     if target is not None and trigger & GrowthTrigger.TRIED:
         roadmap = after_trying(roadmap, target, GrowthTrigger.ARRIVED in trigger, now)
@@ -195,7 +195,7 @@ def _unless_obstructed(state: PlannerState, check: PlanCheck, now: PlannerInput)
     """The state; if the latest scan blocks the optimistic path from the target, with its hits and without a path."""
     if not check.obstructed:
         return state
-    points = impassable_points(now.seen.scan, now.seen.pose, now.parameters, now.robot_radius)
+    points = impassable_points(now.seen.scan, now.seen.pose, now.margins, now.robot_radius)
     roadmap = dataclasses.replace(state.roadmap, hits=state.roadmap.hits.stamped(points))
     return dataclasses.replace(state, roadmap=roadmap, path=NO_PATH)
 
@@ -263,9 +263,9 @@ def _searched(state: PlannerState, region: StarRegion, now: PlannerInput) -> tup
         return route, state
     assert seen.region is not None
     if tried:
-        roadmap = rebuilt(roadmap, now.parameters, now.robot_radius)
+        roadmap = rebuilt(roadmap, now.margins, now.robot_radius)
         if roadmap.scans[-1][0] is not seen.scan:
-            roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, now.parameters, now.robot_radius)
+            roadmap = extended(roadmap, seen.region, seen.scan, seen.pose, now.margins, now.robot_radius)
     route = find_route(roadmap, seen.region, now, doubting=True)
     return route, dataclasses.replace(state, roadmap=roadmap, doubting=True)
 

@@ -64,7 +64,7 @@ def looked_ahead(state: PlannerState, now: PlannerInput) -> PlannerState:
     tried = np.vstack((state.roadmap.stall_points, state.roadmap.blacklisted_probes))
     if (np.hypot(*(tried - place).T) < AROUND_TRIED).any():
         return state
-    bare = dataclasses.replace(now.parameters, margin=0.0, least_margin=0.0)
+    bare = dataclasses.replace(now.margins, preferred=0.0, least=0.0)
     region = scan_region(now.seen.scan, now.seen.pose, now.robot_radius, bare)
     fits = _shows(region, place, now.parameters.grid_resolution)
     return dataclasses.replace(state, shut=max(state.shut - 1, 0) if fits else state.shut + 1)
@@ -115,7 +115,7 @@ def stall_point_ahead(
     if not len(path) or not _faces(now.seen.pose, path[0]):
         return None
     way = path[0] - now.position
-    distance = now.robot_radius + (now.parameters.margin if margin is None else margin) + STALL_POINT_AHEAD
+    distance = now.robot_radius + (now.margins.preferred if margin is None else margin) + STALL_POINT_AHEAD
     ahead = now.position + way * (distance / max(float(np.hypot(*way)), 1e-9))
     if _came_along(roadmap, ahead, now.parameters, now.robot_radius) or _is_enclosed(
         now.position, ahead, roadmap.stall_points

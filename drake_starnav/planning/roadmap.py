@@ -15,6 +15,7 @@ from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Fron
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, covers_within, newest_of
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.star_region import RegionStack, StarRegion, covers_offset, least_outside, scan_region
 from drake_starnav.utils.snapshot import snapshot
 
@@ -90,7 +91,7 @@ def extended(
     region: StarRegion,
     scan: LaserScan,
     pose: np.ndarray,
-    parameters: PlannerParameters,
+    margins: Margins,
     robot_radius: float,
     stamp: bool = True,
 ) -> StarRoadmap:
@@ -101,13 +102,13 @@ def extended(
         region: the new node's region, made from `scan`.
         scan: in the sensor frame S at the robot's centre.
         pose: (x, y, yaw) of S in W when the scan was taken.
-        parameters: of the roadmap.
+        margins: of the regions.
         robot_radius: m.
         stamp: whether to add the scan's hits to the distance grid.
     """
     hits = roadmap.hits
     if stamp:
-        hits = hits.stamped(impassable_points(scan, pose, parameters, robot_radius))
+        hits = hits.stamped(impassable_points(scan, pose, margins, robot_radius))
     grown = with_node(roadmap, region, scan, pose, hits)
     rows = edge_rows(region, hits, robot_radius)
     coverage = with_newest(roadmap.coverage, rows, grown.union, COVER_SLACK)
@@ -147,14 +148,14 @@ def with_node(
 def with_nodes(
     roadmap: StarRoadmap,
     nodes: Iterable[tuple[StarRegion, LaserScan, np.ndarray]],
-    parameters: PlannerParameters,
+    margins: Margins,
     robot_radius: float,
     *,
     stamp: bool,
 ) -> StarRoadmap:
     """The roadmap extended by nodes (region, scan, pose) in turn; arguments as for `extended`."""
     for region, scan, pose in nodes:
-        roadmap = extended(roadmap, region, scan, pose, parameters, robot_radius, stamp)
+        roadmap = extended(roadmap, region, scan, pose, margins, robot_radius, stamp)
     return roadmap
 
 
@@ -170,9 +171,7 @@ def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
     )
 
 
-def impassable_points(
-    scan: LaserScan, pose: np.ndarray, parameters: PlannerParameters, robot_radius: float
-) -> np.ndarray:
+def impassable_points(scan: LaserScan, pose: np.ndarray, margins: Margins, robot_radius: float) -> np.ndarray:
     """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
@@ -181,10 +180,10 @@ def impassable_points(
     Args:
         scan: in S.
         pose: (x, y, yaw) of S in W.
-        parameters: how the ranges are smoothed.
+        margins: how the ranges are smoothed.
         robot_radius: m.
     """
-    return bridged_points(scan, smoothed_distances(scan, parameters.smoothing_slack), pose, robot_radius)
+    return bridged_points(scan, smoothed_distances(scan, margins.smoothing_slack), pose, robot_radius)
 
 
 def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
@@ -204,11 +203,11 @@ def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, pro
     )
 
 
-def rebuilt(roadmap: StarRoadmap, parameters: PlannerParameters, robot_radius: float) -> StarRoadmap:
+def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
     """A roadmap of the same scans, in which nothing was tried in vain but what is closed for good."""
     empty = StarRoadmap(roadmap.hits, closed_places=roadmap.closed_places)
-    nodes = ((scan_region(scan, pose, robot_radius, parameters), scan, pose) for scan, pose in roadmap.scans)
-    return with_nodes(empty, nodes, parameters, robot_radius, stamp=False)
+    nodes = ((scan_region(scan, pose, robot_radius, margins), scan, pose) for scan, pose in roadmap.scans)
+    return with_nodes(empty, nodes, margins, robot_radius, stamp=False)
 
 
 def uncovered_share(region: StarRegion, others: IndexedRegions) -> float:

@@ -13,7 +13,6 @@ from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import index_along, next_segment_of, optimistic_path_beyond
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
@@ -150,7 +149,7 @@ def _is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
 
 def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
     """The places at which the robot may arrive, given the hits known so far."""
-    return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.parameters.margin)
+    return approach(roadmap.hits, now.goal, now.goal_tolerance, now.robot_radius + now.margins.preferred)
 
 
 def cost_at_robot(roadmap: StarRoadmap, now: PlannerInput) -> float:
@@ -269,13 +268,13 @@ def optimistic_cost(
             bounds.
         doubting: as for `find_route`.
     """
-    position, parameters, robot_radius = now.position, now.parameters, now.robot_radius
+    position, robot_radius = now.position, now.robot_radius
     goal = goal_approach(roadmap, now).goal
     border = roadmap.scans[0][0].range_max + 0.5
     corners = np.vstack((roadmap.stack.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     probes = np.vstack((roadmap.closed_places, roadmap.blacklisted_probes))
-    clearance = np.full(len(probes), robot_radius + parameters.margin + BLACKLIST_SLACK)
+    clearance = np.full(len(probes), robot_radius + now.margins.preferred + BLACKLIST_SLACK)
     blacklist = np.column_stack(
         (
             np.vstack((probes, roadmap.stall_points)),
@@ -287,15 +286,15 @@ def optimistic_cost(
         points = np.vstack((roadmap.frontiers.probe, position))
         costs = np.append(cost_to_come, 0.0 if at_robot else np.inf)
         origins = Origins(points, costs, position, HYSTERESIS)
-    terrain = Terrain(robot_radius, blacklist, doubt(parameters, robot_radius) if doubting else 0.0)
+    terrain = Terrain(robot_radius, blacklist, doubt(now) if doubting else 0.0)
     return cost_to_go(roadmap.hits, goal, low, high, terrain, origins)
 
 
-def doubt(parameters: PlannerParameters, robot_radius: float) -> float:
+def doubt(now: PlannerInput) -> float:
     """By how much the distance of a cell from the hits may be too small, m; less for a robot as small as a cell."""
-    half_diagonal = math.hypot(0.5, 0.5) * parameters.grid_resolution
-    most = robot_radius - STRIDE * parameters.grid_resolution
-    return max(min(half_diagonal + MARGINS_IN_DOUBT * parameters.least_margin, most), 0.0)
+    half_diagonal = math.hypot(0.5, 0.5) * now.parameters.grid_resolution
+    most = now.robot_radius - STRIDE * now.parameters.grid_resolution
+    return max(min(half_diagonal + MARGINS_IN_DOUBT * now.margins.least, most), 0.0)
 
 
 def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
 from drake_starnav.utils.snapshot import snapshot
 
@@ -118,6 +119,7 @@ class PlannerInput(NamedTuple):
         goal: shape (2,), W, m.
         time: then, s.
         parameters: of the roadmap.
+        margins: of its regions.
         robot_radius: m.
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
@@ -128,6 +130,7 @@ class PlannerInput(NamedTuple):
     goal: np.ndarray
     time: float
     parameters: PlannerParameters
+    margins: Margins
     robot_radius: float
     goal_tolerance: float = 0.0
     interval: float = 0.0

@@ -13,7 +13,7 @@ from numba import njit
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.bearing_hits import BearingHits, beams_to_bearings, half_chords
-from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
 
 BEARINGS = 720
@@ -103,22 +103,21 @@ def eroded_range(hits: BearingHits, radius: float, limit: np.ndarray) -> np.ndar
     return erode(hits.distance, hits.half_gap, hits.offset, radius, limit, *bearing_tables(len(hits.distance)))
 
 
-def free_range(scan: LaserScan, distance: np.ndarray, radius: float, parameters: StarParameters) -> FreeRange:
+def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins) -> FreeRange:
     """Free range of the robot's centre at every bearing, as the planner uses it.
 
-    The clearance is `margin`. Passages that this margin would close get a smaller one, down to `least_margin`.
+    The clearance is `preferred`. Passages that it would close get a smaller one, down to `least`.
 
     Args:
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), the scan's `smoothed_distances`, m.
         radius: of the robot, without margin, m.
-        parameters: margin, least_margin.
+        margins: preferred and least.
 
     Source: paper, section III-A; the erosion, which the paper leaves to the controller: this project.
     """
-    margins = parameters.margin, parameters.least_margin
-    tables = bearing_tables(bearing_count(scan))
-    return FreeRange(*disc_range(scan.beams, distance, field_of_view(scan), radius, margins, tables))
+    kept, tables = (margins.preferred, margins.least), bearing_tables(bearing_count(scan))
+    return FreeRange(*disc_range(scan.beams, distance, field_of_view(scan), radius, kept, tables))
 
 
 @lru_cache(maxsize=16)

@@ -13,8 +13,8 @@ from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.parameters import SafetyParameters, StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import smoothed_scan_region
@@ -79,15 +79,13 @@ class PerceptionSettings(NamedTuple):
     """What perception needs to know about robot and sensor.
 
     Attributes:
-        region: parameters of the planner's region.
-        safety: parameters of the safety star.
+        margins: of the planner's region and of the safety star.
         robot_radius: m.
         outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_strays`, m; None:
             they are not.
     """
 
-    region: StarParameters
-    safety: SafetyParameters
+    margins: Margins
     robot_radius: float
     outlier_noise: float | None = None
 
@@ -112,7 +110,7 @@ def perceive(
         settings: of robot and sensor.
         stopwatch: records the times `scan` and `fit`; None: no times are recorded.
     """
-    region_parameters, controller, robot_radius, noise = settings
+    margins, robot_radius, noise = settings
     stopwatch = stopwatch or Stopwatch()
     with stopwatch.measure("scan"):
         if scan.time_increment and before.observation.region is not None:
@@ -123,16 +121,16 @@ def perceive(
             near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
         first = before.observation.region
         samples = None if first is None else len(first.free_range)  # though the number of beams may vary
-        distance, region = smoothed_scan_region(scan, pose, robot_radius, region_parameters, samples)
+        distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)
         measured = near.distances
-        if controller.smoothed_beams > 0:
-            smooth = smoothed_distances(near, region_parameters.smoothing_slack, controller.smoothed_beams)
+        if margins.smoothed_beams > 0:
+            smooth = smoothed_distances(near, margins.smoothing_slack, margins.smoothed_beams)
             measured = np.where(near.hits, smooth, measured)
-        safe_radius = robot_radius + controller.safety_margin
-        kept = controller.safety_range + 2.0 * safe_radius, SCAN_MEMORY
-        looked = distance, pose, safe_radius, controller.safety_range, kept
+        safe_radius = robot_radius + margins.safety
+        kept = margins.safety_range + 2.0 * safe_radius, SCAN_MEMORY
+        looked = distance, pose, safe_radius, margins.safety_range, kept
         safety, memory = safety_star(before.memory, near, *looked, measured)
-        if controller.average_scans and near.motion is None:
+        if margins.average_scans and near.motion is None:
             near = dataclasses.replace(near, ranges=np.where(near.hits, measured, near.ranges))
             earlier, near = averaged(before.memory, near, pose, safe_radius + AVERAGED)
             safety, _ = safety_star(earlier, near, *looked)

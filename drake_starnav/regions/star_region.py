@@ -27,7 +27,7 @@ from drake_starnav.regions.erosion import (
     field_of_view,
     moving_average,
 )
-from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import TOLERANCE, PiecewiseCubic, adaptive_fit, fit_piecewise_cubic
 from drake_starnav.utils.shared_rows import SharedRows
 from drake_starnav.utils.snapshot import snapshot
@@ -142,7 +142,7 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
 
 
 def scan_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, samples: int | None = None
+    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
 ) -> StarRegion:
     """The star-shaped region of one scan.
 
@@ -150,19 +150,19 @@ def scan_region(
         scan: in the sensor frame S, at the robot's centre.
         pose: (x, y, yaw) of S in W when the scan was taken.
         radius: of the robot, m.
-        parameters: of the pipeline.
+        margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; None: as many as suit this one.
     """
-    return smoothed_scan_region(scan, pose, radius, parameters, samples)[1]
+    return smoothed_scan_region(scan, pose, radius, margins, samples)[1]
 
 
 def smoothed_scan_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, samples: int | None = None
+    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int | None = None
 ) -> tuple[np.ndarray, StarRegion]:
     """The `smoothed_distances` of a scan, and its `scan_region`: their `free_range`, then `fit_region`, in one call."""
-    margins, tables = (parameters.margin, parameters.least_margin), bearing_tables(samples or bearing_count(scan))
+    kept, tables = (margins.preferred, margins.least), bearing_tables(samples or bearing_count(scan))
     distance, profile, boundary = _scan_region(
-        scan.beams, field_of_view(scan), radius, margins, parameters.smoothing_slack, tables
+        scan.beams, field_of_view(scan), radius, kept, margins.smoothing_slack, tables
     )
     center, bearing_0 = np.array(pose[:2], dtype=float), float(pose[2]) + scan.angle_min
     return distance, StarRegion(center, bearing_0, PiecewiseCubic(*boundary), *profile)

@@ -9,6 +9,7 @@ from drake_starnav.control.certificates import Certificate, standard_certificate
 from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
@@ -51,6 +52,7 @@ class DsmController(Controller):
         self,
         robot: RobotParameters,
         controller: ControllerParameters,
+        margins: Margins,
         *,
         obstacles: DynamicObstacleParameters | None = None,
         state_lead: float = 0.0,
@@ -59,13 +61,14 @@ class DsmController(Controller):
         """
         Args:
             robot: its radius and limits.
-            controller: parameters.
+            controller: rate and delay.
+            margins: as of `derive_margins`.
             obstacles: what is declared about moving obstacles; None: the world is static.
             state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
             stopwatch: records `command` times, if given.
         """
         super().__init__(stopwatch)
-        self._robot, self._controller, self._obstacles, self._lead = robot, controller, obstacles, state_lead
+        self._robot, self._margins, self._obstacles, self._lead = robot, margins, obstacles, state_lead
         self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
@@ -89,8 +92,9 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
         inputs, tracked = read
-        margin = self._controller.safety_margin
-        certificates = standard_certificates(inputs.star, margin, self._actuation, inputs.pose[:2], tracked)
+        certificates = standard_certificates(
+            inputs.star, self._margins.safety, self._actuation, inputs.pose[:2], tracked
+        )
         proposal = self._law(inputs, certificates)
         if tracked is not None:
             way = avoid_collision(inputs, tracked, certificates, self._actuation, self._robot).twist
@@ -99,4 +103,4 @@ class DsmController(Controller):
 
     def _law(self, inputs: ControllerInputs, certificates: tuple[Certificate, ...]) -> Proposal:
         """What is proposed where nothing that moves comes near."""
-        return followed(inputs, self._controller, self._robot)
+        return followed(inputs, self._margins, self._robot)

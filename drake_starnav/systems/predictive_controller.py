@@ -25,4 +25,4 @@ class PredictiveController(DsmController):
     SEARCHES = True
 
     def _law(self, inputs: ControllerInputs, certificates: tuple[Certificate, ...]) -> Proposal:
-        return predictive_twist(inputs, certificates, self._actuation, self._controller, self._robot)
+        return predictive_twist(inputs, certificates, self._actuation, self._margins, self._robot)

@@ -4,11 +4,10 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
 
-from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning import PlannerParameters
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, Perceived, PerceptionSettings, check_view, perceive
 from drake_starnav.regions.safe_region import SCAN_PATIENCE, SafetyStar
 from drake_starnav.robot import RobotParameters
@@ -43,26 +42,26 @@ class StarPerception(LeafSystem):
     def __init__(
         self,
         robot: RobotParameters,
-        planner: PlannerParameters,
-        controller: ControllerParameters,
+        margins: Margins,
         lidar: LidarParameters,
         *,
+        certifies: bool = True,
         perceive: Perceive = perceive,
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
         Args:
             robot: its radius.
-            planner: of the regions.
-            controller: of the safety star.
+            margins: as of `derive_margins`.
             lidar: its rate and delay; if it declares outliers, they are discarded by `without_strays` at its noise.
+            certifies: whether motion is certified by the safety star, which takes a wide view.
             perceive: the work as a pure function.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
         """
         super().__init__()
         outlier_noise = lidar.noise if lidar.outliers > 0.0 else None
-        self._controller, self._perceive = controller, perceive
-        self._settings = PerceptionSettings(planner, controller, robot.radius, outlier_noise)
+        self._certifies, self._perceive = certifies, perceive
+        self._settings = PerceptionSettings(margins, robot.radius, outlier_noise)
         self._stopwatch = stopwatch or Stopwatch()
         self._expiry = lidar.delay + SCAN_PATIENCE / lidar.rate
         self._scan = self.DeclareAbstractInputPort("scan", Value(LaserScan.nothing()))
@@ -87,7 +86,7 @@ class StarPerception(LeafSystem):
         pose = self._pose.Eval(context).copy()
         if not np.isfinite(pose).all():
             raise StarnavError(f"the perception's pose is {pose.tolist()}; allowed: finite x, y, m, and yaw, rad")
-        if before.observation.region is None and self._controller.certifies:
+        if before.observation.region is None and self._certifies:
             check_view(scan.field_of_view, backwards=scan.motion is not None)
         return self._perceive(before, scan, pose, self._settings, self._stopwatch)
 

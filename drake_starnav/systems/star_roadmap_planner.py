@@ -14,6 +14,7 @@ from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.state import PlannerStatus
 from drake_starnav.regions import Observation
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.obstruction import obstruction
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
@@ -85,6 +86,7 @@ class StarRoadmapPlanner(LeafSystem):
         self,
         robot: RobotParameters,
         planner: PlannerParameters,
+        margins: Margins,
         lidar: LidarParameters,
         *,
         goal_tolerance: float = 0.0,
@@ -95,13 +97,15 @@ class StarRoadmapPlanner(LeafSystem):
         Args:
             robot: its radius.
             planner: parameters.
+            margins: as of `derive_margins`.
             lidar: its rate.
             goal_tolerance: a robot this near to the goal has reached it, m.
             step: one update as a pure function.
             stopwatch: where to note `plan` times (updates in which the roadmap was searched), if anywhere.
         """
         super().__init__()
-        self._robot, self._planner, self._goal_tolerance, self._step = robot, planner, goal_tolerance, step
+        self._robot, self._planner, self._margins = robot, planner, margins
+        self._goal_tolerance, self._step = goal_tolerance, step
         self._stopwatch = stopwatch or Stopwatch()
         self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
@@ -136,7 +140,15 @@ class StarRoadmapPlanner(LeafSystem):
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             state = state.with_new_goal()
         now = PlannerInput(
-            seen, seen.pose[:2], goal.copy(), time, self._planner, self._robot.radius, self._goal_tolerance, interval
+            seen,
+            seen.pose[:2],
+            goal.copy(),
+            time,
+            self._planner,
+            self._margins,
+            self._robot.radius,
+            self._goal_tolerance,
+            interval,
         )
         with self._stopwatch.measure("update"):
             after = self._step(state, now)
@@ -188,5 +200,5 @@ class StarRoadmapPlanner(LeafSystem):
             towards = math.atan2(to_y - y, to_x - x) - yaw
             reason = obstruction(self._safety_star.Eval(context), seen.scan, towards, self._robot.radius)
         if not reason and not len(path):
-            return f"no way is seen that keeps {self._planner.least_margin:.3g} m beyond robot.radius"
+            return f"no way is seen that keeps {self._margins.least:.3g} m beyond robot.radius"
         return reason or "nothing that the certificate knows: the robot does not follow its guidance"

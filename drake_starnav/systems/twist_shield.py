@@ -12,6 +12,7 @@ from drake_starnav.control.inputs import TrackedObstacles
 from drake_starnav.control.motion import Actuation, BrakingMotion, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters, saturated
 from drake_starnav.systems.release import weakly
@@ -124,6 +125,7 @@ class TwistShield(Unshielded):
         self,
         robot: RobotParameters,
         controller: ControllerParameters,
+        margins: Margins,
         *,
         certificates: tuple[Certificate, ...] = (),
         obstacles: DynamicObstacleParameters | None = None,
@@ -133,14 +135,15 @@ class TwistShield(Unshielded):
         """
         Args:
             robot: its radius and limits.
-            controller: rate, delay and the certificate's parameters.
+            controller: rate and delay.
+            margins: as of `derive_margins`.
             certificates: of your own, each of which must accept a motion, too; as `KeepOut` and `SpeedZone`.
             obstacles: what is declared about moving obstacles; None: the world is static.
             state_lead: how far in the future the state of the port lies, s; see `StatePredictor`.
             stopwatch: records `command` times, those of the controller included, if given.
         """
         super().__init__(robot, controller, stopwatch=stopwatch)
-        self._margin, self._own = controller.safety_margin, certificates
+        self._margin, self._own = margins.safety, certificates
         self._obstacles, self._lead = obstacles, state_lead
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         if obstacles is not None:

@@ -17,17 +17,17 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
-    ControllerParameters,
     DsmController,
     FixedGoal,
     LidarParameters,
     NavigationStation,
-    PlannerParameters,
     RobotParameters,
+    Scenario,
     StarPerception,
     StarRoadmapPlanner,
     TwistShield,
     World,
+    derive_margins,
     draw_goal,
     draw_robot,
     save_figure,
@@ -49,16 +49,16 @@ def main(png: Path | None) -> None:
         polygons=(np.array([(2.3, -0.5), (3.0, -0.5), (3.0, -1.2), (2.3, -1.2)]),),
         bounds=(-1.0, -2.0, 6.0, 2.5),
     )
-    robot, lidar = RobotParameters(max_speed=0.6), LidarParameters(noise=0.02)
-    planner_parameters, controller_parameters = PlannerParameters(), ControllerParameters()
+    scenario = Scenario("yard", world, RobotParameters(max_speed=0.6), LidarParameters(noise=0.02))
+    robot, lidar, margins = scenario.robot, scenario.lidar, derive_margins(scenario)
 
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, lidar, time_step=TIME_STEP))
     goal = builder.AddSystem(FixedGoal(world.goal))
-    perception = builder.AddSystem(StarPerception(robot, planner_parameters, controller_parameters, lidar))
-    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, lidar))
-    controller = builder.AddSystem(DsmController(robot, controller_parameters))
-    shield = builder.AddSystem(TwistShield(robot, controller_parameters))
+    perception = builder.AddSystem(StarPerception(robot, margins, lidar))
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins, lidar))
+    controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
+    shield = builder.AddSystem(TwistShield(robot, scenario.controller, margins))
 
     builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))

@@ -24,6 +24,7 @@ from drake_starnav import (
     StarPerception,
     TwistShield,
     World,
+    derive_margins,
     draw_goal,
     draw_robot,
     load_scenario,
@@ -40,15 +41,15 @@ ROUTE = np.column_stack((3.0 * np.sin(ANGLE), 1.5 * np.sin(2.0 * ANGLE)))  # mos
 def main(png: Path | None) -> None:
     """Follow the path, and say how far the robot strayed from it."""
     scenario = load_scenario("room", overrides=["robot.max_speed=0.6"])
-    robot, controller_parameters = scenario.robot, scenario.controller
+    robot, margins = scenario.robot, derive_margins(scenario)
     obstacles = [(3.1, 0.3, 0.2), (-1.4, 1.2, 0.2), (1.2, -2.2, 0.3), (-3.3, -0.6, 0.25)]
     world = World("hall", (*ROUTE[0], 0.0), tuple(ROUTE[-1]), np.array(obstacles), bounds=(-4.5, -3, 4.5, 3))
     builder = DiagramBuilder()
     station = builder.AddSystem(NavigationStation(world, robot, scenario.lidar, time_step=STEP))
-    perception = builder.AddSystem(StarPerception(robot, scenario.planner, controller_parameters, scenario.lidar))
+    perception = builder.AddSystem(StarPerception(robot, margins, scenario.lidar))
     route = builder.AddSystem(FixedPath(ROUTE))
-    controller = builder.AddSystem(DsmController(robot, controller_parameters))
-    shield = builder.AddSystem(TwistShield(robot, controller_parameters))
+    controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
+    shield = builder.AddSystem(TwistShield(robot, scenario.controller, margins))
     goal = builder.AddSystem(FixedGoal(world.goal))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))

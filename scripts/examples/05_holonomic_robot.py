@@ -33,6 +33,7 @@ from drake_starnav import (
     StarPerception,
     StarRoadmapPlanner,
     add_world,
+    derive_margins,
     draw_goal,
     draw_robot,
     load_scenario,
@@ -80,14 +81,14 @@ def main(png: Path | None) -> None:
     plant.Finalize()
     body = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("puck").index())
 
-    robot, lidar_parameters, planner_parameters = scenario.robot, scenario.lidar, scenario.planner
+    robot, lidar_parameters, margins = scenario.robot, scenario.lidar, derive_margins(scenario)
     lidar = builder.AddSystem(LidarSensor(lidar_parameters, LidarMount(body, RigidTransform())))
     pose = builder.AddSystem(MatrixGain(np.eye(3, 4) * [[1], [1], [0]]))  # of (x, y, v_x, v_y): it never turns
     state = builder.AddSystem(MatrixGain(np.eye(5, 4) * [[1], [1], [0], [0], [0]]))
     goal = builder.AddSystem(FixedGoal(world.goal))
-    perception = builder.AddSystem(StarPerception(robot, planner_parameters, scenario.controller, lidar_parameters))
-    planner = builder.AddSystem(StarRoadmapPlanner(robot, planner_parameters, lidar_parameters))
-    controller = builder.AddSystem(DsmController(robot, scenario.controller))
+    perception = builder.AddSystem(StarPerception(robot, margins, lidar_parameters))
+    planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins, lidar_parameters))
+    controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))
     speed = builder.AddSystem(MatrixGain(SPEED * np.eye(4, 2, -2)))  # (0, 0, v_x, v_y), as the servos want it
     smooth = builder.AddSystem(FirstOrderLowPassFilter(0.1, 2))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))

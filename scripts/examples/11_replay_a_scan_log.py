@@ -15,9 +15,11 @@ from drake_starnav import (
     LoggedScan,
     Observation,
     PlannerInput,
-    PlannerParameters,
     PlannerState,
+    RobotParameters,
+    Scenario,
     World,
+    derive_margins,
     draw_goal,
     draw_robot,
     plan_step,
@@ -32,12 +34,14 @@ BLUE, ORANGE = "#0072B2", "#D55E00"
 
 def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | None) -> None:
     """Feed the planner scan by scan, and say what it knows in the end and where it would go."""
-    parameters = PlannerParameters()
+    scenario = Scenario("log", None, RobotParameters(radius=radius))
+    parameters, margins = scenario.planner, derive_margins(scenario)
     state = PlannerState.initial(parameters, radius)
     for seen in log:
-        observation = Observation(scan_region(seen.scan, seen.pose, radius, parameters), seen.scan, seen.pose)
+        observation = Observation(scan_region(seen.scan, seen.pose, radius, margins), seen.scan, seen.pose)
         before = state.plans
-        state = plan_step(state, PlannerInput(observation, seen.pose[:2], goal, seen.scan.time, parameters, radius))
+        now = PlannerInput(observation, seen.pose[:2], goal, seen.scan.time, parameters, margins, radius)
+        state = plan_step(state, now)
         if state.plans > before:
             x, y = state.path[0] if len(state.path) else seen.pose[:2]
             print(f"{seen.scan.time:5.2f} s: {state.status.value} by way of ({x:.2f}, {y:.2f})", end=", ")

@@ -21,11 +21,12 @@ from numba import njit
 from tqdm import tqdm
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions import StarParameters
 from drake_starnav.regions.erosion import BEARINGS, free_range, smoothed_distances
 from drake_starnav.regions.piecewise_cubic import JUMP, PiecewiseCubic, fit_piecewise_cubic, fit_segments
 from drake_starnav.regions.star_region import Fit
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.worlds.view import View
 from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
 
@@ -133,9 +134,9 @@ def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, fl
 def measured(rows: list[Method], views: Iterable[View], robot_radius: float) -> list[Deviation]:
     """Every method on the same free ranges, one `Deviation` a row."""
     results: list[list[tuple]] = [[] for _ in rows]
+    margins = derive_margins(Scenario("default", None))
     for view in tqdm(views, unit="scan", disable=None, leave=False):
-        plain = StarParameters()
-        samples = free_range(view.scan, smoothed_distances(view.scan), robot_radius, plain).values
+        samples = free_range(view.scan, smoothed_distances(view.scan), robot_radius, margins).values
         fits = [row.fit(samples) for row in rows]
         seconds = fastest([partial(row.fit, samples) for row in rows])
         for result, fit, spent in zip(results, fits, seconds, strict=True):

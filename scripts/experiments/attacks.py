@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav import Scenario, World, load_scenario, run_trial
-from drake_starnav.scenario.error_budget import Declared
-from drake_starnav.scenario.margins import with_margins
+from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.utils.files import write_text
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 
@@ -58,8 +58,7 @@ def shortest_range(rng: np.random.Generator) -> tuple[Scenario, World]:
         "lidar.beams=720",
     ]
     scenario = _declared(changes, speed)
-    margin = with_margins(scenario)[0].margin
-    least = scenario.robot.radius + margin + Declared.of(scenario).seen_coming(scenario.obstacles.max_speed)
+    least = scenario.robot.radius + derive_margins(scenario).preferred + error_budget(scenario).symbols["F"]
     scenario = dataclasses.replace(scenario, lidar=dataclasses.replace(scenario.lidar, range_max=least + 1e-6))
     angle, distance = rng.uniform(-1.2, 1.2), rng.uniform(6.0, 12.0)
     place = np.array((6.0, 0.0)) + distance * np.array((math.cos(angle), math.sin(angle)))

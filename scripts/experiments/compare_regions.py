@@ -18,11 +18,13 @@ from tqdm import tqdm
 
 from drake_starnav.baselines.paper.perception import sight_range
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions import StarParameters, StarRegion
+from drake_starnav.regions import Margins, StarRegion
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import fit_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds.view import View
 from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
@@ -102,10 +104,10 @@ def sector_area(leave: np.ndarray, enter: np.ndarray | float = 0.0) -> float:
     return float((leave**2 - np.minimum(enter, leave) ** 2).sum() * np.pi / len(leave))
 
 
-def compare(view: View, parameters: StarParameters) -> Comparison:
+def compare(view: View, margins: Margins) -> Comparison:
     """The three regions of one scan and the areas they cover."""
     scan, pose = view.scan, view.pose
-    distance = smoothed_distances(scan, parameters.smoothing_slack)
+    distance = smoothed_distances(scan, margins.smoothing_slack)
     star = fit_region(sight_range(scan, distance), pose[:2], float(pose[2]) + scan.angle_min)
     half = np.full(2, scan.range_max)
     domain = HPolyhedron.MakeBox(pose[:2] - half, pose[:2] + half)
@@ -202,9 +204,9 @@ def plot(comparisons: list[Comparison], path: Path) -> None:
 def measure_regions(options: argparse.Namespace) -> Measured:
     """The table, and what draws its picture."""
     lidar, radius = LidarParameters(), RobotParameters().radius
-    parameters = StarParameters()
+    margins = derive_margins(Scenario("default", None))
     views = sample_views(options.scans, options.seed, lidar, radius)
-    comparisons = [compare(view, parameters) for view in tqdm(views, unit="scan", disable=None, leave=False)]
+    comparisons = [compare(view, margins) for view in tqdm(views, unit="scan", disable=None, leave=False)]
     text = (
         f"{sample_text(options)}; {lidar.beams} beams, {lidar.range_max:g} m, noise {lidar.noise:g} m. "
         f"Star of the ranges themselves: all three regions are of a point robot.\n{OBSTACLES}\n"

@@ -20,7 +20,7 @@ from tqdm import tqdm
 
 from drake_starnav.geometry.raycast import Fan, cast_grid
 from drake_starnav.scenario import Scenario, parse_scenario
-from drake_starnav.scenario.margins import with_margins
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.generators.channel import Channel
@@ -30,7 +30,7 @@ from drake_starnav.worlds.world import World
 
 SCENARIO = parse_scenario("world: !Forest {}", name="giving up")
 RADIUS = SCENARIO.robot.radius
-LEAST = RADIUS + with_margins(SCENARIO)[0].least_margin
+LEAST = RADIUS + derive_margins(SCENARIO).least
 """Radius and least margin, m."""
 SEARCHED = 0.02
 """Cell size of the grid search, m."""

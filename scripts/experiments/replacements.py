@@ -25,7 +25,7 @@ from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers
 from drake_starnav.planning.roadmap import extended
 from drake_starnav.planning.search import optimistic_cost
-from drake_starnav.regions import StarParameters, StarRegion
+from drake_starnav.regions import Margins, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
 from drake_starnav.regions.star_region import _scan_region, fit_region
@@ -106,11 +106,11 @@ def interpreted_scan_region(*arguments: Any) -> tuple:
 
 
 def shortened_region(
-    scan: LaserScan, pose: np.ndarray, radius: float, parameters: StarParameters, *others: Any
+    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, *others: Any
 ) -> tuple[np.ndarray, StarRegion]:
     """For `smoothed_scan_region`: ranges less the radius."""
-    distance = smoothed_distances(scan, parameters.smoothing_slack)
-    profile = sight_range(scan, distance, radius=radius + parameters.margin)._replace(margin=parameters.margin)
+    distance = smoothed_distances(scan, margins.smoothing_slack)
+    profile = sight_range(scan, distance, radius=radius + margins.preferred)._replace(margin=margins.preferred)
     return distance, fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 

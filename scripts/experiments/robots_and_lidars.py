@@ -10,7 +10,7 @@ from pathlib import Path
 
 from drake_starnav.evaluation.summary import markdown_table, number, rate_text
 from drake_starnav.scenario import load_scenario
-from drake_starnav.scenario.error_budget import Declared, error_budget
+from drake_starnav.scenario.error_budget import error_budget
 from scripts.experiments.experiment import Results, count, experiment, experiment_parser, of_scenario, run_experiment
 
 ROBOT, LIDAR = ("model", "radius", "max_speed", "max_acceleration"), ("beams", "range_max", "rate", "noise")
@@ -48,7 +48,7 @@ def measure(options: argparse.Namespace) -> Results:
         for values in DECLARED
     }
     margins = {
-        name: error_budget(Declared.of(load_scenario(options.scenario[0], overrides=overrides)))
+        name: error_budget(load_scenario(options.scenario[0], overrides=overrides)).total
         for name, (_, overrides) in variants.items()
     }
     return run_experiment(

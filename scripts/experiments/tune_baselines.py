@@ -42,6 +42,7 @@ from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import saturated
 from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.utils.files import check_writable, write_text
 from drake_starnav.worlds import World, clearance, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -143,7 +144,8 @@ class Guided:
 
     def __init__(self, scenario: Scenario, world: World) -> None:
         self._scenario, self._goal, radius = scenario, np.array(world.goal), scenario.robot.radius
-        self._settings = PerceptionSettings(scenario.planner, scenario.controller, radius)
+        self._margins = derive_margins(scenario)
+        self._settings = PerceptionSettings(self._margins, radius)
         self._perceived, self.state = Perceived.nothing(), PlannerState.initial(scenario.planner, radius)
         self.inputs = ControllerInputs(np.array(world.start), np.zeros(2), Guidance.none(), SafetyStar.none())
 
@@ -151,7 +153,8 @@ class Guided:
         planner, robot = self._scenario.planner, self._scenario.robot
         if scan is not None:
             self._perceived = paper.perceive(self._perceived, scan, pose, self._settings)
-            now = PlannerInput(self._perceived.observation, pose[:2], self._goal, time, planner, robot.radius)
+            seen = self._perceived.observation
+            now = PlannerInput(seen, pose[:2], self._goal, time, planner, self._margins, robot.radius)
             self.state = paper.plan_step(self.state, now)
         if self.state.status is PlannerStatus.UNREACHABLE:
             return None

@@ -24,6 +24,7 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.star_region import StarRegion
 from drake_starnav.scenario import Scenario, load_scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.visualization.world_figure import draw_world
 from drake_starnav.worlds import World, clearance
 
@@ -84,9 +85,9 @@ def draw_erosion(axis: Any, moment: PlannerInput) -> None:
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
-    parameters, region = moment.scenario.planner, moment.region
+    region = moment.region
     hits = _hits(moment)
-    radius = moment.scenario.robot.radius + parameters.margin
+    radius = moment.scenario.robot.radius + derive_margins(moment.scenario).preferred
     discs = PatchCollection([Circle(tuple(hit), radius) for hit in hits], facecolor=ORANGE, alpha=0.06, linewidth=0.0)
     axis.add_collection(discs)
     axis.plot(*hits.T, ".", color=ORANGE, markersize=4.0, label="hit, with its disc")
@@ -142,7 +143,7 @@ def draw_roadmap(axis: Any, moment: PlannerInput) -> None:
 
 def draw_field(axis: Any, moment: PlannerInput) -> None:
     """The guiding vector at many places: bent along the boundary of the regions, towards the short-term goal."""
-    parameters, robot = moment.scenario.controller, moment.scenario.robot
+    margins, robot = derive_margins(moment.scenario), moment.scenario.robot
     stack, path = moment.state.roadmap.stack, moment.state.path
     x0, y0, x1, y1 = moment.world.extent
     step = max(x1 - x0, y1 - y0) / GRID
@@ -150,7 +151,7 @@ def draw_field(axis: Any, moment: PlannerInput) -> None:
     inside = np.any([region.contains(places) for region in moment.state.roadmap.regions], axis=0)
     places = places[inside & (clearance(moment.world, places) > robot.radius)]
     none = np.zeros((0, 2))
-    vectors = np.array([guiding_vector(p, path[:1], stack, none, parameters, robot.radius)[0] for p in places])
+    vectors = np.array([guiding_vector(p, path[:1], stack, none, margins, robot.radius)[0] for p in places])
     for region in moment.state.roadmap.regions:
         axis.fill(*region.outline().T, facecolor=BLUE, alpha=0.06, linewidth=0.0)
     axis.quiver(*places.T, *vectors.T, angles="xy", scale=1.25 / step, scale_units="xy", width=0.003, color="0.25")
@@ -197,7 +198,7 @@ def write_figures(moment: PlannerInput, folder: Path) -> list[Path]:
 
 def _hits(moment: PlannerInput) -> np.ndarray:
     scan, pose = moment.seen.scan, moment.seen.pose
-    distance = smoothed_distances(scan, moment.scenario.planner.smoothing_slack)
+    distance = smoothed_distances(scan, derive_margins(moment.scenario).smoothing_slack)
     points = _around(pose[:2], float(pose[2]) + scan.angle_min, distance)
     return points[distance < scan.range_max]
 

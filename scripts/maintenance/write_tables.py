@@ -29,6 +29,7 @@ from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.parameters import allowed_text, declared
 from drake_starnav.scenario import METHODS, Scenario
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SECTIONS
 from drake_starnav.station.arrival_monitor import ArrivalMonitor
 from drake_starnav.station.collision_monitor import CollisionMonitor
@@ -79,6 +80,7 @@ def all_systems() -> list[System]:
     """One of each system of the package, with default parameters, in the order in which a scan passes them."""
     defaults = Scenario(name="defaults", world=None)
     robot, lidar, planner, controller = defaults.robot, defaults.lidar, defaults.planner, defaults.controller
+    margins = derive_margins(defaults)
     station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar)
     return [
         station,
@@ -86,16 +88,16 @@ def all_systems() -> list[System]:
         LidarSensor(lidar, LidarMount(SceneGraph.world_frame_id(), RigidTransform())),
         PlanarLocalization(num_positions=9, num_velocities=8, lidar=lidar),
         ObstacleTracker(defaults.obstacles, lidar),
-        StarPerception(robot, planner, controller, lidar),
+        StarPerception(robot, margins, lidar),
         ScanMatcher(OdometryError(0.02, 0.0, lidar.noise), rate=lidar.rate),
-        StarRoadmapPlanner(robot, planner, lidar),
+        StarRoadmapPlanner(robot, planner, margins, lidar),
         FixedGoal((1.0, 0.0)),
         FixedPath(np.zeros((1, 2))),
-        DsmController(robot, controller, obstacles=defaults.obstacles),
-        PredictiveController(robot, controller, obstacles=defaults.obstacles),
+        DsmController(robot, controller, margins, obstacles=defaults.obstacles),
+        PredictiveController(robot, controller, margins, obstacles=defaults.obstacles),
         PaperController(robot),
         BaselineController(robot, defaults.foa),
-        TwistShield(robot, controller, obstacles=defaults.obstacles),
+        TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
         WheelServo(station.plant, station.robot_model),
         WheelSpeedCommand(limits=robot.limits, wheel_radius=0.05, track=0.32),

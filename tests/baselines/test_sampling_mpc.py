@@ -23,14 +23,13 @@ from drake_starnav.control.path_following import followed
 from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import RegionStack, scan_region, segment_covered
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import actuation, certified, limited_twist, starred_twist
-from tests.helpers.scans import RADIUS, cast, distance, free_point, scattered, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, free_point, scattered, seeds, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
 LIMITS = ROBOT.limits
@@ -41,11 +40,11 @@ NOWHERE = RegionStack.of(())
 
 
 def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionStack, SafetyStar, ScanMemory]:
-    scan, stars = cast(world, pose), StarParameters()
-    kept = PARAMETERS.safety_range + 2.0 * RADIUS, SCAN_MEMORY
-    safe = RADIUS + PARAMETERS.safety_margin
-    star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, safe, PARAMETERS.safety_range, kept)
-    return RegionStack.of([scan_region(scan, pose, RADIUS, stars)]), star, memory
+    scan = cast(world, pose)
+    kept = MARGINS.safety_range + 2.0 * RADIUS, SCAN_MEMORY
+    safe = RADIUS + MARGINS.safety
+    star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, safe, MARGINS.safety_range, kept)
+    return RegionStack.of([scan_region(scan, pose, RADIUS, MARGINS)]), star, memory
 
 
 def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionStack, SafetyStar]:
@@ -106,7 +105,7 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
         step = driven * np.array((math.cos(yaw + 0.5 * turned), math.sin(yaw + 0.5 * turned)))
         yaw += turned
         c_next = clearance(x + step[0], y + step[1])
-        if free(x + step[0], y + step[1]) and (c_next >= PARAMETERS.safety_margin or c_next >= c):
+        if free(x + step[0], y + step[1]) and (c_next >= MARGINS.safety or c_next >= c):
             x, y, c = x + step[0], y + step[1], c_next
             near_walls += abs(driven) * (1.0 - c / ZONE) ** 2
             while ahead < len(path):
@@ -128,7 +127,7 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
 
 
 def proposed(inputs: ControllerInputs) -> Proposal:
-    return predictive_twist(inputs, (StarCertificate(inputs.star),), actuation(ROBOT), PARAMETERS, ROBOT)
+    return predictive_twist(inputs, (StarCertificate(inputs.star),), actuation(ROBOT), MARGINS, ROBOT)
 
 
 @settings(max_examples=25, deadline=None)
@@ -137,7 +136,7 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     twists = candidates(twist, np.array((0.3, 1.0)), ROBOT)[::7]
     inputs = ControllerInputs(pose, twist, Guidance(path, arrives, regions), star)
-    cost = rollout_costs(twists, inputs, PARAMETERS, ROBOT)
+    cost = rollout_costs(twists, inputs, MARGINS, ROBOT)
     plain = [plain_cost(t, pose, twist, path, arrives, regions, star) for t in twists]
     np.testing.assert_allclose(cost, plain, atol=1e-9)
 
@@ -147,7 +146,7 @@ def test_the_compiled_cost_is_the_plain_one(seed, arrives):
 def test_each_twist_is_certified_or_the_one_the_law_would_send(seed, arrives):
     pose, twist, path, regions, star = situation(seed)
     inputs = ControllerInputs(pose, twist, Guidance(path, arrives, regions), star)
-    law, chosen = followed(inputs, PARAMETERS, ROBOT).twist, proposed(inputs).twist
+    law, chosen = followed(inputs, MARGINS, ROBOT).twist, proposed(inputs).twist
     if not certified(pose, twist, chosen, PERIOD, LIMITS, star):
         np.testing.assert_array_equal(chosen, law)
     elif not np.array_equal(chosen, law):
@@ -194,7 +193,7 @@ def test_without_a_path_or_sight_the_law_decides():
     twist = np.array((0.4, 0.1))
     for path in (np.zeros((0, 2)), np.array([[3.0, 1.0]])):
         inputs = ControllerInputs(np.zeros(3), twist, Guidance(path, False, NOWHERE), OPEN)
-        np.testing.assert_array_equal(proposed(inputs).twist, followed(inputs, PARAMETERS, ROBOT).twist)
+        np.testing.assert_array_equal(proposed(inputs).twist, followed(inputs, MARGINS, ROBOT).twist)
 
 
 @given(seeds)

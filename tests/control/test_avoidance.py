@@ -12,7 +12,6 @@ from drake_starnav.control.motion import roll_out
 from drake_starnav.control.moving_certificate import MovingCertificate
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
 from drake_starnav.regions.star_region import RegionStack, scan_region
 from drake_starnav.robot import RobotParameters
@@ -20,10 +19,10 @@ from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import HORIZON, predicted_trajectories
 from tests.helpers.motions import actuation
-from tests.helpers.scans import cast
+from tests.helpers.scans import MARGINS, cast
 from tests.helpers.scenes import hall
 
-ROBOT, CONTROLLER, STARS = RobotParameters(), ControllerParameters(), StarParameters()
+ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
 PATH = np.array([(3.0, 0.0)])
 RADIUS = 0.3
@@ -58,7 +57,7 @@ def known() -> tuple[RegionStack, SafetyStar]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
     star, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))
-    return RegionStack.of((scan_region(scan, pose, ROBOT.radius, STARS),)), star
+    return RegionStack.of((scan_region(scan, pose, ROBOT.radius, MARGINS),)), star
 
 
 def avoided(
@@ -70,7 +69,7 @@ def avoided(
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    asked = standard_certificates(inputs.star, CONTROLLER.safety_margin, COMMANDS, np.zeros(2), tracked)
+    asked = standard_certificates(inputs.star, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
     return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT)
 
 

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control import ControllerParameters
 from drake_starnav.control.braking_certificate import StarCertificate
 from drake_starnav.control.certificates import accepted, first_accepted, standard_certificates
 from drake_starnav.control.inputs import TrackedObstacles
@@ -20,7 +19,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.motions import actuation
-from tests.helpers.scans import cast, seeds
+from tests.helpers.scans import MARGINS, cast, seeds
 from tests.helpers.scenes import hall
 
 ROBOT = RobotParameters()
@@ -29,8 +28,14 @@ NOTHING = Tracks(time=0.0)
 AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0)]), owner=np.array([-1]))
 
 
-def accepts(star: SafetyStar, want: tuple[float, float], tracks: Tracks = NOTHING, v: float = 0.0, **changes) -> bool:
-    margin, commands = ControllerParameters(**changes).safety_margin, actuation(ROBOT)
+def accepts(
+    star: SafetyStar,
+    want: tuple[float, float],
+    tracks: Tracks = NOTHING,
+    v: float = 0.0,
+    margin: float = MARGINS.safety,
+) -> bool:
+    commands = actuation(ROBOT)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
     asked = standard_certificates(star, margin, commands, np.zeros(2), tracked)
     return accepted(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
@@ -108,7 +113,7 @@ def beside(clearance: float) -> SafetyStar:
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
 def test_without_a_margin_two_millimetres_are_kept(clearance: float, passes: bool) -> None:
     star = beside(math.hypot(ROBOT.radius, 0.05) - ROBOT.radius + clearance)
-    assert accepts(star, (0.3, 0.0), safety_margin=0.0) == passes
+    assert accepts(star, (0.3, 0.0), margin=0.0) == passes
 
 
 def test_outside_of_the_star_only_the_way_away_from_the_wall_is_accepted() -> None:

@@ -16,11 +16,11 @@ from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import stepped
-from tests.helpers.scans import RADIUS, cast, distance, seeds
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, seeds
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
-MARGIN = PARAMETERS.safety_margin
+MARGIN = MARGINS.safety
 
 
 def star_with_one_short_hit(world: World, pose: np.ndarray, bearing: float, short: float) -> SafetyStar:

@@ -21,13 +21,12 @@ from drake_starnav.control.path_following import (
     guiding_vector,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.regions.star_region import LINE_STEP, RegionStack, scan_region, segment_covered
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, stepped
-from tests.helpers.scans import RADIUS, cast, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, seeds, smooth_region
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
@@ -83,7 +82,7 @@ def test_the_compiled_step_is_the_plain_one(seed):
     if guidance.distance_to_goal(pose[:2]) < 2.0 * GOAL_REACHED:
         return
     command, _ = stepped(ControllerInputs(pose, twist, guidance, star), PARAMETERS, ROBOT)
-    plain = numpy_pipeline.command(pose, twist, guidance, star, PARAMETERS, ROBOT)
+    plain = numpy_pipeline.command(pose, twist, guidance, star, PARAMETERS, MARGINS, ROBOT)
     np.testing.assert_allclose(command, plain, atol=1e-9)
 
 
@@ -156,16 +155,16 @@ def test_the_guiding_vector_points_to_the_first_way_point_that_is_not_passed(see
     passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE
     ahead, later = position + rng.uniform(0.1, 0.2, 2), position + 5.0
     path = np.array((passed, ahead, later))
-    direction, distance = guiding_vector(position, path, RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    direction, distance = guiding_vector(position, path, RegionStack.of(()), NO_HITS, MARGINS, RADIUS)
     assert distance == pytest.approx(np.hypot(*(ahead - position)))
     np.testing.assert_allclose(direction, (ahead - position) / distance)
-    last, left = guiding_vector(position, path[:1], RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    last, left = guiding_vector(position, path[:1], RegionStack.of(()), NO_HITS, MARGINS, RADIUS)
     assert left == pytest.approx(np.hypot(*(passed - position)))
     np.testing.assert_allclose(last, (passed - position) / left)
 
 
 def test_at_the_last_way_point_there_is_nowhere_to_go():
-    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionStack.of(()), NO_HITS, PARAMETERS, RADIUS)
+    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionStack.of(()), NO_HITS, MARGINS, RADIUS)
     assert not direction.any() and distance == 0.0
 
 
@@ -174,14 +173,14 @@ def test_modulation_ends_near_the_short_term_goal():
     regions = RegionStack.of((region,))
     for away, bent in ((MODULATION_DISTANCE - 0.01, False), (MODULATION_DISTANCE + 0.01, True)):
         path = away * np.array(((0.6, 0.8),))
-        direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, PARAMETERS, RADIUS)
+        direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, MARGINS, RADIUS)
         assert (np.abs(direction - (0.6, 0.8)).max() > 1e-3) == bent
 
 
 def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
     post = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(0.5, 0.3, 0.02)], bounds=(-2.0, -2.0, 3.0, 2.0))
     pose = np.array((0.0, -0.1, 0.0))
-    regions = RegionStack.of((scan_region(cast(post, pose), pose, RADIUS, StarParameters()),))
+    regions = RegionStack.of((scan_region(cast(post, pose), pose, RADIUS, MARGINS),))
     turns = []
 
     def turn(a, b):
@@ -190,7 +189,7 @@ def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
     rng = np.random.default_rng(0)
     for position, aim in rng.uniform((0.0, -0.5), (1.5, 0.5), (2000, 2, 2)):
         guide = (aim - position) / np.hypot(*(aim - position))
-        arguments = position, aim[None, :], regions, NO_HITS, PARAMETERS, RADIUS
+        arguments = position, aim[None, :], regions, NO_HITS, MARGINS, RADIUS
         direction, _ = guiding_vector(*arguments)
         with patch.multiple(path_following, guided=guided.py_func, MAX_BEND=math.pi):  # constants are compiled in
             free, _ = guiding_vector(*arguments)
@@ -208,9 +207,9 @@ def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
 def test_where_the_certificate_ends_the_robot_is_led_off_the_wall(margin, towards):
     along = np.linspace(-1.0, 1.0, 201)
     wall = np.column_stack((along, np.full(201, -(RADIUS + margin))))
-    parameters = dataclasses.replace(PARAMETERS, safety_margin=margin)
+    margins = dataclasses.replace(MARGINS, safety=margin)
     path = 2.0 * np.array([(math.cos(towards), math.sin(towards))])
-    vector, _ = guiding_vector(np.zeros(2), path, RegionStack.of(()), wall, parameters, RADIUS)
+    vector, _ = guiding_vector(np.zeros(2), path, RegionStack.of(()), wall, margins, RADIUS)
     assert vector[1] > 0.0
 
 

@@ -15,7 +15,7 @@ from drake_starnav.regions.safe_region import ScanMemory, safety_star
 from drake_starnav.regions.scan_averaging import averaged
 from drake_starnav.regions.star_region import scan_region
 from tests.helpers.inputs import fuzzed
-from tests.helpers.scans import RADIUS
+from tests.helpers.scans import MARGINS, RADIUS
 
 PARAMETERS = PlannerParameters()
 numbers = st.one_of(st.floats(), st.floats(-1.0, 7.0))
@@ -43,7 +43,7 @@ def test_any_ranges_are_perceived(found, pose):
     pose = np.array(pose)
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
     scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
-    region = scan_region(scan, pose, RADIUS, PARAMETERS)
+    region = scan_region(scan, pose, RADIUS, MARGINS)
     star, memory = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS, 1.2, (2.0, 5))
     earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)
     of_means, _ = safety_star(earlier, mean, smoothed_distances(mean), pose + 0.01, RADIUS, 1.2, (2.0, 5))
@@ -54,5 +54,5 @@ def test_any_ranges_are_perceived(found, pose):
     seen = Observation(region, scan, pose)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for time in (0.0, 0.1):
-        state = plan_step(state, PlannerInput(seen, pose[:2], np.zeros(2), time, PARAMETERS, RADIUS))
+        state = plan_step(state, PlannerInput(seen, pose[:2], np.zeros(2), time, PARAMETERS, MARGINS, RADIUS))
     assert np.isfinite(state.path).all()

@@ -18,10 +18,11 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import Tracked, track
 from tests.helpers.motions import actuation
+from tests.helpers.scans import MARGINS
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters(rate=40.0)
-SETTINGS = PerceptionSettings(PLANNER, CONTROLLER, ROBOT.radius)
+SETTINGS = PerceptionSettings(MARGINS, ROBOT.radius)
 TICKS = 2
 """Commands from scan to scan."""
 
@@ -40,9 +41,9 @@ def command(
 ) -> np.ndarray:
     """What is driven next: what the controller proposes, as far as the shield accepts it."""
     commands, inputs = actuation(ROBOT, 1.0 / CONTROLLER.rate), ControllerInputs(pose, twist, guidance, star)
-    certificates = standard_certificates(star, CONTROLLER.safety_margin, commands, pose[:2], tracked)
+    certificates = standard_certificates(star, MARGINS.safety, commands, pose[:2], tracked)
     way = avoid_collision(inputs, tracked, certificates, commands, ROBOT).twist
-    proposed = followed(inputs, CONTROLLER, ROBOT).twist if way is None else way
+    proposed = followed(inputs, MARGINS, ROBOT).twist if way is None else way
     return np.array(ramped_twist(twist, certified_twist(pose, twist, proposed, certificates, commands)[0], commands))
 
 
@@ -69,7 +70,9 @@ def drive(
         if k % TICKS == 0:
             known = track(known, scene.scan(time, pose, rng), pose, obstacles)
             perceived = perceive(perceived, known.scan, pose, SETTINGS)
-            plan = plan_step(plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, ROBOT.radius))
+            plan = plan_step(
+                plan, PlannerInput(perceived.observation, pose[:2], goal, time, PLANNER, MARGINS, ROBOT.radius)
+            )
         tracked = TrackedObstacles(known.tracks, time - known.tracks.time, obstacles)
         driven = command(pose, twist, plan.guidance, perceived.safety, tracked)
         pose = moved(pose, 0.5 * (twist + driven), tick)

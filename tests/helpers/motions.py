@@ -9,6 +9,7 @@ from drake_starnav.control.motion import Actuation, roll_out
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import Limits, RobotParameters, saturated
+from tests.helpers.scans import MARGINS
 
 PERIOD = 0.02
 
@@ -67,7 +68,7 @@ def stepped(
     """The twist after one period of our controller and the shield in a static world, and whether it is certified."""
     pose, twist, _, star = inputs
     period = 1.0 / parameters.rate
-    proposed = followed(inputs, parameters, robot).twist
+    proposed = followed(inputs, MARGINS, robot).twist
     *target, accepted = starred_twist(pose, twist, proposed, period, robot.limits, star, parameters.delay)
     return limited_twist(twist, np.array(target), robot, period), accepted
 

@@ -9,7 +9,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast, distance
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance
 
 PERIOD = 0.05
 SLACK = 0.03
@@ -59,8 +59,8 @@ def drive(
         way = path[0] - position if len(path) else np.array((1.0, 0.0))
         pose = np.array((*position, np.arctan2(way[1], way[0]) + averted + 0.3 * np.sin(0.1 * k)))
         scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
-        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
-        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, parameters, RADIUS))
+        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, parameters, MARGINS, RADIUS))
         states.append(state)
         if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):
             break

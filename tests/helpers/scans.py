@@ -12,11 +12,23 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.region_index import WORD, IndexedRegions, selection
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.erosion import FreeRange
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.star_region import RegionStack, StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25
 """Of the robot, m."""
+MARGINS = Margins(
+    safety=0.0145,
+    preferred=0.0295,
+    least=0.0105,
+    safety_range=1.2,
+    smoothing_slack=0.0,
+    smoothed_beams=0,
+    average_scans=False,
+    drop_seen_through=False,
+)
+"""Of the default scenario, but the certificate's ranges are not smoothed."""
 ORIGIN = np.zeros(3)
 seeds = st.integers(0, 2**32 - 1)
 
@@ -152,22 +164,22 @@ def smooth_region(rng: np.random.Generator, center: np.ndarray, mean: float = 1.
     return fit_region(profile, center, rng.uniform(-math.pi, math.pi))
 
 
-def explored(world: World, positions: np.ndarray, parameters: PlannerParameters) -> StarRoadmap:
+def explored(world: World, positions: np.ndarray, margins: Margins = MARGINS) -> StarRoadmap:
     """A roadmap with a node at each position, shape (n, 2), W, m."""
-    roadmap = StarRoadmap.empty(parameters, RADIUS)
+    roadmap = StarRoadmap.empty(PlannerParameters(), RADIUS)
     for k, (x, y) in enumerate(positions):
         pose = np.array((x, y, 0.7 * k))
         scan = cast(world, pose)
-        roadmap = extended(roadmap, scan_region(scan, pose, RADIUS, parameters), scan, pose, parameters, RADIUS)
+        roadmap = extended(roadmap, scan_region(scan, pose, RADIUS, margins), scan, pose, margins, RADIUS)
     return roadmap
 
 
-def wandered(seed: int, nodes: int = 5, parameters: PlannerParameters | None = None) -> tuple[World, StarRoadmap]:
+def wandered(seed: int, nodes: int = 5, margins: Margins = MARGINS) -> tuple[World, StarRoadmap]:
     """A random world and a roadmap of it: the origin, then random places seen from there."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=8, walls=6)
     positions = [np.zeros(2)] + [free_point(rng, world, RADIUS + 0.05) for _ in range(nodes - 1)]
-    return world, explored(world, np.array(positions), parameters or PlannerParameters())
+    return world, explored(world, np.array(positions), margins)
 
 
 def unindexed(stack: RegionStack) -> IndexedRegions:

@@ -16,7 +16,7 @@ from drake_starnav.planning import (
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast
 
 PARAMETERS = PlannerParameters()
 PERIOD = 0.05
@@ -44,11 +44,11 @@ def tried(x: float, time: float, state: PlannerState) -> PlannerState:
     """The state after an update at (x, 1.01), on the way to the target beside a corner."""
     pose = np.array((x, 1.01, 0.0))
     scan = dataclasses.replace(cast(DOOR, pose), time=time)
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     assert not seen.region.contains(BESIDE_A_CORNER[1])
     if len(state.roadmap):
         state = dataclasses.replace(state, target=BESIDE_A_CORNER, status=PlannerStatus.EXPLORING)
-    return plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), time, PARAMETERS, RADIUS))
+    return plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), time, PARAMETERS, MARGINS, RADIUS))
 
 
 @pytest.mark.parametrize(
@@ -70,17 +70,17 @@ def test_what_a_passage_leaves_is_seen_at_any_look(inspection_points):
     narrow = dataclasses.replace(DOOR, polygons=door(2.0 * (RADIUS + 0.02)))
     pose = np.array((x, 1.01, 0.0))
     scan = dataclasses.replace(cast(narrow, pose), time=PERIOD)
-    whole = dataclasses.replace(PARAMETERS, least_margin=PARAMETERS.margin)
-    for parameters, given_up in ((PARAMETERS, False), (whole, inspection_points)):
-        seen = Observation(scan_region(scan, pose, RADIUS, parameters), scan, pose)
-        start = Observation(scan_region(cast(narrow, POSE), POSE, RADIUS, parameters), cast(narrow, POSE), POSE)
-        state = PlannerState.initial(parameters, RADIUS)
-        state = plan_step(state, PlannerInput(start, POSE[:2], np.array(DOOR.goal), 0.0, parameters, RADIUS))
+    whole = dataclasses.replace(MARGINS, least=MARGINS.preferred)
+    for margins, given_up in ((MARGINS, False), (whole, inspection_points)):
+        seen = Observation(scan_region(scan, pose, RADIUS, margins), scan, pose)
+        start = Observation(scan_region(cast(narrow, POSE), POSE, RADIUS, margins), cast(narrow, POSE), POSE)
+        state = PlannerState.initial(PARAMETERS, RADIUS)
+        state = plan_step(state, PlannerInput(start, POSE[:2], np.array(DOOR.goal), 0.0, PARAMETERS, margins, RADIUS))
         roadmap = dataclasses.replace(
             state.roadmap, inspection_points=pose[None, :2] if inspection_points else np.zeros((0, 2))
         )
         target = np.array((pose[:2], probe))
         state = dataclasses.replace(state, roadmap=roadmap, target=target, status=PlannerStatus.EXPLORING)
-        after = plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), PERIOD, parameters, RADIUS))
+        after = plan_step(state, PlannerInput(seen, pose[:2], np.array(DOOR.goal), PERIOD, PARAMETERS, margins, RADIUS))
         assert after.doubting == given_up
-        assert bool(seen.region.contains(probe)) == (parameters is PARAMETERS)
+        assert bool(seen.region.contains(probe)) == (margins is MARGINS)

@@ -6,7 +6,7 @@ from drake_starnav.planning.frontiers import uncovered
 from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import COVER_SLACK, StarRoadmap, extended
-from tests.helpers.scans import RADIUS, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -38,12 +38,12 @@ def test_they_are_after_regions_were_cut_back_or_dropped_and_others_added(seed):
     world, before = wandered(seed, nodes=6)
     rows = before.coverage.rows.copy()
     place = before.stack.center[3] + np.random.default_rng(seed).uniform(-0.6, 0.6, 2)
-    after = with_stall_point(before, place, PARAMETERS, RADIUS)
+    after = with_stall_point(before, place, MARGINS, RADIUS)
     assert_open_where_no_other_region_covers(after)
     for roadmap in (before, after, before):  # the second extension of `before` finds its rows taken
         if len(roadmap):
             assert_open_where_no_other_region_covers(
-                extended(roadmap, before.regions[2], *before.scans[2], PARAMETERS, RADIUS)
+                extended(roadmap, before.regions[2], *before.scans[2], MARGINS, RADIUS)
             )
     np.testing.assert_array_equal(before.coverage.rows, rows)
 

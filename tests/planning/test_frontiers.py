@@ -7,7 +7,7 @@ from drake_starnav.planning.frontiers import NEAREST_STAND, PROBE_DISTANCE, Fron
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.star_region import RegionStack, StarRegion, fit_region, scan_region
-from tests.helpers.scans import RADIUS, cast, scattered, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, smooth_region
 
 PARAMETERS = PlannerParameters()
 
@@ -27,7 +27,7 @@ def stepped(low: float, high: float, limit: float) -> StarRegion:
 def test_stands_lie_inside_the_region_and_probes_outside(seed):
     rng = np.random.default_rng(seed)
     pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
-    region = scan_region(cast(scattered(rng, discs=12, walls=6), pose, range_max=2.5), pose, RADIUS, PARAMETERS)
+    region = scan_region(cast(scattered(rng, discs=12, walls=6), pose, range_max=2.5), pose, RADIUS, MARGINS)
     found = edge_frontiers(region, 7)
     assert len(found) and (found.owner == 7).all()
     radius, theta = polar(region, found.stand)

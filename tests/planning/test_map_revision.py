@@ -21,9 +21,9 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, extended, with_nodes, without_nodes
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast, explored, seeds, segment_distance, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, explored, seeds, segment_distance, wandered
 
-PARAMETERS = PlannerParameters(drop_seen_through=True)
+DROPPING = dataclasses.replace(MARGINS, drop_seen_through=True)
 WALLS = (-3.0, -2.0, 3.0, 2.0)
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 0.8, 0.3)], bounds=WALLS)
 PLACES = np.array([(-1.5, 0.0), (0.0, 0.0), (1.0, -0.5)])
@@ -33,32 +33,32 @@ HERE = np.array((0.5, -0.2, 0.3))
 def shifted(roadmap, offset):
     """A roadmap built with the robot's estimated pose off by `offset`."""
     moved = [(scan, pose + (*offset, 0.0)) for scan, pose in roadmap.scans]
-    out = StarRoadmap.empty(PARAMETERS, RADIUS)
+    out = StarRoadmap.empty(PlannerParameters(), RADIUS)
     for scan, pose in moved:
-        out = extended(out, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+        out = extended(out, scan_region(scan, pose, RADIUS, MARGINS), scan, pose, DROPPING, RADIUS)
     return out
 
 
 @given(seeds)
 def test_where_nothing_has_moved_no_node_is_dropped(seed):
-    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
     pose = roadmap.scans[0][1]
-    assert len(reconcile(roadmap, cast(world, pose), pose, PARAMETERS, RADIUS)) == len(roadmap)
+    assert len(reconcile(roadmap, cast(world, pose), pose, DROPPING, RADIUS)) == len(roadmap)
 
 
 @given(seeds)
 def test_a_small_error_of_the_pose_drops_no_node(seed):
-    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
     rng = np.random.default_rng(seed)
     angle = rng.uniform(-np.pi, np.pi)
     moved = shifted(roadmap, (0.04 * np.cos(angle), 0.04 * np.sin(angle)))
     pose = roadmap.scans[0][1]
-    assert len(reconcile(moved, cast(world, pose), pose, PARAMETERS, RADIUS)) >= len(moved) - 1
+    assert len(reconcile(moved, cast(world, pose), pose, DROPPING, RADIUS)) >= len(moved) - 1
 
 
 @given(seeds)
 def test_a_cut_region_is_clear_of_the_new_hits(seed):
-    world, roadmap = wandered(seed, nodes=3, parameters=PARAMETERS)
+    world, roadmap = wandered(seed, nodes=3, margins=DROPPING)
     moved = shifted(roadmap, (0.2, 0.1))
     pose = roadmap.scans[0][1]
     scan = cast(world, pose)
@@ -76,9 +76,9 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
 
 @pytest.mark.parametrize("offset", [(0.3, 0.0), (-0.2, 0.25), (0.5, 0.3)])
 def test_a_drifted_map_yields_to_the_latest_scan(offset):
-    roadmap = shifted(explored(ROOM, PLACES, PARAMETERS), offset)
+    roadmap = shifted(explored(ROOM, PLACES), offset)
     scan = cast(ROOM, HERE)
-    found = reconcile(roadmap, scan, HERE, PARAMETERS, RADIUS)
+    found = reconcile(roadmap, scan, HERE, DROPPING, RADIUS)
     assert len(found) < len(roadmap)
     for region in found.regions:
         radius = RADIUS + region.margin - CONTRADICTION
@@ -91,9 +91,9 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
 
 def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
     empty = dataclasses.replace(ROOM, cylinders=[])
-    roadmap = explored(empty, PLACES[:1], PARAMETERS)
+    roadmap = explored(empty, PLACES[:1])
     pose = np.array((-1.5, 0.0, 0.0))
-    found = reconcile(roadmap, cast(ROOM, pose), pose, PARAMETERS, RADIUS)
+    found = reconcile(roadmap, cast(ROOM, pose), pose, DROPPING, RADIUS)
     assert len(found) == 1
     before, after = roadmap.regions[0], found.regions[0]
     inside = np.array([(1.0, 0.8), (0.9, 0.5)]), np.array([(-2.0, 1.0), (0.0, -1.0)])
@@ -110,21 +110,21 @@ def test_hits_in_free_space_are_distinguished_from_those_behind_walls():
 
 
 def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
-    roadmap = explored(ROOM, PLACES, PARAMETERS)
+    roadmap = explored(ROOM, PLACES)
     place = PLACES[1] + (0.1, 0.05)
-    after = with_stall_point(roadmap, place, PARAMETERS, RADIUS)
+    after = with_stall_point(roadmap, place, DROPPING, RADIUS)
     assert len(after) == len(roadmap) - 1 and after.stall_points.tolist() == [place.tolist()]
-    assert (np.hypot(*(after.stack.center - place).T) > RADIUS + PARAMETERS.margin).all()
+    assert (np.hypot(*(after.stack.center - place).T) > RADIUS + MARGINS.preferred).all()
 
 
 def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     posts = dataclasses.replace(ROOM, cylinders=[(x, y, 0.15) for x in (-1.0, -0.3, 0.4) for y in (-1.2, 1.2)])
-    roadmap = explored(posts, PLACES[:1], PARAMETERS)
+    roadmap = explored(posts, PLACES[:1])
     through = cast(dataclasses.replace(ROOM, cylinders=[]), HERE)
-    trusting = dataclasses.replace(PARAMETERS, drop_seen_through=False)
+    trusting = MARGINS
     assert seen_through(*roadmap.scans[0], through, HERE, CONTRADICTION) > 0.1
     assert reconcile(roadmap, through, HERE, trusting, RADIUS) is roadmap
-    assert len(reconcile(roadmap, through, HERE, PARAMETERS, RADIUS)) == 0
+    assert len(reconcile(roadmap, through, HERE, DROPPING, RADIUS)) == 0
 
 
 @pytest.mark.parametrize("pose_errs", [False, True])
@@ -132,13 +132,13 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     """Behind a wall with a door stands a post that only the node in the doorway has seen."""
     walls = [[(0.5, low), (0.6, low), (0.6, high), (0.5, high)] for low, high in ((-2.0, 0.5), (1.5, 2.0))]
     world = dataclasses.replace(ROOM, cylinders=[(2.0, -1.2, 0.2)], polygons=walls)
-    parameters = dataclasses.replace(PARAMETERS, drop_seen_through=pose_errs)
+    margins = dataclasses.replace(MARGINS, drop_seen_through=pose_errs)
     doorway = np.array((0.55, 1.0))
-    roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), parameters)
+    roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), margins)
     post = lasting_hits(*roadmap.scans[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
     assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
-    after = with_stall_point(roadmap, doorway + (0.1, 0.0), parameters, RADIUS)
+    after = with_stall_point(roadmap, doorway + (0.1, 0.0), margins, RADIUS)
     assert len(after) == 1
     assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()
 
@@ -147,28 +147,28 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
 @given(seeds)
 def test_a_revision_equals_a_roadmap_made_anew(seed):
     """Of regions cut back at random, and without some nodes; and again after more nodes."""
-    rng, parameters = np.random.default_rng(seed), PlannerParameters()
-    _, roadmap = wandered(seed, nodes=8, parameters=parameters)
+    rng = np.random.default_rng(seed)
+    _, roadmap = wandered(seed, nodes=8)
     for _ in range(2):
         places, more = rng.uniform(-2.0, 2.0, (2, 2)), roadmap.scans[-1]
         nodes = [clear_of(region, places, RADIUS) if rng.random() < 0.5 else region for region in roadmap.regions]
         nodes = [region if rng.random() < 0.8 else None for region in nodes]
-        revised = _remade(roadmap, nodes, parameters, RADIUS)
+        revised = _remade(roadmap, nodes, MARGINS, RADIUS)
         kept = [(region, *seen) for region, seen in zip(nodes, roadmap.scans, strict=True) if region is not None]
-        anew = with_nodes(without_nodes(roadmap), kept, parameters, RADIUS, stamp=False)
+        anew = with_nodes(without_nodes(roadmap), kept, MARGINS, RADIUS, stamp=False)
         for name in ("edges", "lengths"):
             np.testing.assert_array_equal(getattr(revised, name), getattr(anew, name))
         for ours, theirs in zip(revised.stack.arrays, anew.stack.arrays, strict=True):
             np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
         for name in ("stand", "probe", "owner"):
             np.testing.assert_array_equal(getattr(revised.frontiers, name), getattr(anew.frontiers, name))
-        roadmap = extended(revised, scan_region(*more, RADIUS, parameters), *more, parameters, RADIUS)
+        roadmap = extended(revised, scan_region(*more, RADIUS, MARGINS), *more, DROPPING, RADIUS)
 
 
 @settings(max_examples=20)
 @given(seeds)
 def test_hits_that_may_not_disagree_cut_nothing_back(seed):
-    world, roadmap = wandered(seed, nodes=4, parameters=PARAMETERS)
+    world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
     rng = np.random.default_rng(seed)
     for pose in (roadmap.scans[0][1], roadmap.scans[-1][1]):
         points, gaps = lasting_hits(cast(world, pose), pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2))

@@ -12,7 +12,7 @@ from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK
 from drake_starnav.planning.roadmap import StarRoadmap, impassable_points
 from drake_starnav.regions import Observation, RegionStack, StarRegion
 from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
-from tests.helpers.scans import RADIUS, cast, free_point, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -24,8 +24,8 @@ def in_view(stack: RegionStack, position: np.ndarray, place: np.ndarray) -> bool
 def seen_from(world, place: np.ndarray) -> tuple[StarRegion, PlannerInput]:
     pose = np.array((*place, 0.3))
     scan = cast(world, pose)
-    region = scan_region(scan, pose, RADIUS, PARAMETERS)
-    return region, PlannerInput(Observation(region, scan, pose), place, np.zeros(2), 0.0, PARAMETERS, RADIUS)
+    region = scan_region(scan, pose, RADIUS, MARGINS)
+    return region, PlannerInput(Observation(region, scan, pose), place, np.zeros(2), 0.0, PARAMETERS, MARGINS, RADIUS)
 
 
 def state_in(rng: np.random.Generator, roadmap: StarRoadmap, position: np.ndarray) -> PlannerState:
@@ -59,7 +59,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
                 break
             passed += 1
         inside = first_cover(*stack.arrays, *place) >= 0
-        hits = impassable_points(now.seen.scan, now.seen.pose, PARAMETERS, RADIUS)
+        hits = impassable_points(now.seen.scan, now.seen.pose, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
         here = RegionStack.of([region])
         ahead = [k for k, point in enumerate(state.next_segment) if in_view(here, place, point)]
@@ -84,7 +84,7 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
         state_in(rng, roadmap, place),
         path=place[None] + (0.1, 0.0),
         target=np.stack((place, place)),
-        optimistic_path=impassable_points(now.seen.scan, now.seen.pose, PARAMETERS, RADIUS)[:4],
+        optimistic_path=impassable_points(now.seen.scan, now.seen.pose, MARGINS, RADIUS)[:4],
         next_segment=place[None],
     )
     check = check_plan(state, region, now)

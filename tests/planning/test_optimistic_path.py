@@ -14,7 +14,7 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import LINE_STEP, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, drive
-from tests.helpers.scans import RADIUS, cast, noisy
+from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
 
 PARAMETERS = PlannerParameters()
 PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3.0))
@@ -30,8 +30,8 @@ def planned(before: PlannerState, world: World, place=FARTHER, noise=0.0, motion
     scan = dataclasses.replace(noisy(cast(world, pose), noise, np.random.default_rng(1)), time=place[0])
     if motion is not None:
         scan = dataclasses.replace(scan, motion=np.where(scan.hits, motion, 0).astype(np.int8))
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-    return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, RADIUS))
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, MARGINS, RADIUS))
 
 
 def beginning() -> PlannerState:
@@ -99,8 +99,8 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_blocked_place():
         position, aim = after.guidance.regions.center[0], after.guidance.path[0]
         pose = np.array((*position, 0.0))
         scan = cast(BAFFLES, pose)
-        seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-        now = PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, RADIUS)
+        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        now = PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, MARGINS, RADIUS)
         if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
             continue
         turned += 1

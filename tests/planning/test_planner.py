@@ -14,7 +14,7 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
-from tests.helpers.scans import RADIUS, cast, distance
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance
 
 PARAMETERS = PlannerParameters()
 RING = np.linspace(0.0, 1.0, 5)[:, None, None] * [(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi, np.pi, 33)]
@@ -40,7 +40,9 @@ def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
     last = states[-1]
     assert last.status is PlannerStatus.UNREACHABLE
     assert not len(last.path) and not len(last.guidance.path)
-    again = plan_step(last, PlannerInput(Observation.none(), np.zeros(2), np.zeros(2), 1e3, PARAMETERS, RADIUS))
+    again = plan_step(
+        last, PlannerInput(Observation.none(), np.zeros(2), np.zeros(2), 1e3, PARAMETERS, MARGINS, RADIUS)
+    )
     assert again is last
 
 
@@ -53,8 +55,10 @@ def test_a_robot_that_cannot_move_waits_for_what_is_around_it_to_leave():
     for k in range(waited + 1):
         assert state.status is PlannerStatus.WAITING and not len(state.roadmap)
         scan = dataclasses.replace(cast(ring if k < waited else free), time=0.05 * k)
-        seen = Observation(scan_region(scan, place, RADIUS, PARAMETERS), scan, place)
-        state = plan_step(state, PlannerInput(seen, place[:2], np.array(free.goal), scan.time, PARAMETERS, RADIUS))
+        seen = Observation(scan_region(scan, place, RADIUS, MARGINS), scan, place)
+        state = plan_step(
+            state, PlannerInput(seen, place[:2], np.array(free.goal), scan.time, PARAMETERS, MARGINS, RADIUS)
+        )
     assert state.status is PlannerStatus.APPROACHING
 
 
@@ -75,7 +79,7 @@ def test_a_goal_behind_gaps_narrower_than_the_robot_is_soon_given_up(gap):
     assert len(states[-1].roadmap) < 60
 
 
-@pytest.mark.parametrize("gap", [2.0 * (RADIUS + PARAMETERS.least_margin) + 0.005, 0.56])
+@pytest.mark.parametrize("gap", [2.0 * (RADIUS + MARGINS.least) + 0.005, 0.56])
 def test_a_goal_behind_a_gap_that_the_robot_fits_through_is_not_given_up(gap):
     states = drive(fenced(gap), PARAMETERS, steps=700)
     assert states[-1].status is PlannerStatus.APPROACHING and not len(states[-1].roadmap.closed_places)
@@ -120,16 +124,16 @@ def test_on_the_first_way_no_map_is_known_yet():
 
 
 def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
-    half = RADIUS + 0.5 * PARAMETERS.margin
+    half = RADIUS + 0.5 * MARGINS.preferred
     world = World("slot", (0, 0, 0), (0.5, 0), bounds=(-1.0, -half, 2.0, half))
     there = drive(world, PARAMETERS, steps=1)[-1].with_new_goal()
     there = dataclasses.replace(there, node_position=np.array((3.0, 0.0)))
     place = np.array((0.02, 0.01))
     scan = cast(world, np.array((*place, 0.0)))
-    region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
+    region = scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
     assert not there.roadmap.regions[0].contains(place)
     seen = Observation(region, scan, np.array((*place, 0.0)))
-    now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, RADIUS)
+    now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
     assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
 
 
@@ -139,7 +143,8 @@ def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
     later = dataclasses.replace(scan, time=scan.time + 60.0)
     seen = Observation(given_up.roadmap.regions[-1], later, pose)
     state = plan_step(
-        given_up.with_new_goal(), PlannerInput(seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, RADIUS)
+        given_up.with_new_goal(),
+        PlannerInput(seen, pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, MARGINS, RADIUS),
     )
     assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
 
@@ -160,9 +165,9 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
     place = np.array((1.0, 0.0))
     for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
         scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
-        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, PARAMETERS)
+        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
         seen = Observation(region, scan, np.array((*place, 0.0)))
-        now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, RADIUS)
+        now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
         assert not node_is_due(there, region, check_plan(there, region, now), spaced=True)
         after = plan_step(there, now)
         assert len(after.roadmap) == nodes and after.node_position.tolist() == place.tolist()
@@ -177,15 +182,15 @@ def test_guidance_hands_on_the_path_and_the_regions():
 
 
 def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap():
-    half = RADIUS + 0.6 * PARAMETERS.margin
-    assert PARAMETERS.least_margin < half - RADIUS < PARAMETERS.margin
+    half = RADIUS + 0.6 * MARGINS.preferred
+    assert MARGINS.least < half - RADIUS < MARGINS.preferred
     walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
     assert len(states) < 700 and not states[-1].doubting
     assert not len(states[-1].roadmap.blacklisted_targets) and not len(states[-1].roadmap.blacklisted_probes)
     margins = [region.margin for region in states[-1].roadmap.regions]
-    assert PARAMETERS.least_margin - 1e-9 < min(margins) < max(margins) == PARAMETERS.margin
+    assert MARGINS.least - 1e-9 < min(margins) < max(margins) == MARGINS.preferred
 
 
 def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
@@ -200,9 +205,9 @@ def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
     place = next(place for place in places if not sees_its_way_point(place, state.path))
     pose = np.array((*place, 0.0))
     scan = cast(BAFFLES, pose)
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     moved = dataclasses.replace(state, node_position=place)
-    after = plan_step(moved, PlannerInput(seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, RADIUS))
+    after = plan_step(moved, PlannerInput(seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, MARGINS, RADIUS))
     assert after.plans == state.plans + 1 and len(after.roadmap) == len(state.roadmap)
     assert sees_its_way_point(place, after.path)
 
@@ -232,8 +237,10 @@ def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():
     with pytest.raises(StarnavError, match="361 beams.*360 beams.*allowed: the same number"):
         for beams in (360, 360, 361):
             scan = cast(BAFFLES, pose, beams=beams)
-            seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-            state = plan_step(state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, RADIUS))
+            seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+            state = plan_step(
+                state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
+            )
             pose = pose + (2.0 * PARAMETERS.node_spacing, 0.0, 0.0)
     assert len(state.roadmap) == 2
 

@@ -13,7 +13,7 @@ from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
-from tests.helpers.scans import RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast
 
 PARAMETERS = PlannerParameters()
 
@@ -29,7 +29,7 @@ def test_a_robot_that_makes_no_progress_gives_up_its_target():
 def test_where_it_cannot_go_on_no_region_leads_any_more():
     last = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)[-1]
     (place,) = last.roadmap.stall_points
-    assert RADIUS + PARAMETERS.margin < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
+    assert RADIUS + MARGINS.preferred < np.hypot(*(place - BAFFLES.start[:2])) < RADIUS + 0.1
     ring = RADIUS * np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0.0, 2.0 * np.pi, 60)])
     for region in last.roadmap.regions:
         assert not region.contains(place + ring).any()
@@ -101,7 +101,7 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
         assert not len(states[k].roadmap.blacklisted_targets) and not len(states[k].roadmap.blacklisted_probes)
 
 
-@pytest.mark.parametrize(("half", "shut"), [(RADIUS - 0.005, 3), (RADIUS + PARAMETERS.least_margin, 1)])
+@pytest.mark.parametrize(("half", "shut"), [(RADIUS - 0.005, 3), (RADIUS + MARGINS.least, 1)])
 def test_a_scan_counts_against_a_gap_only_if_the_robot_itself_does_not_fit(half, shut):
     walls = ([(1, -2), (1.1, -2), (1.1, -half), (1, -half)], [(1, half), (1.1, half), (1.1, 2), (1, 2)])
     world = World("gap", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
@@ -120,8 +120,8 @@ def test_a_scan_counts_against_a_gap_only_if_the_robot_itself_does_not_fit(half,
 def moment_at(world: World, pose: np.ndarray) -> PlannerInput:
     """What the planner receives at a pose."""
     scan = cast(world, pose)
-    seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-    return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, RADIUS)
+    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
 
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
@@ -129,8 +129,10 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
     first = drive(BAFFLES, PARAMETERS, steps=1, speed=0.0)[-1]
     for interval, given_up in ((pause, False), (0.0, True)):  # without scans, or with scans that change nothing
         scan = dataclasses.replace(cast(BAFFLES, pose), time=pause)
-        seen = Observation(scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose)
-        now = PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, RADIUS, interval=interval)
+        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        now = PlannerInput(
+            seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, MARGINS, RADIUS, interval=interval
+        )
         after = plan_step(first, now).roadmap
         assert bool(len(after.blacklisted_targets) or len(after.stall_points)) == given_up
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
@@ -143,11 +145,11 @@ def waited(motion: np.ndarray | None) -> PlannerState:
     position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
     pose = np.array(VAULT.start)
     scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
-    region = scan_region(scan, pose, RADIUS, PARAMETERS)
+    region = scan_region(scan, pose, RADIUS, MARGINS)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
         seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
-        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, RADIUS))
+        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, MARGINS, RADIUS))
     return state
 
 

@@ -18,7 +18,7 @@ from drake_starnav.planning.roadmap import (
 )
 from drake_starnav.regions.star_region import RegionStack, scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast, distance, explored, seeds, unindexed, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, seeds, unindexed, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -59,7 +59,7 @@ def test_edges_are_free(seed):
 
 def test_a_node_that_no_region_sees_is_joined_to_the_one_it_is_least_outside_of():
     world = World("wall", (0, 0, 0), (2, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
-    roadmap = explored(world, np.array(((0.0, 0.0), (-4.0, 0.0), (2.0, 0.0))), PARAMETERS)
+    roadmap = explored(world, np.array(((0.0, 0.0), (-4.0, 0.0), (2.0, 0.0))))
     assert roadmap.edges.tolist() == [[0, 1], [0, 2]]
     assert roadmap.lengths.tolist() == pytest.approx([4.0, 2.0 + DRIVEN_EDGE_PENALTY])
 
@@ -81,10 +81,10 @@ def test_frontiers_are_uncovered_open_and_owned_by_the_region_they_stand_in(seed
 
 def test_a_probe_that_another_region_covers_dies():
     world = World("disc", (0, 0, 0), (4, 0), cylinders=[(1.5, 0.0, 0.3)])
-    alone = explored(world, np.zeros((1, 2)), PARAMETERS)
+    alone = explored(world, np.zeros((1, 2)))
     behind = np.hypot(*(alone.frontiers.probe - (2.3, 0.0)).T) < 1.5
     assert behind.any()
-    both = explored(world, np.array(((0.0, 0.0), (2.6, 0.0))), PARAMETERS)
+    both = explored(world, np.array(((0.0, 0.0), (2.6, 0.0))))
     region = both.regions[1]
     spent = region.contains(alone.frontiers.probe)
     assert spent.any() and not spent.all()
@@ -106,7 +106,7 @@ def test_blacklisted_places_stay_away(seed):
     scan, pose = roadmap.scans[-1]
     pose = pose + (0.05, 0.0, 0.4)
     scan = cast(world, pose)
-    again = extended(given_up, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+    again = extended(given_up, scan_region(scan, pose, RADIUS, MARGINS), scan, pose, MARGINS, RADIUS)
     assert np.hypot(*(again.frontiers.stand - place).T).min(initial=np.inf) > 0.2
 
 
@@ -114,7 +114,7 @@ def test_blacklisted_places_stay_away(seed):
 @given(seeds)
 def test_rebuilt_it_is_the_same(seed):
     _, roadmap = wandered(seed, nodes=4)
-    again = rebuilt(roadmap, PARAMETERS, RADIUS)
+    again = rebuilt(roadmap, MARGINS, RADIUS)
     for part in ("center", "bearing_0", "values", "slopes", "reach"):
         np.testing.assert_array_equal(getattr(again.stack, part), getattr(roadmap.stack, part))
     np.testing.assert_array_equal(again.edges, roadmap.edges)
@@ -126,19 +126,19 @@ def test_rebuilt_it_is_the_same(seed):
 def test_in_a_rebuilt_roadmap_only_closed_places_remain(seed):
     _, roadmap = wandered(seed, nodes=3)
     stand, probe = roadmap.frontiers.stand[0], roadmap.frontiers.probe[0]
-    given_up = with_stall_point(blacklist_target(roadmap, stand, 10.0, probe), probe, PARAMETERS, RADIUS)
+    given_up = with_stall_point(blacklist_target(roadmap, stand, 10.0, probe), probe, MARGINS, RADIUS)
     given_up = dataclasses.replace(given_up, inspection_points=stand[None], closed_places=probe[None])
-    again = rebuilt(given_up, PARAMETERS, RADIUS)
+    again = rebuilt(given_up, MARGINS, RADIUS)
     assert not len(given_up.frontiers) and len(given_up.blacklisted_probes) and len(given_up.stall_points)
     assert not any(
         len(part)
         for part in (again.blacklisted_targets, again.blacklisted_probes, again.inspection_points, again.stall_points)
     )
     np.testing.assert_array_equal(again.closed_places, probe[None])
-    assert_same(again, rebuilt(roadmap, PARAMETERS, RADIUS))
+    assert_same(again, rebuilt(roadmap, MARGINS, RADIUS))
     for old, new in zip(roadmap.regions, again.regions, strict=True):
         np.testing.assert_array_equal(new.free_range, old.free_range)
-        assert new.margin == old.margin > PARAMETERS.least_margin - 1e-9
+        assert new.margin == old.margin > MARGINS.least - 1e-9
 
 
 @settings(max_examples=8)
@@ -151,9 +151,9 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
     for x in (-0.1, 0.1):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
-        extended(roadmap, scan_region(scan, pose, RADIUS, PARAMETERS), scan, pose, PARAMETERS, RADIUS)
+        extended(roadmap, scan_region(scan, pose, RADIUS, MARGINS), scan, pose, MARGINS, RADIUS)
     blacklist_target(roadmap, np.zeros(2), 1.0, np.zeros(2))
-    rebuilt(roadmap, dataclasses.replace(PARAMETERS, margin=0.0), RADIUS)
+    rebuilt(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)
     np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
 

@@ -27,7 +27,7 @@ from drake_starnav.planning.state import PlannerInput
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import LINE_STEP, StarRegion, scan_region, segment_covered
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast, distance, explored, free_point, length, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, free_point, length, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
@@ -47,12 +47,12 @@ def without_gates():
 
 def here(world: World, position: np.ndarray) -> StarRegion:
     pose = np.array((*position, 0.0))
-    return scan_region(cast(world, pose), pose, RADIUS, PARAMETERS)
+    return scan_region(cast(world, pose), pose, RADIUS, MARGINS)
 
 
 def moment(position: np.ndarray, goal: np.ndarray) -> PlannerInput:
     """What the search is given of the robot at a place: no scan, for it looks at the roadmap alone."""
-    return PlannerInput(Observation.none(), position, goal, 0.0, PARAMETERS, RADIUS)
+    return PlannerInput(Observation.none(), position, goal, 0.0, PARAMETERS, MARGINS, RADIUS)
 
 
 def floyd_warshall(roadmap: StarRoadmap) -> np.ndarray:
@@ -85,7 +85,7 @@ def test_graph_distances_match_floyd_warshall(seed):
 
 def test_off_the_map_the_nearest_node_is_the_way_in():
     world = World("wall", (0, 0, 0), (3, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
-    roadmap = explored(world, np.array(((0.0, 0.0), (-1.0, 0.0))), PARAMETERS)
+    roadmap = explored(world, np.array(((0.0, 0.0), (-1.0, 0.0))))
     distances, previous = graph_distances(roadmap, here(world, np.array((2.0, 0.0))), np.array((2.0, 0.0)))
     assert distances.tolist() == pytest.approx([2.1, 3.1]) and previous.tolist() == [-1, 0]
 
@@ -110,7 +110,7 @@ def test_the_goal_wins_as_soon_as_a_region_contains_it(seed):
 
 def test_a_goal_in_sight_is_not_approached_by_the_node_behind():
     goal, position = np.array((3.0, 0.0)), np.array((0.7, 0.0))
-    roadmap = explored(World("open", (0, 0, 0), tuple(goal)), np.zeros((1, 2)), PARAMETERS)
+    roadmap = explored(World("open", (0, 0, 0), tuple(goal)), np.zeros((1, 2)))
     hidden = here(World("post", (0, 0, 0), tuple(goal), cylinders=[(2.0, 0.0, 0.05)]), position)
     assert not hidden.contains(goal)
     with patch.object(search, "string_pulled", lambda path, position, regions: path):
@@ -180,7 +180,7 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
     world = World(
         "gap", (0.0, 0.0, 0.0), (1.5, 1.5), cylinders=(post,), polygons=(wall,), bounds=(-6.0, -0.5, 6.0, 6.0)
     )
-    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    roadmap = explored(world, np.zeros((1, 2)))
     bare = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     region, position, goal = here(world, np.zeros(2)), np.zeros(2), np.array(world.goal)
     with without_gates():
@@ -211,7 +211,7 @@ def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path
     """Around the end of a wall: from the probe across the jump on to the goal behind the wall, the next metre first."""
     wall = [(1.0, -3.0), (1.1, -3.0), (1.1, 0.5), (1.0, 0.5)]
     world = World("wall", (0.0, 0.0, 0.0), (3.0, -2.0), polygons=(wall,), bounds=(-3.0, -3.0, 6.0, 4.0))
-    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    roadmap = explored(world, np.zeros((1, 2)))
     position, goal = np.zeros(2), np.array(world.goal)
     for virtual_frontiers in (True, False):
         with nullcontext() if virtual_frontiers else without_gates():
@@ -232,7 +232,7 @@ def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path
 def test_an_optimistic_path_that_leads_back_past_the_robot_has_no_next_part_but_the_probe():
     """The last frontier lies behind a post, away from the goal: the robot must go and see, not turn at once."""
     world = split_room(door=1.0)
-    roadmap = explored(world, np.zeros((1, 2)), PARAMETERS)
+    roadmap = explored(world, np.zeros((1, 2)))
     behind = roadmap.frontiers.where(roadmap.frontiers.probe[:, 0] < -1.0)
     roadmap, position, goal = dataclasses.replace(roadmap, frontiers=behind), np.zeros(2), np.array(world.goal)
     to_go = optimistic_cost(roadmap, moment(position, goal))
@@ -246,12 +246,12 @@ def test_an_optimistic_path_that_leads_back_past_the_robot_has_no_next_part_but_
 @pytest.mark.parametrize("tolerance", [0.0, 0.25])
 def test_a_goal_beside_a_wall_is_approached_as_near_as_the_tolerance_lets(tolerance):
     world = World("wall", (0, 0, 0), (1.85, 0.3), bounds=(-1.0, -2.0, 2.0, 2.0))
-    roadmap, goal = explored(world, np.zeros((1, 2)), PARAMETERS), np.array(world.goal)
+    roadmap, goal = explored(world, np.zeros((1, 2))), np.array(world.goal)
     now = moment(np.zeros(2), goal)._replace(goal_tolerance=tolerance)
     route = find_route(roadmap, here(world, np.zeros(2)), now)
     if tolerance:
         assert not len(route.target) and np.hypot(*(route.path[-1] - goal)) < tolerance
-        assert distance(world, route.path[-1:])[0] > RADIUS + PARAMETERS.margin
+        assert distance(world, route.path[-1:])[0] > RADIUS + MARGINS.preferred
         assert abs(route.path[-1, 1] - goal[1]) < 0.1
     else:
         assert route is None or len(route.target)
@@ -268,7 +268,7 @@ def split_room(door: float) -> World:
 def test_only_a_place_that_was_tried_in_vain_is_barred_in_vain(door, tried, in_vain):
     world, position = split_room(door), np.array((1.0, 0.0))
     goal = np.array(world.goal)
-    roadmap = explored(world, np.array([(0.0, 0.0), (1.0, 0.0), (0.5, -1.0), (0.5, 1.0)]), PARAMETERS)
+    roadmap = explored(world, np.array([(0.0, 0.0), (1.0, 0.0), (0.5, -1.0), (0.5, 1.0)]))
     if tried:
         places = np.array([(2.05, y) for y in np.arange(-0.4, 0.41, 0.1)])
         frontiers = roadmap.frontiers.where(np.abs(roadmap.frontiers.stand[:, 0]) < 1.6)

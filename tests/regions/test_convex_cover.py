@@ -7,18 +7,17 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.convex_cover import HalfPlanes, half_plane_cover
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
-from tests.helpers.scans import cast, free_point, scattered, seeds
+from tests.helpers.scans import MARGINS, cast, free_point, scattered, seeds
 
 
 def region_of(seed: int, clear: float = 0.45) -> StarRegion:
     rng = np.random.default_rng(seed)
     world = scattered(rng)
     pose = np.append(free_point(rng, world, clear), rng.uniform(-3.0, 3.0))
-    return scan_region(cast(world, pose), pose, 0.25, PlannerParameters())
+    return scan_region(cast(world, pose), pose, 0.25, MARGINS)
 
 
 def grid(region: StarRegion) -> np.ndarray:

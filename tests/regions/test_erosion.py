@@ -18,20 +18,20 @@ from drake_starnav.regions.erosion import (
     free_range,
     smoothed_distances,
 )
-from drake_starnav.regions.parameters import StarParameters
-from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
+from drake_starnav.regions.margins import Margins
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, segment_distance
 
-RAW = StarParameters(least_margin=StarParameters.margin)
+RAW = dataclasses.replace(MARGINS, least=MARGINS.preferred)
 """One margin everywhere; for passages see test_passages.py."""
-INFLATED = RADIUS + RAW.margin
+INFLATED = RADIUS + RAW.preferred
 
 
 def full_scan(ranges: np.ndarray, range_max: float = 5.0) -> LaserScan:
     return LaserScan(0.0, -math.pi, 2.0 * math.pi / len(ranges), 0.0, range_max, ranges)
 
 
-def profile(scan: LaserScan, parameters: StarParameters = RAW) -> FreeRange:
-    return free_range(scan, scan.distances, RADIUS, parameters)
+def profile(scan: LaserScan, margins: Margins = RAW) -> FreeRange:
+    return free_range(scan, scan.distances, RADIUS, margins)
 
 
 def rays(scan: LaserScan, samples: int) -> np.ndarray:

@@ -3,10 +3,9 @@
 import numpy as np
 from hypothesis import given
 
-from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.inner_polygon import even_points, inner_polygon
 from drake_starnav.regions.star_region import StarRegion, scan_region
-from tests.helpers.scans import cast, free_point, scattered, seeds
+from tests.helpers.scans import MARGINS, cast, free_point, scattered, seeds
 
 
 def boundary(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
@@ -14,7 +13,7 @@ def boundary(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     world = scattered(rng)
     pose = np.append(free_point(rng, world, 0.45), rng.uniform(-3.0, 3.0))
-    region = scan_region(cast(world, pose), pose, 0.25, PlannerParameters())
+    region = scan_region(cast(world, pose), pose, 0.25, MARGINS)
     values = region.boundary.values
     bearings = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
     return region, np.column_stack((np.cos(bearings), np.sin(bearings))), np.minimum(values, np.roll(values, -1))

@@ -19,19 +19,18 @@ from drake_starnav.regions.erosion import (
     sight_limit,
     smoothed_distances,
 )
-from drake_starnav.regions.parameters import StarParameters
+from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.passages import PASSAGE_DEPTH, SHUT, with_passages
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, segment_distance
 
-PARAMETERS = StarParameters()
-PLAIN = dataclasses.replace(PARAMETERS, least_margin=PARAMETERS.margin)
-MARGIN, LEAST = PARAMETERS.margin, PARAMETERS.least_margin
+PLAIN = dataclasses.replace(MARGINS, least=MARGINS.preferred)
+MARGIN, LEAST = MARGINS.preferred, MARGINS.least
 
 
-def profile(scan: LaserScan, parameters: StarParameters = PARAMETERS) -> FreeRange:
-    return free_range(scan, scan.distances, RADIUS, parameters)
+def profile(scan: LaserScan, margins: Margins = MARGINS) -> FreeRange:
+    return free_range(scan, scan.distances, RADIUS, margins)
 
 
 def eroded(scan: LaserScan, margin: float) -> np.ndarray:
@@ -136,7 +135,7 @@ def test_a_robot_enclosed_on_all_sides_gets_the_space_there_is():
 def test_without_less_margin_none_is_entered():
     scan = cast(door(RADIUS + 0.02))
     for least in (MARGIN, 2.0 * MARGIN):
-        found = profile(scan, dataclasses.replace(PARAMETERS, least_margin=least))
+        found = profile(scan, dataclasses.replace(MARGINS, least=least))
         np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
         assert found.margin == MARGIN
 
@@ -168,8 +167,8 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
     moves = found.values > 0.0
     assert clear[moves].min(initial=np.inf) > RADIUS + found.margin - 1e-9
     assert clear[moves & (found.values == plain)].min(initial=np.inf) > RADIUS + MARGIN - 1e-9
-    region = scan_region(scan, np.zeros(3), RADIUS, PARAMETERS)
-    smoothed = free_range(scan, smoothed_distances(scan), RADIUS, PARAMETERS)
+    region = scan_region(scan, np.zeros(3), RADIUS, MARGINS)
+    smoothed = free_range(scan, smoothed_distances(scan), RADIUS, MARGINS)
     np.testing.assert_array_equal(region.free_range, smoothed.values)
     assert region.margin == smoothed.margin
 
@@ -234,6 +233,6 @@ def test_passages_are_those_of_plain_numpy(wider: float, opened: bool, yaw: floa
     scan = cast(door(RADIUS + wider), np.array((0.0, 0.0, yaw)))
     found = profile(scan).values
     np.testing.assert_allclose(
-        found, numpy_pipeline.free_range(scan, scan.distances, RADIUS, PARAMETERS), rtol=0.0, atol=1e-12
+        found, numpy_pipeline.free_range(scan, scan.distances, RADIUS, MARGINS), rtol=0.0, atol=1e-12
     )
     assert (found > eroded(scan, MARGIN) + PASSAGE_DEPTH).any() == opened

@@ -5,16 +5,15 @@ import math
 
 import numpy as np
 
-from drake_starnav.control import ControllerParameters
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions import scan_region
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
-from tests.helpers.scans import cast
+from tests.helpers.scans import MARGINS, cast
 
 RADIUS, PLANNER = 0.25, PlannerParameters()
-SETTINGS = PerceptionSettings(PLANNER, ControllerParameters(), RADIUS)
+SETTINGS = PerceptionSettings(MARGINS, RADIUS)
 POST = World("post", (0.0, 0.0, 0.0), (5.0, 0.0), cylinders=[(1.5, 0.2, 0.3)])
 POSES = np.array([(0.0, 0.0, 0.3), (0.2, 0.05, 0.4)])
 
@@ -31,7 +30,7 @@ def looks(*poses: np.ndarray) -> list[Perceived]:
 def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() -> None:
     first, second = looks(*POSES)
     assert first.observation.region is not None and second.observation.region is not None
-    expected = scan_region(second.observation.scan, POSES[1], RADIUS, PLANNER)
+    expected = scan_region(second.observation.scan, POSES[1], RADIUS, MARGINS)
     assert np.array_equal(second.observation.region.boundary.values, expected.boundary.values)
     assert (first.safety.time, second.safety.time, second.safety.previous) == (0.0, 0.1, 0.0)
     (alone,) = looks(POSES[1])

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.erosion import FreeRange, free_range
-from drake_starnav.regions.parameters import StarParameters
 from drake_starnav.regions.star_region import (
     RegionStack,
     StarRegion,
@@ -19,7 +18,7 @@ from drake_starnav.regions.star_region import (
     scan_region,
     segment_covered,
 )
-from tests.helpers.scans import RADIUS, cast, scattered, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, smooth_region
 
 STEP = 2.0 * math.pi / 720
 
@@ -33,7 +32,7 @@ def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
     scan = cast(scattered(rng), pose)
-    profile = free_range(scan, scan.distances, RADIUS, StarParameters())
+    profile = free_range(scan, scan.distances, RADIUS, MARGINS)
     region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
     return region, scan.points(pose), half_gaps(scan, scan.distances)[scan.hits]
 
@@ -114,7 +113,7 @@ def test_a_region_moves_with_the_pose_of_its_scan(seed):
     rng = np.random.default_rng(seed)
     scan = cast(scattered(rng))
     pose = rng.uniform(-3.0, 3.0, 3)
-    at_origin, moved = (scan_region(scan, p, RADIUS, StarParameters()) for p in (np.zeros(3), pose))
+    at_origin, moved = (scan_region(scan, p, RADIUS, MARGINS) for p in (np.zeros(3), pose))
     points = rng.uniform(-3.0, 3.0, (300, 2))
     c, s = math.cos(pose[2]), math.sin(pose[2])
     there = points @ np.array(((c, s), (-s, c))) + pose[:2]

@@ -1,8 +1,8 @@
-"""Each term of the error budget is what its text says, and bounds what it is for."""
+"""Each term of the error budget bounds what it is for."""
 
 import dataclasses
 import math
-from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,17 +16,24 @@ from drake_starnav.geometry.se2 import composed
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.safe_region import SCAN_PATIENCE
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import load_scenario
-from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, TRACK_SHARE, Declared, error_budget
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.tracking import DynamicObstacleParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist
 
-COMMANDS = ControllerParameters()
-RATE = COMMANDS.rate
+RATE = ControllerParameters().rate
 NOMINAL = 0.004 + 0.003 + 0.75 * LidarParameters().noise
-NO_FAULT = (LidarParameters(), LocalizationParameters(), DriveParameters(), RobotParameters())
+TRACK_SHARE = 0.65
+"""The wheels are no farther than this share of the robot's radius from its axis."""
+
+
+def margin_of(**sections: Any) -> float:
+    """The safety margin of a scenario with these sections, m."""
+    return error_budget(Scenario("declared", None, **sections)).total
 
 
 def share(low: float, high: float) -> st.SearchStrategy[float]:
@@ -34,86 +41,70 @@ def share(low: float, high: float) -> st.SearchStrategy[float]:
     return st.one_of(st.sampled_from((low, high)), st.floats(low, high))
 
 
-declarations = st.builds(
-    Declared,
-    st.builds(
-        LidarParameters,
-        noise=share(0.0, 0.1),
-        quantisation=share(0.0, 0.1),
-        beams=st.integers(36, 1440),
-        rate=share(1.0, 40.0),
-        delay=share(0.0, 0.5),
-        scan_loss=share(0.0, 0.5),
-    ),
-    st.builds(LocalizationParameters, drift=share(0.0, 0.1), jump=share(0.0, 0.1), jump_interval=share(0.2, 20.0)),
-    st.builds(DriveParameters, delay=share(0.0, 1.0), error=share(0.0, 0.1), slip=share(0.0, 0.2)),
-    st.builds(
-        RobotParameters,
-        radius=share(0.1, 1.0),
-        max_speed=share(0.1, 3.0),
-        max_yaw_rate=share(0.2, 6.0),
-        max_acceleration=share(0.2, 6.0),
-        max_yaw_acceleration=share(0.5, 20.0),
-    ),
-    st.builds(ControllerParameters, rate=share(5.0, 100.0)),
-    share(0.001, 0.02),
-)
-
-
-@given(declarations)
-def test_each_text_says_what_is_computed(declared):
-    known = {"max": max, "min": min, "floor": math.floor, "simulation": SimpleNamespace(time_step=declared.time_step)}
-    known |= {name: getattr(declared, name) for name in ("lidar", "localization", "drive", "robot", "controller")}
-    for name, entry in SYMBOLS.items():
-        known[name] = eval(entry.text.replace("^", "**"), known)
-        assert known[name] == pytest.approx(entry.value(declared), rel=1e-12), name
-    said = [eval(entry.text.replace("^", "**"), known) for entry in TERMS]
-    assert said == pytest.approx([entry.value(declared) for entry in TERMS], rel=1e-9, abs=1e-12)
-    assert error_budget(declared) == pytest.approx(sum(said), rel=1e-9, abs=1e-12)
-
-
-def test_all_that_counts_is_read_from_the_scenario():
-    scenario = load_scenario("room", overrides=["drive.delay=0.1", "simulation.time_step=0.02"])
-    assert Declared.of(scenario).time_step == 0.02
-    for name in ("lidar", "localization", "drive", "robot", "controller"):
-        assert getattr(Declared.of(scenario), name) is getattr(scenario, name)
+def scenarios() -> st.SearchStrategy[Scenario]:
+    """Scenarios of all kinds."""
+    return st.builds(
+        Scenario,
+        st.just("declared"),
+        st.none(),
+        lidar=st.builds(
+            LidarParameters,
+            noise=share(0.0, 0.1),
+            quantisation=share(0.0, 0.1),
+            beams=st.integers(36, 1440),
+            rate=share(1.0, 40.0),
+            delay=share(0.0, 0.5),
+            scan_loss=share(0.0, 0.5),
+        ),
+        drive=st.builds(DriveParameters, delay=share(0.0, 1.0), error=share(0.0, 0.1), slip=share(0.0, 0.2)),
+        robot=st.builds(
+            RobotParameters,
+            radius=share(0.1, 1.0),
+            max_speed=share(0.1, 3.0),
+            max_yaw_rate=share(0.2, 6.0),
+            max_acceleration=share(0.2, 6.0),
+            max_yaw_acceleration=share(0.5, 20.0),
+        ),
+        controller=st.builds(ControllerParameters, rate=share(5.0, 100.0)),
+        obstacles=st.builds(DynamicObstacleParameters, max_speed=share(0.0, 3.0)),
+        simulation=st.builds(SimulationParameters, time_step=share(0.001, 0.02)),
+    )
 
 
 def test_without_faults_it_is_samples_and_noise():
-    assert error_budget(Declared(*NO_FAULT, COMMANDS)) == pytest.approx(NOMINAL)
+    assert margin_of() == pytest.approx(NOMINAL)
 
 
 @pytest.mark.parametrize(
-    "index, changes, error",
+    "section, changes, error",
     [
-        (0, {"noise": 0.03}, 0.015),
-        (0, {"noise": 0.005, "beams": 720}, -0.75 * 0.005),
-        (2, {"error": 0.02}, 0.02),
-        (0, {"quantisation": 0.1}, 0.05),
-        (0, {"beams": 36}, 0.87 * (0.57 + 0.8 * 0.07) * math.pi / 18 - 0.01),
-        (0, {"beams": 345}, 0.0),
-        (0, {"beams": 720, "dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
-        (0, {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
-        (0, {"scan_loss": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
-        (0, {"silence_duration": 1.0}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
-        (1, {"drift": 0.02}, 0.02 * 0.8),
-        (1, {"jump": 0.01}, 0.01),
-        (1, {"jump": 1.0}, 0.02),
-        (2, {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        ("lidar", {"noise": 0.03}, 0.015),
+        ("lidar", {"noise": 0.005, "beams": 720}, -0.75 * 0.005),
+        ("drive", {"error": 0.02}, 0.02),
+        ("lidar", {"quantisation": 0.1}, 0.05),
+        ("lidar", {"beams": 36}, 0.87 * (0.57 + 0.8 * 0.07) * math.pi / 18 - 0.01),
+        ("lidar", {"beams": 345}, 0.0),
+        ("lidar", {"beams": 720, "dropout": 0.5, "outliers": 0.1, "delay": 0.2, "scan_loss": 0.3}, 0.0),
+        ("lidar", {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        ("lidar", {"scan_loss": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        ("lidar", {"silence_duration": 1.0}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
+        ("localization", {"drift": 0.02}, 0.02 * 0.8),
+        ("localization", {"jump": 0.01}, 0.01),
+        ("localization", {"jump": 1.0}, 0.02),
+        ("drive", {"delay": 0.1}, 0.87 * (0.57 + 0.8 * 0.17) * math.pi / 180 - 0.01),
         (
-            2,
+            "drive",
             {"delay": 0.5},
             0.04 * 2.0 * 0.5 * (0.5 * 0.8 * 0.5 + 0.32) - 0.003 + 0.87 * (0.57 + 0.8 * 0.57) * math.pi / 180 - 0.01,
         ),
-        (2, {"slip": 0.05}, 0.05 * (0.8 / 0.25 * 0.8 * 0.64 / 6.0 + 0.65 * 0.25)),
-        (1, {"jump": 0.015, "jump_interval": 0.2}, 0.015 * (1 + 4)),
-        (3, {"mass_error": 0.2}, 0.0),
+        ("drive", {"slip": 0.05}, 0.05 * (0.8 / 0.25 * 0.8 * 0.64 / 6.0 + 0.65 * 0.25)),
+        ("localization", {"jump": 0.015, "jump_interval": 0.2}, 0.015 * (1 + 4)),
+        ("robot", {"mass_error": 0.2}, 0.0),
     ],
 )
-def test_each_fault_s_part_of_the_margin(index, changes, error):
-    declared = list(NO_FAULT)
-    declared[index] = dataclasses.replace(declared[index], **changes)
-    assert error_budget(Declared(*declared, COMMANDS)) == pytest.approx(NOMINAL + error)
+def test_each_fault_s_part_of_the_margin(section, changes, error):
+    kind = type(getattr(Scenario("none", None), section))
+    assert margin_of(**{section: kind(**changes)}) == pytest.approx(NOMINAL + error)
 
 
 @pytest.mark.parametrize(
@@ -128,9 +119,9 @@ def test_each_fault_s_part_of_the_margin(index, changes, error):
 )
 def test_rare_commands_need_a_margin(rate, changes, error):
     robot = dataclasses.replace(RobotParameters(), **changes)
-    controller = dataclasses.replace(COMMANDS, rate=rate)
     lidar = LidarParameters(beams=720)  # no corner is far enough away
-    assert error_budget(Declared(lidar, *NO_FAULT[1:3], robot, controller)) == pytest.approx(NOMINAL + error)
+    margin = margin_of(lidar=lidar, robot=robot, controller=ControllerParameters(rate=rate))
+    assert margin == pytest.approx(NOMINAL + error)
 
 
 def test_drift_counts_as_long_as_old_scans_do():
@@ -138,14 +129,13 @@ def test_drift_counts_as_long_as_old_scans_do():
     lidar, drifting = LidarParameters(beams=3600, rate=5.0, delay=0.1), LocalizationParameters(drift=0.02)
     memory = (1.0 + SCAN_PATIENCE) / 5.0 + 0.8
     assert memory > 1.0
-    assert error_budget(Declared(lidar, drifting, *NO_FAULT[2:], COMMANDS)) == pytest.approx(
-        NOMINAL + 0.02 * 0.8 * (memory + 0.1)
-    )
+    margin = margin_of(lidar=lidar, localization=drifting)
+    assert margin == pytest.approx(NOMINAL + 0.02 * 0.8 * (memory + 0.1))
 
 
 @pytest.mark.parametrize(("time_step", "error"), [(0.005, 0.0), (0.01, 0.0), (0.02, 0.8 * 0.01), (0.03, 0.8 * 0.02)])
 def test_commands_that_wait_for_the_plant_need_a_margin(time_step, error):
-    assert error_budget(Declared(*NO_FAULT, COMMANDS, time_step)) == pytest.approx(NOMINAL + error)
+    assert margin_of(simulation=SimulationParameters(time_step=time_step)) == pytest.approx(NOMINAL + error)
 
 
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -177,7 +167,7 @@ def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
     quick = {"max_speed": 2.0, "max_acceleration": 3.0, "max_yaw_rate": 4.0, "max_yaw_acceleration": 10.0}
     robot = RobotParameters(model=model, radius=0.334, **(quick if model == "jackal" else {}))
     away, turned = late_errors(robot, delay, seed=0)
-    margin = error_budget(Declared(*NO_FAULT[:2], DriveParameters(delay=delay), robot, COMMANDS))
+    margin = margin_of(drive=DriveParameters(delay=delay), robot=robot)
     assert (away + turned * 0.5 * robot.max_speed**2 / robot.max_acceleration).max() < margin
 
 
@@ -192,7 +182,7 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_braking(slip, other, s
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, (right - left) / np.ptp(wheels) * step))
         v -= robot.max_acceleration * step
     drive = DriveParameters(slip=max(slip, other))
-    bound = error_budget(Declared(LidarParameters(), LocalizationParameters(), drive, robot, COMMANDS))
+    bound = margin_of(drive=drive, robot=robot)
     bound -= drive.slip * TRACK_SHARE * robot.radius  # that of turning on the spot
     assert abs(pose[1]) <= bound * 1.01 + 1e-6
 
@@ -207,10 +197,8 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_late_braking(delay):
         late -= step
         v -= robot.max_acceleration * step if late < 0.0 else 0.0
     drive = DriveParameters(slip=slip, delay=delay)
-    bound = error_budget(Declared(LidarParameters(beams=1440), LocalizationParameters(), drive, robot, COMMANDS))
-    bound -= error_budget(
-        Declared(LidarParameters(beams=1440), *NO_FAULT[1:2], DriveParameters(delay=delay), robot, COMMANDS)
-    )
+    lidar = LidarParameters(beams=1440)
+    bound = margin_of(lidar=lidar, drive=drive) - margin_of(lidar=lidar, drive=DriveParameters(delay=delay))
     bound -= slip * TRACK_SHARE * robot.radius
     assert pose[1] <= bound * 1.01
 
@@ -225,7 +213,7 @@ def test_the_drift_s_part_bounds_how_far_the_believed_heading_leads_astray(rate,
     turned = yaw_rate * time * turning
     way = robot.max_speed * time * (1.0 - turning) + 0.5 * robot.max_speed**2 / robot.max_acceleration
     astray = way * 2.0 * math.sin(0.5 * drift * turned)
-    bound = error_budget(Declared(lidar, LocalizationParameters(drift=drift), DriveParameters(), robot, COMMANDS))
+    bound = margin_of(lidar=lidar, localization=LocalizationParameters(drift=drift), robot=robot)
     assert math.hypot(astray, drift * way) <= bound
 
 
@@ -240,25 +228,23 @@ def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_s
         pose = composed(pose, (0.5 * (left + right) * step, 0.0, 0.0))
         pose[2] += (right - left) / (2.0 * half_track) * step
         away = max(away, float(np.hypot(*pose[:2])))
-    bound = error_budget(
-        Declared(LidarParameters(), LocalizationParameters(), DriveParameters(slip=slip), robot, COMMANDS)
-    )
+    bound = margin_of(drive=DriveParameters(slip=slip))
     assert 0.9 * slip * half_track < away <= bound * 1.01
 
 
-@given(given=declarations, speed=share(0.0, 3.0), robot_speed=share(0.1, 1.0))
-def test_a_robot_stands_before_it_meets_what_comes_from_out_of_range(given: Declared, speed: float, robot_speed: float):
+@given(given=scenarios(), robot_speed=share(0.1, 1.0))
+def test_a_robot_stands_before_it_meets_what_comes_from_out_of_range(given: Scenario, robot_speed: float):
     """Head-on, at any speed of the robot, and seen by the last of the scans that may be late or lost."""
-    step = max(given.time_step, 1e-9)
+    step, speed = given.simulation.time_step, given.obstacles.max_speed
     drive = math.ceil(given.drive.delay / step - 1e-9) * step
-    scan = given.scans_awaited / given.lidar.rate
+    scan = (3.0 if given.lidar.scan_loss else 1.0) / given.lidar.rate
     # just after a scan it is at the end of the range; the next one arrives just after a command, which is held
-    arrives, commanded = scan + given.lidar.delay, scan + given.lidar.delay + given.period
+    arrives, commanded = scan + given.lidar.delay, scan + given.lidar.delay + 1.0 / given.controller.rate
     assert commanded >= arrives
-    v, range_max = robot_speed * given.robot.max_speed, given.seen_coming(speed)
+    v, range_max = robot_speed * given.robot.max_speed, error_budget(given).symbols["F"]
     braking = v / given.robot.max_acceleration
     ways = v * (commanded + drive) + 0.5 * v * braking, speed * (commanded + drive + braking)
     assert range_max - sum(ways) >= -1e-9
     if robot_speed == 1.0:  # and it is no farther than required, up to a step and a sweep
-        spare = given.time_step + (1.0 / given.lidar.rate if given.lidar.rolling else 0.0)
+        spare = step + (1.0 / given.lidar.rate if given.lidar.rolling else 0.0)
         assert range_max - sum(ways) <= (v + speed) * spare + 1e-9

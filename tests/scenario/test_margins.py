@@ -1,39 +1,31 @@
 """Margins, smoothing and averaging that the declared faults require."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.scenario.error_budget import Declared
-from drake_starnav.scenario.margins import with_margins
+from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast
 
 
 def declaring(*overrides: str) -> Scenario:
     return load_scenario("room", overrides=overrides)
 
 
-def test_the_defaults_are_those_of_the_default_scenario() -> None:
-    planner, controller = with_margins(declaring())
-    assert planner.margin == pytest.approx(PlannerParameters().margin)
-    assert planner.least_margin == pytest.approx(PlannerParameters().least_margin)
-    assert controller.safety_margin == pytest.approx(ControllerParameters().safety_margin)
-    assert dataclasses.replace(controller, safety_margin=0.0, smoothed_beams=0) == dataclasses.replace(
-        ControllerParameters(), safety_margin=0.0
-    )
+def test_of_the_default_scenario() -> None:
+    margins = derive_margins(declaring())
+    assert vars(margins) == pytest.approx({**vars(MARGINS), "smoothed_beams": 1})
 
 
 def test_margins_follow_from_what_is_declared_narrower_as_well_as_wider() -> None:
     margins = [
-        with_margins(declaring(*changes))[1].safety_margin
+        derive_margins(declaring(*changes)).safety
         for changes in (
             ("lidar.noise=0", "lidar.beams=1440"),
             ("lidar.noise=0.001", "lidar.beams=720"),
@@ -47,9 +39,9 @@ def test_margins_follow_from_what_is_declared_narrower_as_well_as_wider() -> Non
 
 
 def test_where_there_is_room_the_comfort_is_kept_too() -> None:
-    planner, controller = with_margins(declaring("planner.comfort=0.3"))
-    assert planner.margin == pytest.approx(controller.safety_margin + 0.3)
-    assert planner.least_margin < controller.safety_margin
+    margins = derive_margins(declaring("planner.comfort=0.3"))
+    assert margins.preferred == pytest.approx(margins.safety + 0.3)
+    assert margins.least < margins.safety
 
 
 @pytest.mark.parametrize(
@@ -62,23 +54,23 @@ def test_where_there_is_room_the_comfort_is_kept_too() -> None:
     ],
 )
 def test_the_safety_star_reaches_farther_than_the_robot_needs_to_stop(changes: tuple[str, ...], reach: float) -> None:
-    assert with_margins(declaring(*changes))[1].safety_range == pytest.approx(reach)
+    assert derive_margins(declaring(*changes)).safety_range == pytest.approx(reach)
 
 
 @pytest.mark.parametrize(
     ("changes", "drops"), [((), False), (("localization.drift=0.01",), True), (("localization.jump=0.1",), True)]
 )
 def test_without_an_exact_localization_nodes_are_dropped_whose_hits_are_seen_through(changes, drops):
-    assert with_margins(declaring(*changes))[0].drop_seen_through == drops
+    assert derive_margins(declaring(*changes)).drop_seen_through == drops
 
 
 def test_what_no_margin_can_cover_is_refused():
     with pytest.raises(StarnavError, match="gives a safety margin of 1.51 m; allowed: at most 0.5 m"):
-        with_margins(declaring("lidar.noise=2"))
+        derive_margins(declaring("lidar.noise=2"))
 
 
 def test_a_fine_lidar_with_noise_is_smoothed_too():
-    assert with_margins(declaring("lidar.noise=0.05", "lidar.beams=10000"))[1].smoothed_beams == 93
+    assert derive_margins(declaring("lidar.noise=0.05", "lidar.beams=10000")).smoothed_beams == 93
 
 
 @pytest.mark.parametrize(
@@ -86,9 +78,9 @@ def test_a_fine_lidar_with_noise_is_smoothed_too():
     [(0.0, 0.0, 0), (0.007, 0.0, 0), (0.01, 0.0, 1), (0.02, 0.03, 2), (0.03, 0.06, 2), (0.05, 0.12, 4)],
 )
 def test_noise_is_smoothed_with_slack_beyond_the_nominal_and_much_is_averaged(noise, slack, beams):
-    planner, controller = with_margins(declaring(f"lidar.noise={noise}"))
-    assert planner.smoothing_slack == pytest.approx(slack) and controller.smoothed_beams == beams
-    assert controller.average_scans == (noise == 0.05)
+    margins = derive_margins(declaring(f"lidar.noise={noise}"))
+    assert margins.smoothing_slack == pytest.approx(slack) and margins.smoothed_beams == beams
+    assert margins.average_scans == (noise == 0.05)
 
 
 def wedge_scans(angle, distance, lidar):
@@ -107,21 +99,21 @@ def wedge_scans(angle, distance, lidar):
 @pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
 def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
     scenario = declaring(f"lidar.noise={noise}", f"lidar.beams={beams}")
-    lidar, (planner, controller) = scenario.lidar, with_margins(scenario)
-    if not controller.smoothed_beams:
+    lidar, margins = scenario.lidar, derive_margins(scenario)
+    if not margins.smoothed_beams:
         assert math.radians(noise / 0.015) < 0.5 * lidar.angle_increment  # nothing is taken off
         return
-    smoothing = planner.smoothing_slack, controller.smoothed_beams
-    for scan in wedge_scans(angle, RADIUS + controller.safety_margin, lidar):
+    smoothing = margins.smoothing_slack, margins.smoothed_beams
+    for scan in wedge_scans(angle, RADIUS + margins.safety, lidar):
         lost = smoothed_distances(scan, *smoothing).min() - scan.distances.min()
-        assert lost < controller.safety_margin
+        assert lost < margins.safety
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01])
 @pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
 def test_the_margin_covers_what_sticks_out_between_two_beams(beams, noise):
     scenario = declaring(f"lidar.beams={beams}", f"lidar.noise={noise}")
-    margin = with_margins(scenario)[1].safety_margin
+    margin = derive_margins(scenario).safety
     for scan in wedge_scans(90.0, RADIUS + margin, scenario.lidar):
         assert scan.distances.min() - RADIUS - margin < margin
 
@@ -136,8 +128,8 @@ def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop
     scenario = declaring(
         "robot.max_speed=2", "robot.max_acceleration=1.5", f"lidar.beams={beams}", f"lidar.noise={noise}"
     )
-    lidar, distance = scenario.lidar, Declared.of(scenario).seen_from
+    lidar, distance = scenario.lidar, error_budget(scenario).symbols["D"]
     assert distance >= 0.25 + 1.2
     for scan in wedge_scans(60.0, distance, lidar):
         too_far = scan.distances.min() - distance
-        assert too_far < with_margins(scenario)[1].safety_margin * (1.0 + 2.0 * lidar.angle_increment)
+        assert too_far < derive_margins(scenario).safety * (1.0 + 2.0 * lidar.angle_increment)

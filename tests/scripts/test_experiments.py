@@ -9,11 +9,11 @@ import pytest
 from benchmarks import pipeline
 from benchmarks.kinematic_drive import ROBOT, Drive, drive
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.regions import StarParameters
 from drake_starnav.regions.piecewise_cubic import TOLERANCE
 from drake_starnav.worlds import Forest, Maze, Room, World, make_world
 from drake_starnav.worlds.view import View, scan_from, visible_shapes
 from scripts.experiments import ablate_segments, compare_regions
+from tests.helpers.scans import MARGINS
 
 BEARINGS = 2.0 * math.pi / 720 * np.arange(720)
 RAYS = np.column_stack((np.cos(BEARINGS), np.sin(BEARINGS)))
@@ -87,14 +87,14 @@ def test_in_a_bare_square_star_and_polytope_both_cover_it_all() -> None:
     pose = np.array((0.5, 0.3, 0.2))
     lidar = LidarParameters(noise=0.0)
     view = View(world, pose, scan_from(visible_shapes(world), pose, lidar))
-    result = compare_regions.compare(view, StarParameters())
+    result = compare_regions.compare(view, MARGINS)
     assert result.areas[:2] == pytest.approx((1.0, 1.0), abs=0.03)
     assert result.areas[2] == pytest.approx(math.pi / 4.0, abs=0.04)
     assert result.unseen < 0.01
 
 
 def test_no_region_covers_more_than_was_seen_and_the_ellipse_less_than_its_polytope() -> None:
-    parameters = StarParameters()
+    parameters = MARGINS
     for view in ablate_segments.sample_views(4, 1, LidarParameters(), 0.25):
         star, polytope, ellipse = compare_regions.compare(view, parameters).areas
         assert 0.0 < ellipse <= polytope + 1e-6

@@ -20,6 +20,7 @@ from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.controlling import Controlling
+from tests.helpers.scans import MARGINS
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 SCANNING = pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def known(discs: list[tuple[float, float, float]]) -> Value:
 
 
 def test_outputs_are_those_of_the_star_controller() -> None:
-    systems = BaselineController(ROBOT, FoaParameters()), DsmController(ROBOT, CONTROLLER)
+    systems = BaselineController(ROBOT, FoaParameters()), DsmController(ROBOT, CONTROLLER, MARGINS)
     names = [[system.get_output_port(k).get_name() for k in range(system.num_output_ports())] for system in systems]
     assert names[0] == names[1]
 

@@ -20,6 +20,7 @@ from drake_starnav.systems.twist_shield import TwistShield
 from drake_starnav.tracking import DynamicObstacleParameters, Tracks
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.controlling import PERIOD, Controlling
+from tests.helpers.scans import MARGINS
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
@@ -33,7 +34,7 @@ def inputs(guidance: Guidance = AHEAD, star: SafetyStar = WIDE, state=(0.0,) * 5
 def controlling_of(
     guidance: Guidance = AHEAD, star: SafetyStar = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
 ) -> Controlling:
-    systems = DsmController(ROBOT, PARAMETERS), TwistShield(ROBOT, PARAMETERS)
+    systems = DsmController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
     return Controlling(*systems, inputs(guidance, star, (*pose, *twist)), twist)
 
 
@@ -44,15 +45,15 @@ def names(system: LeafSystem) -> tuple[list[str], list[str]]:
 
 def test_ports() -> None:
     """A controller has no state; of the twist commanded last it asks only where it must search."""
-    inward, outward = names(DsmController(ROBOT, PARAMETERS))
+    inward, outward = names(DsmController(ROBOT, PARAMETERS, MARGINS))
     assert inward == ["guidance", "safety_star", "state"]
     assert outward == ["desired_twist", "guiding_vector"]
-    moving = DsmController(ROBOT, PARAMETERS, obstacles=DynamicObstacleParameters(max_speed=0.5))
+    moving = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=DynamicObstacleParameters(max_speed=0.5))
     assert names(moving)[0] == [*inward, "tracks", "twist_command"]
     assert moving.CreateDefaultContext().num_continuous_states() == 0
     assert moving.CreateDefaultContext().num_discrete_state_groups() == 0
     # the plant would otherwise wait for the controller, which waits for the plant
-    assert not TwistShield(ROBOT, PARAMETERS).HasDirectFeedthrough(0)
+    assert not TwistShield(ROBOT, PARAMETERS, MARGINS).HasDirectFeedthrough(0)
 
 
 def test_stands_before_the_first_update_and_without_guidance() -> None:
@@ -159,8 +160,8 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, le
     ages: list[float] = []
     monkeypatch.setattr(inspect.getmodule(kind), "standard_certificates", note)
     moving = DynamicObstacleParameters(max_speed=0.5)
-    controller = DsmController(ROBOT, PARAMETERS, obstacles=moving, state_lead=lead)
-    shield = TwistShield(ROBOT, PARAMETERS, obstacles=moving, state_lead=lead)
+    controller = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=moving, state_lead=lead)
+    shield = TwistShield(ROBOT, PARAMETERS, MARGINS, obstacles=moving, state_lead=lead)
     controlling = Controlling(controller, shield, {**inputs(), "tracks": Value(Tracks(-0.05))})
     controlling.simulator.AdvanceTo(1.5 * PERIOD)
     assert ages == pytest.approx([0.05 + lead, 0.05 + PERIOD + lead])
@@ -168,6 +169,6 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, le
 
 def test_each_period_is_one_command() -> None:
     stopwatch = Stopwatch()
-    controller = DsmController(ROBOT, PARAMETERS, stopwatch=stopwatch)
-    Controlling(controller, TwistShield(ROBOT, PARAMETERS, stopwatch=stopwatch), inputs()).update(7)
+    controller = DsmController(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch)
+    Controlling(controller, TwistShield(ROBOT, PARAMETERS, MARGINS, stopwatch=stopwatch), inputs()).update(7)
     assert len(stopwatch.seconds["command"]) == 7

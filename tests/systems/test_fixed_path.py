@@ -8,14 +8,13 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.planning import PlannerParameters
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.systems.fixed_path import NEAR, SPACING, FixedPath
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast
 
 OPEN = World("open", (0.0, 0.0, 0.0), (4.0, 0.0), bounds=(-3.0, -3.0, 7.0, 3.0))
 ANGLE = np.linspace(0.6, 6.1, 200)
@@ -46,7 +45,7 @@ class Led:
 
 def seen(world: World, pose: np.ndarray) -> Observation:
     scan = cast(world, pose)
-    return Observation(scan_region(scan, pose, RADIUS, PlannerParameters()), scan, pose)
+    return Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
 
 
 def test_it_leads_a_little_ahead_of_the_robot_and_to_the_end_at_last() -> None:

@@ -12,7 +12,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.predictive_controller import PredictiveController
 from drake_starnav.systems.twist_shield import TwistShield
 from tests.helpers.controlling import Controlling
-from tests.helpers.scans import smooth_region
+from tests.helpers.scans import MARGINS, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
@@ -24,7 +24,7 @@ AHEAD = Guidance(np.array([[3.0, 0.5]]), False, REGIONS)
 def twists(star: SafetyStar = WIDE, twist: tuple[float, float] = (0.0, 0.0), count: int = 60) -> np.ndarray:
     """The commands of some periods with fixed inputs."""
     inputs = {"guidance": Value(AHEAD), "safety_star": Value(star), "state": [0.0, 0.0, 0.0, *twist]}
-    systems = PredictiveController(ROBOT, PARAMETERS), TwistShield(ROBOT, PARAMETERS)
+    systems = PredictiveController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
     controlling = Controlling(*systems, inputs, twist)
     return np.array([twist, *(controlling.update() for _ in range(count))])
 

@@ -8,13 +8,12 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.control.motion import BrakingMotion
 from drake_starnav.geometry.se2 import composed, inverse, placed
 from drake_starnav.localization.scan_matching import OdometryError
-from drake_starnav.planning import PlannerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions import Observation
 from drake_starnav.regions.star_region import scan_region
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast
 
 RATE, DRIFT = 20.0, 0.1
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
@@ -45,7 +44,7 @@ class Matching:
         time = self.context.get_time()
         scan = cast(ROOM, pose)
         object.__setattr__(scan, "time", time)
-        region = scan_region(scan, believed, RADIUS, PlannerParameters())
+        region = scan_region(scan, believed, RADIUS, MARGINS)
         self.put("star", Value(Observation(region, scan, believed)))
         self.believe(believed)
         self.simulator.AdvanceTo(time + 1.0 / RATE)

@@ -17,7 +17,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import cast
+from tests.helpers.scans import MARGINS, cast
 
 ROBOT, PARAMETERS = RobotParameters(), PlannerParameters()
 LIDAR = LidarParameters()
@@ -35,7 +35,7 @@ class Planning:
     """A planner with a simulator, whose inputs are fixed by hand."""
 
     def __init__(self, goal: np.ndarray = BEHIND, stopwatch: Stopwatch | None = None) -> None:
-        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, LIDAR, stopwatch=stopwatch)
+        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, LIDAR, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.put("star", Value(Observation.none()))
@@ -48,7 +48,7 @@ class Planning:
     def see(self, world: World, pose: np.ndarray = POSE) -> None:
         """Stand at a pose and put what is seen from there before the next update."""
         scan = dataclasses.replace(cast(world, pose), time=self.context.get_time())
-        region = scan_region(scan, pose, ROBOT.radius, PARAMETERS)
+        region = scan_region(scan, pose, ROBOT.radius, MARGINS)
         self.put("star", Value(Observation(region, scan, pose)))
         self.put("pose", pose)
 

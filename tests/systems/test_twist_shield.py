@@ -11,12 +11,14 @@ from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.tracking import Tracks
+from tests.helpers.scans import MARGINS
 
 WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
 
 
 def shielding(desired, star: SafetyStar = WIDE, pose=(0.0, 0.0, 0.0), kind=TwistShield, **changes) -> Simulator:
-    system = kind(RobotParameters(), ControllerParameters(), **changes)
+    needs = (RobotParameters(), ControllerParameters(), *([MARGINS] if kind is TwistShield else []))
+    system = kind(*needs, **changes)
     simulator = Simulator(system)
     inputs = {
         "desired_twist": desired,
@@ -50,7 +52,7 @@ def test_before_anything_is_seen_it_stands() -> None:
 
 
 def test_a_twist_does_not_pass_in_the_same_instant() -> None:
-    system = TwistShield(RobotParameters(), ControllerParameters())
+    system = TwistShield(RobotParameters(), ControllerParameters(), MARGINS)
     assert not system.HasDirectFeedthrough(0)
 
 

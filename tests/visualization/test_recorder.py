@@ -58,6 +58,7 @@ from drake_starnav.visualization.recorder import (
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds.world import World
 from tests.helpers.camera import projected
+from tests.helpers.scans import MARGINS
 
 ROBOT, PLANNER = RobotParameters(), PlannerParameters()
 POSTS = np.array([(1.5, 1.0, 0.3), (2.5, -1.0, 0.4), (4.0, 1.3, 0.3), (5.0, -1.2, 0.4)])
@@ -92,9 +93,9 @@ class Drive(LeafSystem):
         for k in range(round(DURATION / PERIOD) + 1):
             pose = np.array([SPEED * PERIOD * k, 0.0, 0.0])
             scan = scan_at(pose, PERIOD * k)
-            seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
+            seen = Observation(scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
             state = plan_step(
-                state, PlannerInput(seen, pose[:2], np.array([6.0, 0.0]), PERIOD * k, PLANNER, ROBOT.radius)
+                state, PlannerInput(seen, pose[:2], np.array([6.0, 0.0]), PERIOD * k, PLANNER, MARGINS, ROBOT.radius)
             )
             braking = SimpleNamespace(path=pose + np.array([(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)]))
             self._log.append((pose, scan, state, braking))

@@ -26,6 +26,7 @@ from drake_starnav.visualization.star_roadmap_visualizer import (
     SCAN_POINTS,
     StarRoadmapVisualizer,
 )
+from tests.helpers.scans import MARGINS
 
 ROBOT = RobotParameters()
 PLANNER = PlannerParameters()
@@ -83,8 +84,8 @@ def run_log(duration=3.0, period=0.05):
     for k in range(round(duration / period) + 1):
         pose = np.array([SPEED * period * k, 0.0, 0.0])
         scan = scan_at(pose, period * k)
-        seen = Observation(scan_region(scan, pose, ROBOT.radius, PLANNER), scan, pose)
-        state = plan_step(state, PlannerInput(seen, pose[:2], GOAL, period * k, PLANNER, ROBOT.radius))
+        seen = Observation(scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
+        state = plan_step(state, PlannerInput(seen, pose[:2], GOAL, period * k, PLANNER, MARGINS, ROBOT.radius))
         braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
         twist = np.array([SPEED, 0.0])
         log.append({"pose": pose, "scan_pose": pose, "goal": GOAL, "twist": twist, "scan": scan})
@@ -176,7 +177,7 @@ def test_no_keyframe_lies_ahead_of_the_run(script):
 
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
     last = log[-1]["roadmap"]
-    less = dataclasses.replace(PLANNER, margin=PLANNER.margin - 0.01)
+    less = dataclasses.replace(MARGINS, preferred=MARGINS.preferred - 0.01)
     narrow = rebuilt(last.roadmap, less, ROBOT.radius)
     after = {**log[-1], "roadmap": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])

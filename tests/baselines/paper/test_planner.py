@@ -8,17 +8,16 @@ import pytest
 from drake_starnav.baselines.paper import constants
 from drake_starnav.baselines.paper.perception import perceive
 from drake_starnav.baselines.paper.planner import extended, plan_step, shortest_path, without_point
-from drake_starnav.control import ControllerParameters
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, StarRoadmap
 from drake_starnav.regions import Observation
 from drake_starnav.regions.perception import Perceived, PerceptionSettings
 from drake_starnav.scenario import load_scenario, parse_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds import World
-from tests.helpers.scans import RADIUS, cast, free_point, scattered
+from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, scattered
 
 PARAMETERS = PlannerParameters()
-SETTINGS = PerceptionSettings(PARAMETERS, ControllerParameters(kind="star_paper"), RADIUS)
+SETTINGS = PerceptionSettings(MARGINS, RADIUS)
 OPEN = World("open", (0, 0, 0), (1.5, 0), bounds=(-1.5, -1.5, 2.5, 1.5))
 GATE = World("gate", (0, 0, 0), (7.0, 0.0), cylinders=[(1.2, 0.9, 0.3), (1.2, -0.9, 0.3)])
 START = PlannerState.initial(PARAMETERS, RADIUS)
@@ -31,7 +30,7 @@ def observed(world: World, x: float, y: float = 0.0, time: float = 0.0) -> Obser
 
 
 def given(seen: Observation, goal: tuple[float, float]) -> PlannerInput:
-    return PlannerInput(seen, seen.pose[:2], np.array(goal), seen.scan.time, PARAMETERS, RADIUS)
+    return PlannerInput(seen, seen.pose[:2], np.array(goal), seen.scan.time, PARAMETERS, MARGINS, RADIUS)
 
 
 def explored(seed: int, nodes: int = 5) -> StarRoadmap:

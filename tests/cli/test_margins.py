@@ -1,0 +1,34 @@
+"""The command prints every term of the sum, and what follows from it."""
+
+import re
+
+import pytest
+
+from drake_starnav.cli.margins import margins
+from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
+from drake_starnav.scenario.margins import derive_margins
+
+CHANGES = ("lidar.noise=0.03", "localization.drift=0.02", "drive.slip=0.05")
+
+
+def test_each_term_is_printed_and_they_add_up(capsys) -> None:
+    assert margins(["maze", *(word for change in CHANGES for word in ("--set", change))]) == 0
+    terms, symbols, derived = capsys.readouterr().out.rstrip("\n").split("\n\n")
+    *rows, last = re.findall(r"^ *([\d.]+) mm  (.*)$", terms, re.MULTILINE)
+    assert [text for _, text in rows] == [f"{term.text}: {term.meaning}" for term in TERMS]
+    kept = derive_margins(load_scenario("maze", overrides=CHANGES))
+    assert sum(float(value) for value, _ in rows) == pytest.approx(float(last[0]), abs=0.05)
+    assert float(last[0]) == pytest.approx(1e3 * kept.safety, abs=0.005)
+    assert re.findall(r"  (\w) = ", symbols) == list(SYMBOLS)
+    printed = {name: value for value, name in map(str.split, derived.splitlines())}
+    assert {
+        name: str(round(value, 6)) if isinstance(value, float) else str(value) for name, value in vars(kept).items()
+    } == printed
+
+
+def test_a_sum_that_no_margin_may_have_is_printed_before_it_is_refused(capsys) -> None:
+    assert margins(["room", "--set", "lidar.noise=2"]) == 2
+    printed = capsys.readouterr()
+    assert "1500.00 mm  3/4 * lidar.noise: range noise" in printed.out
+    assert "allowed: at most 0.5 m" in printed.err
