@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.ray_kernels import CIRCLE, CONIC, SEGMENT, cast_rows
+from drake_starnav.geometry.ray_kernels import CIRCLE, SEGMENT, cast_rows
 
 COLUMNS = 14
 
@@ -113,26 +113,6 @@ def segment_rows(segments: np.ndarray) -> np.ndarray:
     return rows
 
 
-def ellipse_rows(ellipses: np.ndarray) -> np.ndarray:
-    """Whole ellipses as rows.
-
-    Args:
-        ellipses: shape (n, 5): x, y, semi-axes p and q, m, bearing of the first semi-axis, rad.
-    """
-    ellipses = np.asarray(ellipses, dtype=float).reshape(-1, 5)
-    x, y, p, q, angle = ellipses.T
-    u, v = np.cos(angle), np.sin(angle)
-    rows = np.zeros((len(ellipses), COLUMNS))
-    rows[:, :3] = np.column_stack((x, y, np.maximum(p, q)))
-    rows[:, 3] = CONIC
-    rows[:, 4] = (u / p) ** 2 + (v / q) ** 2
-    rows[:, 5] = u * v * (p**-2 - q**-2)
-    rows[:, 6] = (v / p) ** 2 + (u / q) ** 2
-    rows[:, 9] = -1.0
-    rows[:, 12], rows[:, 13] = -1.0, 1.0
-    return rows
-
-
 def cast_grid(
     bins: ShapeBins, pose: tuple[float, float, float] | np.ndarray, fan: Fan, ranges: np.ndarray, reach: float
 ) -> None:
@@ -152,36 +132,6 @@ def cast_grid(
         raise StarnavError(f"ray cast: grid cell is {bins.cell:g}; allowed: bins made by ShapeBins.grid, 0 < cell")
     x, y, yaw = float(pose[0]), float(pose[1]), float(pose[2])
     _cast_grid(bins, (x, y, yaw), fan, ranges, reach)
-
-
-def cast_groups(bins: ShapeBins, poses: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float) -> None:
-    """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
-
-    Args:
-        bins: made by `ShapeBins.grouped`, g groups.
-        poses: shape (g, 3): (x, y, yaw) of S in the frame of each group, m and rad.
-        fan, ranges, reach: as in `cast_grid`.
-    """
-    _cast_groups(bins, poses, fan, ranges, reach)
-
-
-def cast_rolling(
-    bins: ShapeBins, begin: np.ndarray, end: np.ndarray, fan: Fan, ranges: np.ndarray, reach: float
-) -> None:
-    """Shorten `ranges` to those of a rolling scan: beams measure one after the other while the sensor moves.
-
-    Args:
-        bins: made by `ShapeBins.grouped`, g groups.
-        begin: shape (g, 3): (x, y, yaw) of S in the frame of each group one beam before the first beam, m and rad.
-        end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
-        fan, ranges, reach: as in `cast_grid`.
-    """
-    _cast_rolling(bins, begin, end, fan, ranges, reach)
-
-
-def rows_near(bins: ShapeBins, x: float, y: float, reach: float) -> np.ndarray:
-    """The rows of a grid that may lie within reach of a point, m; shape (k, 14)."""
-    return _rows_near(bins, x, y, reach)
 
 
 @njit(cache=True)
@@ -244,8 +194,8 @@ def _cast_grid(bins, pose, fan, ranges, reach):
 
 
 @njit(cache=True)
-def _rows_near(bins, x, y, reach):
-    """The loop of `rows_near`."""
+def rows_near(bins, x, y, reach):
+    """The rows of a grid that may lie within reach of a point, m; shape (k, 14)."""
     rows = bins.rows
     chosen = np.zeros(len(rows), dtype=np.bool_)
     for first, last in _near_runs(bins, x, y, reach):
@@ -255,16 +205,29 @@ def _rows_near(bins, x, y, reach):
 
 
 @njit(cache=True)
-def _cast_groups(bins, poses, fan, ranges, reach):
-    """The loop of `cast_groups`."""
+def cast_groups(bins, poses, fan, ranges, reach):
+    """Shorten `ranges` to the first crossing with groups of shapes, each in its own frame.
+
+    Args:
+        bins: made by `ShapeBins.grouped`, g groups.
+        poses: shape (g, 3): (x, y, yaw) of S in the frame of each group, m and rad.
+        fan, ranges, reach: as in `cast_grid`.
+    """
     for g in range(len(bins.starts) - 1):
         place = poses[g, 0], poses[g, 1], math.cos(poses[g, 2]), math.sin(poses[g, 2])
         cast_rows(bins.rows[bins.starts[g] : bins.starts[g + 1]], place, fan, ranges, reach)
 
 
 @njit(cache=True)
-def _cast_rolling(bins, begin, end, fan, ranges, reach):
-    """The loop of `cast_rolling`."""
+def cast_rolling(bins, begin, end, fan, ranges, reach):
+    """Shorten `ranges` to those of a rolling scan: beams measure one after the other while the sensor moves.
+
+    Args:
+        bins: made by `ShapeBins.grouped`, g groups.
+        begin: shape (g, 3): (x, y, yaw) of S in the frame of each group one beam before the first beam, m and rad.
+        end: the same at the last beam; in between, velocities are constant and yaw changes by at most half a turn.
+        fan, ranges, reach: as in `cast_grid`.
+    """
     beams = len(ranges)
     for g in range(len(bins.starts) - 1):
         rows = bins.rows[bins.starts[g] : bins.starts[g + 1]]

@@ -112,7 +112,7 @@ def _run_variants(
             less = ", less what has run" if options.resume else ""
             print(f"{len(batches)} rows, {announcement(jobs, pool.workers)}{less}", file=sys.stderr, flush=True)
         for name, overrides, cases in batches:
-            header = make_header(cases, options.seed, overrides)
+            header = make_header(cases, options.seed, overrides, command=getattr(options, "typed", ""))
             with TrialFile(options.out / f"{name}.jsonl", header, resume=options.resume) as file:
                 if file.repaired:
                     print(file.repaired, file=sys.stderr)

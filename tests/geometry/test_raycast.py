@@ -4,20 +4,41 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.geometry.ray_kernels import CONIC
 from drake_starnav.geometry.raycast import (
+    COLUMNS,
     Fan,
     ShapeBins,
     cast_grid,
     cast_groups,
     cast_rolling,
     circle_rows,
-    ellipse_rows,
     rows_near,
     segment_rows,
 )
 
 BEAMS = 180
 FAN = Fan.regular(-np.pi, 2.0 * np.pi / BEAMS, BEAMS)
+
+
+def ellipse_rows(ellipses: np.ndarray) -> np.ndarray:
+    """Whole ellipses as rows.
+
+    Args:
+        ellipses: shape (n, 5): x, y, semi-axes p and q, m, bearing of the first semi-axis, rad.
+    """
+    ellipses = np.asarray(ellipses, dtype=float).reshape(-1, 5)
+    x, y, p, q, angle = ellipses.T
+    u, v = np.cos(angle), np.sin(angle)
+    rows = np.zeros((len(ellipses), COLUMNS))
+    rows[:, :3] = np.column_stack((x, y, np.maximum(p, q)))
+    rows[:, 3] = CONIC
+    rows[:, 4] = (u / p) ** 2 + (v / q) ** 2
+    rows[:, 5] = u * v * (p**-2 - q**-2)
+    rows[:, 6] = (v / p) ** 2 + (u / q) ** 2
+    rows[:, 9] = -1.0
+    rows[:, 12], rows[:, 13] = -1.0, 1.0
+    return rows
 
 
 def cast(rows, pose=(0.0, 0.0, 0.0), fan=FAN, reach=5.0, cell=1.0):

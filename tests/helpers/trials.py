@@ -44,6 +44,8 @@ def made_up(scenarios=("forest", "room"), methods=("star", "star_paper"), trials
                         **fields,
                     )  # fmt: skip
                 )
-    header = make_header(make_cases(scenarios, ["star"]), 5)
+    header = make_header(
+        make_cases(scenarios, ["star"]), 5, command=f"starnav benchmark {' '.join(scenarios)} --json a.jsonl"
+    )
     header["cases"] = [{**case, "method": method} for case in header["cases"] for method in methods]
     return make_results([header], records)

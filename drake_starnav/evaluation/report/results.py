@@ -75,12 +75,8 @@ class Results:
         return names
 
     def commands(self) -> list[str]:
-        """The commands that ran the trials, one for each file, as they were typed if the file says so."""
-        numbers = [f"_{k}" for k in range(1, len(self.headers) + 1)] if len(self.headers) > 1 else [""]
-        return [
-            _typed(header) or f"{_command(header, self.records)} --json out/trials{number}.jsonl"
-            for header, number in zip(self.headers, numbers, strict=True)
-        ]
+        """The commands that ran the trials, one for each file, as they were typed; empty if none was."""
+        return [_typed(header) for header in self.headers]
 
     def trial_command(self, record: Record) -> str:
         """The command that runs one trial again and records it."""
@@ -174,10 +170,6 @@ def _check_same_task(first: _Task, other: _Task) -> None:
         )
 
 
-def _has(header: Header, record: Record) -> bool:
-    return any(record_key(record)[:2] == (case["scenario"], case["method"]) for case in header["cases"])
-
-
 def _typed(header: Header) -> str:
     return re.sub(r"^python \S*benchmark\.py ", f"{PROGRAM} benchmark ", header.get("command", ""))
 
@@ -186,16 +178,3 @@ def _source(case: Mapping[str, str]) -> str:
     """The name or path of a case's scenario on the command line."""
     name = case["scenario"]
     return case.get("source") or (name if name in scenario_names() else f"{name}.yaml")
-
-
-def _command(header: Header, records: Sequence[Record]) -> str:
-    scenarios = dict.fromkeys(_source(case) for case in header["cases"])
-    methods = dict.fromkeys(case["method"] for case in header["cases"])
-    trials = 1 + max((record["trial"] for record in records if _has(header, record)), default=0)
-    what = ["--suite", header["suite"]] if header.get("suite") else [*scenarios]
-    which = ["--trials", str(trials)]
-    if header.get("in_worlds"):
-        which = ["--worlds", ",".join(map(str, sorted({r["trial"] for r in records if _has(header, r)})))]
-    parts = [*what, "--method", *methods, *which, "--seed", str(header["seed"])]
-    parts += [part for override in header["overrides"] for part in ("--set", override)]
-    return f"{PROGRAM} benchmark {shlex.join(parts)}"
