@@ -91,6 +91,8 @@ def allowed_text(field: dataclasses.Field) -> str:
     right = f" <= {meta['high']:g}" if meta.get("high") is not None else ""
     if field.type in (str, "str"):
         return "a path" if meta.get("path") else "a text"
+    if typing.get_origin(field.type) is list:
+        return "a list"
     if field.type == tuple[str, str]:
         return _KINDS[tuple[str, str]]
     is_range = typing.get_origin(field.type) is tuple
@@ -167,8 +169,8 @@ def _within_limits(value: Any, meta: Mapping[str, Any]) -> bool:
 
 def convert(value: Any, kind: Any, place: str) -> Any:
     """The value, as YAML or NumPy gives it, as a parameter of type `kind`, or a `StarnavError` that names `place`."""
-    if isinstance(value, np.generic):
-        value = value.item()
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
     if kind is bool and isinstance(value, bool):
         return value
     if kind is int and isinstance(value, int) and not isinstance(value, bool):
@@ -177,8 +179,8 @@ def convert(value: Any, kind: Any, place: str) -> Any:
         return float(value) if not abs(value) > LARGEST else math.inf if value > 0 else -math.inf
     if kind is str and isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    if typing.get_origin(kind) is list and isinstance(value, list):
-        return value  # its owner checks the entries
+    if typing.get_origin(kind) is list and isinstance(value, (list, tuple)):
+        return list(value)  # its owner checks the entries
     if typing.get_origin(kind) is tuple and isinstance(value, (list, tuple)) and len(value) == 2:
         with contextlib.suppress(StarnavError):
             return tuple(convert(end, typing.get_args(kind)[0], place) for end in value)

@@ -25,9 +25,10 @@ _NUMBERS = ("time", "angle_min", "angle_increment", "range_min", "range_max", "t
 class LaserScan:
     """Ranges measured in the x-y plane of the sensor frame S, counter-clockwise from `angle_min`.
 
-    Range values follow REP-117: `+inf` no return within `range_max`, `-inf` an object nearer than
-    `range_min`. NaN, REP-117's invalid measurement, is rejected unless `lost_beams` declares that the sensor may lose
-    beams: a lost beam is neither a hit nor free.
+    Range values follow REP-117: `+inf`, or `range_max` and more, is no return, `-inf` an object nearer than
+    `range_min`, and NaN no measurement. What is below `range_min`, 0 or negative is no measurement either: drivers
+    write it instead, and it becomes NaN. A beam without a measurement is rejected unless `lost_beams` declares that the
+    sensor may lose beams: a lost beam is neither a hit nor free.
 
     A negative `angle_increment`, of beams that turn clockwise, is allowed when a scan is made: its beams are reversed.
 
@@ -40,7 +41,7 @@ class LaserScan:
         time_increment: time from beam to beam, s; 0 when all are measured at once, negative when the last beam is
             measured first.
         scan_time: time between scans, s; 0 when there is no rate.
-        lost_beams: whether ranges may be NaN.
+        lost_beams: whether beams may have no measurement.
         motion: shape (n,), motion of the obstacle that each beam hit: STATIC, UNKNOWN or DYNAMIC. A beam of the last
             kind saw free space up to the obstacle, but no static obstacle. None: everything is static.
 
@@ -88,14 +89,17 @@ class LaserScan:
             }
             for name, value in turned.items():
                 object.__setattr__(self, name, value)
+        lost = np.isnan(ranges) | (np.isfinite(ranges) & ((ranges < self.range_min) | (ranges <= 0.0)))
+        if not self.lost_beams and lost.any():
+            bad = np.flatnonzero(lost)
+            raise StarnavError(
+                f"laser scan: ranges[{bad[0]}] is {ranges[bad[0]]:g} ({len(bad)} of {len(ranges)} beams); allowed: "
+                f"metres from range_min {self.range_min:g} m on, +inf (no return), -inf (too close), and anything less "
+                "or NaN (lost) only with lost_beams=True"
+            )
+        ranges[lost] = math.nan
         ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)
-        if not self.lost_beams and np.isnan(ranges).any():
-            bad = np.flatnonzero(np.isnan(ranges))
-            raise StarnavError(
-                f"laser scan: ranges[{bad[0]}] is NaN ({len(bad)} of {len(ranges)} beams); "
-                "allowed: metres, +inf (no return), -inf (too close), and NaN (lost) only with lost_beams=True"
-            )
 
     def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.

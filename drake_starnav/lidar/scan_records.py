@@ -51,10 +51,9 @@ class ScanRecord(NamedTuple):
 def logged_scans(records: Sequence[ScanRecord], log: str, mask: Sectors = ()) -> list[LoggedScan]:
     """Scans from what drivers write.
 
-    Ranges follow REP-117: `+inf` is no return, `-inf` an object nearer than `range_min`, NaN a lost beam. Some drivers
-    report a beam without a measurement as 0, as a negative number or as one below `range_min`: it is lost as well. From
-    `range_max` on nothing was hit. A `range_max` that is infinite or not above `range_min` is not known: all that the
-    log shows of it is its longest finite range. A `range_min` that is negative or not finite counts as 0.
+    Ranges mean what they do in a `LaserScan` whose beams may be lost. A `range_max` that is infinite or not above
+    `range_min` is not known: all that the log shows of it is its longest finite range. A `range_min` that is negative
+    or not finite counts as 0.
 
     Args:
         records: at least one.
@@ -79,10 +78,9 @@ def logged_scans(records: Sequence[ScanRecord], log: str, mask: Sectors = ()) ->
                     f"{log}: range_max is {record.range_max:g} with range_min {record.range_min:g}, and no range is "
                     "longer; allowed: range_min < range_max, or at least one range from which to tell"
                 )
-        ranges = np.array(record.ranges, dtype=float)
-        ranges[np.isfinite(ranges) & ((ranges < low) | (ranges <= 0.0))] = math.nan
+        angles = record.angle_min, record.angle_increment
         try:
-            scan = LaserScan(record.time, record.angle_min, record.angle_increment, low, high, ranges, lost_beams=True)
+            scan = LaserScan(record.time, *angles, low, high, record.ranges, lost_beams=True)
         except StarnavError as error:
             raise StarnavError(f"{log}, at {record.time:.3f} s: {error}") from None
         scans.append(LoggedScan(scan.masked(mask) if len(mask) else scan, record.pose))

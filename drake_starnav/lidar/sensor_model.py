@@ -22,14 +22,14 @@ class LidarParameters:
     """A planar laser scanner."""
 
     beams: int = parameter(360, "number of beams in a scan", low=3, high=100000)
-    angle_min: float = parameter(-math.pi, "bearing of the first beam", unit="rad", low=-7.0, high=7.0)
+    angle_min: float = parameter(-math.pi, "bearing of the first beam", unit="rad", low=-13.0, high=13.0)
     angle_max: float = parameter(
         math.pi,
         "bearing of the last beam; one turn from angle_min means a full circle without its end point, less than "
         "angle_min beams that turn clockwise",
         unit="rad",
-        low=-7.0,
-        high=7.0,
+        low=-13.0,
+        high=13.0,
     )
     range_min: float = parameter(0.02, "hits nearer than this are reported as -inf", unit="m", low=0.0)
     range_max: float = parameter(
@@ -239,7 +239,7 @@ def _reported(distances, errors, noise, luck, dropout, strays, quantisation, low
                 distance += noise * errors[i]
             if quantisation > 0.0:
                 distance = np.rint(distance / quantisation) * quantisation
-            ranges[i] = min(max(distance, low), high)
+            ranges[i] = min(max(distance, low), high) if max(distance, low) > 0.0 else -np.inf
         if len(luck) and luck[i] < dropout:
             ranges[i] = np.nan
     return ranges

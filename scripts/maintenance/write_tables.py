@@ -9,7 +9,6 @@ import inspect
 import pkgutil
 import sys
 import textwrap
-import typing
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -178,15 +177,14 @@ def parameter_rows(cls: type, place: str) -> list[Row]:
         cls: the dataclass, whose fields were made by `parameter`.
         place: section of the scenario, e.g. "lidar", for the dotted names.
     """
-    kinds, defaults = typing.get_type_hints(cls), cls()
+    defaults = cls()
     rows: list[Row] = []
     for field in declared(cls):
         meta = field.metadata
-        allowed = "a list" if typing.get_origin(kinds[field.name]) is list else allowed_text(field)
         default = getattr(defaults, field.name)
         name = f"`{place}.{field.name}`"
         unit, meaning, when = (meta.get(key, "") for key in ("unit", "help", "when"))
-        rows.append((name, unit, f"`{yaml_text(default)}`", allowed, meaning, when))
+        rows.append((name, unit, f"`{yaml_text(default)}`", allowed_text(field), meaning, when))
     return rows
 
 

@@ -37,9 +37,9 @@ def test_points_lie_on_the_surfaces_that_were_hit(seed):
 
 
 def test_range_conventions_of_rep_117():
-    seen = scan(ranges=[np.inf, -np.inf, 0.05, 4.0, 3.9, 5.0, 2.0, 1.0])
+    seen = scan(ranges=[np.inf, -np.inf, 0.1, 4.0, 3.9, 5.0, 2.0, 1.0])
     assert seen.hits.tolist() == [False, True, True, False, True, False, True, True]
-    assert seen.distances.tolist() == [4.0, 0.0, 0.05, 4.0, 3.9, 4.0, 2.0, 1.0]
+    assert seen.distances.tolist() == [4.0, 0.0, 0.1, 4.0, 3.9, 4.0, 2.0, 1.0]
     assert len(seen.points()) == 5
 
 
@@ -137,13 +137,26 @@ def test_lost_beams_are_neither_hit_nor_free():
     np.testing.assert_allclose(seen.distances, [single, 3.0, 1.0, 4.0, triple, triple, triple, 2.0])
 
 
-def test_nan_is_refused_where_no_beam_may_be_lost():
-    with pytest.raises(StarnavError, match=r"ranges\[1\] is NaN \(1 of 4 beams\); allowed: metres, \+inf"):
-        LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([1.0, np.nan, 1.0, 2.0]))
+NO_MEASUREMENT = (np.nan, 0.0, -0.0, -1.0, 0.11999)
+"""What drivers report for a beam without one, with a least range of 0.12 m."""
+
+
+@pytest.mark.parametrize("value", NO_MEASUREMENT)
+def test_what_is_no_measurement_is_lost(value):
+    seen = LaserScan(0.0, 0.0, 0.1, 0.12, 5.0, np.array([1.0, value, 0.12, 2.0]), lost_beams=True)
+    assert seen.lost.tolist() == [False, True, False, False]
+    assert seen.hits.tolist() == [True, False, True, True]
+
+
+@pytest.mark.parametrize("value", NO_MEASUREMENT)
+def test_a_lost_beam_is_refused_where_none_may_be(value):
+    message = rf"ranges\[1\] is {value:g} \(1 of 4 beams\); allowed: metres from range_min 0.12 m on, \+inf"
+    with pytest.raises(StarnavError, match=message):
+        LaserScan(0.0, 0.0, 0.1, 0.12, 5.0, np.array([1.0, value, 1.0, 2.0]))
 
 
 def test_infinities_of_both_signs_are_not_lost():
-    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 0.0])).complete
+    assert LaserScan(0.0, 0.0, 0.1, 0.0, 5.0, np.array([np.inf, -np.inf, 1.0, 2.0])).complete
 
 
 def test_ranges_too_large_for_their_squares_are_not_lost():

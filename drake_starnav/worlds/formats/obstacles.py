@@ -35,6 +35,7 @@ class Obstacles:
             StarnavError: a list has the wrong length or a value that is not a finite number, a polygon is not
                 simple, or the robot touches an obstacle at the start or the goal.
         """
+        check_parameters(self, "Obstacles")
         for k, cylinder in enumerate(check_list(self.cylinders, "Obstacles.cylinders")):
             check_numbers(cylinder, f"Obstacles.cylinders[{k}]", ("x", "y", "radius"))
         parts = len(self.cylinders)
@@ -52,7 +53,6 @@ class Obstacles:
         if len(check_list(self.bounds, "Obstacles.bounds")):
             check_numbers(self.bounds, "Obstacles.bounds", ("x_min", "y_min", "x_max", "y_max"))
         start, goal = check_ends(self.start, self.goal, "Obstacles.")
-        check_parameters(self, "Obstacles")
         check_robot_radius(robot_radius)
         world = World(
             name="obstacles",

@@ -31,6 +31,16 @@ def test_the_world_is_as_given():
     np.testing.assert_array_equal(world.polygons[0], SQUARE)
 
 
+@pytest.mark.parametrize("as_given", [tuple, np.array], ids=["tuples", "arrays"])
+def test_lists_may_be_tuples_and_arrays(as_given) -> None:
+    fields = {"bounds": [-1, -2, 6, 3], "start": [0, 0, 1], "goal": [5, 1], "cylinders": [[3.0, 0.0, 0.5]]}
+    kind = Obstacles(**{name: as_given(value) for name, value in fields.items()}, polygons=as_given([SQUARE]))
+    world = make_world(kind, 0, 0.25)
+    assert (world.start, world.goal, world.bounds) == ((0, 0, 1), (5, 1), (-1, -2, 6, 3))
+    np.testing.assert_array_equal(world.cylinders, [(3.0, 0.0, 0.5)])
+    np.testing.assert_array_equal(world.polygons[0], SQUARE)
+
+
 def test_the_default_is_an_open_plane():
     world = make_world(Obstacles(), 0, 0.25)
     assert world.bounds is None
