@@ -106,7 +106,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rate", type=int, default=10, help="pictures a second of clips (default: 10)")
     parser.add_argument(
         "--renderer", choices=RENDERERS, default="auto",
-        help="of stills and clips: a headless browser, or matplotlib, which shows the same from above "
+        help="of stills and clips: a headless browser, or matplotlib, which draws the same from above "
         "(default: a browser if there is one)",
     )  # fmt: skip
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
@@ -140,7 +140,7 @@ def _record(options: argparse.Namespace) -> int:
             _develop(camera, film, pictures, clips, options)
     for still in stills:
         if still not in pictures:
-            from drake_starnav.visualization.vector_figure import write_figure
+            from drake_starnav.visualization.plot import write_figure
 
             write_figure(still.path, film, still.at(film))
     written = [html, *(still.path for still in stills), *clips.values()]

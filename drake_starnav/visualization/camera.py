@@ -65,29 +65,6 @@ def camera_pose(extent: Extent, view: str = "top") -> tuple[np.ndarray, np.ndarr
     return position, np.append(middle, 0.0)
 
 
-def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
-    """The map from floor to page in the view `top` of a box of the floor: pixels = matrix @ (x, y) + offset.
-
-    Args:
-        extent: the box, as for `camera_pose`.
-
-    Returns:
-        matrix of shape (2, 2), pixels per m, and offset of shape (2,), pixels; from the page's upper left corner.
-    """
-    position, target = camera_pose(extent)
-    scale = 0.5 * SCENE[1] / math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / float(np.linalg.norm(position - target))
-    up = (target - position)[:2] / np.hypot(*(target - position)[:2])  # by as much as the camera is off the vertical
-    matrix = scale * np.array([(up[1], -up[0]), (-up[0], -up[1])])
-    return matrix, np.array([PANEL_WIDTH + 0.5 * SCENE[0], 0.5 * SCENE[1]]) - matrix @ target[:2]
-
-
-def scale_length(pixels_per_meter: float) -> float:
-    """Length of a scale bar, m: the longest of 1, 2 or 5 times a power of ten that takes at most `SCALE_WIDTH`."""
-    longest = SCALE_WIDTH / pixels_per_meter
-    power = 10.0 ** math.floor(math.log10(longest))
-    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
-
-
 def check_view(view: str) -> None:
     """Raise `StarnavError` for an unknown view."""
     if view not in VIEWS:

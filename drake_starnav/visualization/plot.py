@@ -1,34 +1,84 @@
-"""Pictures of a recorded run by Matplotlib, as a browser shows it from above."""
+"""Moments of a recorded run from straight above, by Matplotlib: vector graphics for papers, and pictures."""
 
-import math
+import io
+import re
+from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib import rc_context
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 from PIL import Image
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.visualization.camera import (
-    BAR_HEIGHT,
-    PAGE,
-    PANEL_WIDTH,
-    around_robot,
-    check_view,
-    floor_to_page,
-    scale_length,
-)
+from drake_starnav.station.world_geometry import WALL_THICKNESS
+from drake_starnav.utils.files import replacing
+from drake_starnav.visualization.camera import PAGE, around_robot, check_view
 from drake_starnav.visualization.film import Film
-from drake_starnav.visualization.page import Caption
-from drake_starnav.visualization.scene_plot import PANEL_ORDER, TEXT_COLOR, draw_legend, draw_scene
+from drake_starnav.visualization.scene_plot import ROW_HEIGHT, draw_legend, draw_scene
+from drake_starnav.visualization.world_figure import figure_pixels
 
-DPI = 72.0
-"""One point is one pixel of the page."""
+WIDTH, SYMBOLS, LABELS, BORDER, MARGIN = 504.0, 24.0, 170.0, 46.0, 18.0
+"""Of the scene, the legend's symbols and texts, the border with the axes' numbers, and that elsewhere, points of 1/72
+inch."""
+POINT = 72.0
+"""Points an inch."""
+DPI = 200
+"""Of what is drawn as pixels."""
+TEXT_SIZE = 9.0
+LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
+"""Of an SVG file: a hundredth of a point is as much as anyone sees."""
+
+
+def moment_figure(film: Film, time: float, view: str = "top", title: str = "") -> Figure:
+    """A moment of a run from above, with axes in metres and a legend on the right.
+
+    Args:
+        film: the run; its caption says which layers are shown.
+        time: of the run, s.
+        view: `top`, or `follow` for what is around the first robot.
+        title: above the scene.
+    """
+    walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
+    extent = around_robot(film.actors[0].motion.at(time)) if view == "follow" else np.add(film.extent, walls)
+    x0, y0, x1, y1 = extent
+    rows = sum(map(film.caption.shows, film.caption.legend))
+    height = WIDTH * (y1 - y0) / (x1 - x0)
+    size = BORDER + WIDTH + MARGIN + SYMBOLS + LABELS, MARGIN + max(height + BORDER, ROW_HEIGHT * rows)
+    figure = Figure(figsize=(size[0] / POINT, size[1] / POINT))
+    top = 1.0 - (MARGIN + height) / size[1]
+    axes = figure.add_axes((BORDER / size[0], top, WIDTH / size[0], height / size[1]), xlim=(x0, x1), ylim=(y0, y1))
+    axes.set_aspect("equal")
+    axes.set_xlabel("x in m")
+    axes.set_ylabel("y in m")
+    axes.set_title(title, size=TEXT_SIZE, loc="left", pad=4.0, parse_math=False)
+    step = np.diff(MaxNLocator(10, steps=(1, 2, 5, 10)).tick_values(0.0, max(x1 - x0, y1 - y0)))[0]
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step))
+    draw_scene(axes, film, time)
+    place = (BORDER + WIDTH + MARGIN) / size[0], 0.0, SYMBOLS / size[0], 1.0
+    legend = figure.add_axes(place, xlim=(0.0, SYMBOLS), ylim=(size[1], 0.0))  # a longer text makes a file wider
+    legend.set_axis_off()
+    draw_legend(legend, film.caption, 0.0, MARGIN + 0.5 * ROW_HEIGHT, size=TEXT_SIZE)
+    return figure
+
+
+def write_figure(path: Path, film: Film, time: float) -> None:
+    """Write `moment_figure` as SVG or PDF, by the name's end; the same run gives the same file."""
+    dated = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
+    file = io.BytesIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
+        figure = moment_figure(film, time)
+        figure.savefig(file, format=path.suffix[1:], dpi=DPI, bbox_inches="tight", metadata={dated: None})
+    content = file.getvalue()
+    if path.suffix == ".svg":
+        content = LONG_NUMBER.sub(rb"\1", content)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
 
 
 class PlotCamera:
-    """Takes pictures of a film from above without a browser."""
+    """Takes pictures of a film from above without a browser: `moment_figure` with a title."""
 
     def __init__(self, film: Film, view: str = "top", width: int = int(PAGE[0])) -> None:
         """
@@ -52,44 +102,9 @@ class PlotCamera:
         pass
 
     def picture(self, time: float) -> Image.Image:
-        """The page at a time of the run, s."""
-        figure = Figure(figsize=(PAGE[0] / DPI, PAGE[1] / DPI), dpi=DPI * self._width / PAGE[0])
-        canvas = FigureCanvasAgg(figure)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, PAGE[0]), ylim=(PAGE[1], 0.0), frame_on=False)
-        axes.set_axis_off()
-        followed = self._film.actors[0].motion.at(time)
-        extent = around_robot(followed) if self._view == "follow" else self._film.extent
-        matrix, offset = floor_to_page(extent)
-
-        def to_page(points: np.ndarray) -> np.ndarray:
-            return np.asarray(points, dtype=float)[..., :2] @ matrix.T + offset
-
-        scale = math.sqrt(abs(np.linalg.det(matrix)))
-        draw_scene(axes, self._film, time, to_page, scale)
-        _draw_panel(axes, self._film.caption)
-        _draw_bar(axes, time, scale)
-        canvas.draw()
-        return Image.fromarray(np.array(canvas.buffer_rgba())[..., :3])
-
-
-def _draw_panel(axes: Axes, caption: Caption) -> None:
-    axes.add_artist(Rectangle((0.0, 0.0), PANEL_WIDTH, PAGE[1], color="white", linewidth=0.0, zorder=PANEL_ORDER))
-    text = {"zorder": PANEL_ORDER, "verticalalignment": "center", "color": TEXT_COLOR, "parse_math": False}
-    axes.text(12.0, 21.0, caption.heading, size=16.0, weight="bold", **text)
-    for k, line in enumerate(caption.lines):
-        axes.text(12.0, 45.0 + 18.0 * k, line, size=12.0, **text)
-    draw_legend(axes, caption, 12.0, 45.0 + 18.0 * len(caption.lines) + 15.0)
-
-
-def _draw_bar(axes: Axes, time: float, scale: float) -> None:
-    """The clock and a bar of a round length."""
-    length = scale_length(scale)
-    top, right = PAGE[1] - BAR_HEIGHT, PAGE[0] - 12.0
-    left, y = right - scale * length, top + 0.6 * BAR_HEIGHT
-    look = {"zorder": PANEL_ORDER, "color": TEXT_COLOR}
-    axes.add_artist(Rectangle((0.0, top), PAGE[0], BAR_HEIGHT, color="white", linewidth=0.0, zorder=PANEL_ORDER))
-    axes.plot((left, left, right, right), (y - 5.0, y, y, y - 5.0), linewidth=1.5, **look)
-    text = {**look, "size": 12.0, "verticalalignment": "center"}
-    words = f"{length:g} m" if length >= 1.0 else f"{100.0 * length:.0f} cm"
-    axes.text(0.5 * (left + right), y - 8.0, words, horizontalalignment="center", **text)
-    axes.text(left - 80.0, y - 4.0, f"t = {time:.1f} s", **text)
+        """The figure at a time of the run, s."""
+        caption = self._film.caption
+        title = ", ".join((caption.heading, *caption.lines, f"t = {time:.1f} s"))
+        with rc_context({"font.size": TEXT_SIZE}):
+            figure = moment_figure(self._film, time, self._view, title)
+            return Image.fromarray(figure_pixels(figure, dpi=self._width / figure.get_figwidth()))

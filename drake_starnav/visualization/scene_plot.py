@@ -1,7 +1,6 @@
 """Draws moments of a recorded run with Matplotlib, from straight above."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,6 +27,8 @@ TEXT_COLOR = "#222222"
 SOLID_ORDER, ON_TOP, PANEL_ORDER = 100.0, 300.0, 1000.0
 """Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
 ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
+DOTS = 0.58
+"""Factor on the sizes of lone points: a figure is as much narrower than the page for which they are."""
 SHADES = 16
 """A layer whose vertices have colours is drawn in so many shades of each channel."""
 MOST_OUTLINES = 300
@@ -37,27 +38,15 @@ SEAM = 0.5
 ROW_HEIGHT = 21.0
 """Of the legend, points."""
 
-ToAxes = Callable[[np.ndarray], np.ndarray]
-"""From points of shape (..., 2), W, m, to coordinates of the axes."""
 
-
-def draw_scene(axes: Axes, film: Film, time: float, to_axes: ToAxes, scale: float, dots: float = 1.0) -> None:
-    """Draw a moment of a run: solid shapes, layers, robots.
-
-    Args:
-        axes: to draw into.
-        film: the run.
-        time: of the run, s.
-        to_axes: the map from the floor, of equal scales.
-        scale: of that map, units of the axes per m.
-        dots: factor on the size of lone points.
-    """
-    _draw_solids(axes, film.scene, time, to_axes)
+def draw_scene(axes: Axes, film: Film, time: float) -> None:
+    """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes, layers, robots."""
+    _draw_solids(axes, film.scene, time)
     for name, shape in film.timeline.visible(time + FRAME_SLACK).items():
         if film.caption.shows(name.removeprefix(f"/{ROOT}/")):
-            _draw_shape(axes, shape, time, to_axes, dots)
+            _draw_shape(axes, shape, time)
     for actor in reversed(film.actors):  # the first on top
-        _draw_robot(axes, actor, time, to_axes, scale)
+        _draw_robot(axes, actor, time)
 
 
 def draw_legend(axes: Axes, caption: Caption, x: float, top: float, size: float = 12.0) -> None:
@@ -78,13 +67,13 @@ def draw_legend(axes: Axes, caption: Caption, x: float, top: float, size: float 
         )  # fmt: skip
 
 
-def _draw_solids(axes: Axes, scene: SceneTimeline, time: float, to_axes: ToAxes) -> None:
+def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
     """Draw solid shapes as they hide one another from above: what has one colour and height is drawn together."""
     kinds: dict[tuple[tuple[float, ...], float], list[np.ndarray]] = {}
     for solid in scene.solids:
         outlines, top = solid.seen_from_above(time)
         order = min(SOLID_ORDER + 100.0 * top, ON_TOP - 1.0) if top > FLOOR_TOLERANCE else 0.0
-        kinds.setdefault((solid.color, round(order, 3)), []).extend(map(to_axes, outlines))
+        kinds.setdefault((solid.color, round(order, 3)), []).extend(outlines)
     for (color, order), outlines in kinds.items():
         # a hairline hides the seams between the parts of a wall
         shapes = PolyCollection(outlines, facecolor=color, edgecolor=color, linewidth=0.2, zorder=order)
@@ -92,11 +81,11 @@ def _draw_solids(axes: Axes, scene: SceneTimeline, time: float, to_axes: ToAxes)
         axes.add_collection(shapes, autolim=False)
 
 
-def _draw_shape(axes: Axes, shape: Shape, time: float, to_axes: ToAxes, dots: float) -> None:
+def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
     order = ON_TOP if shape.on_top else 100.0 * shape.height
-    points = to_axes(shape.points + shape.value("position", time, np.zeros(2)))
+    points = shape.points + shape.value("position", time, np.zeros(2))
     if shape.faces is None:
-        axes.scatter(*points.T, s=(dots * shape.size) ** 2, c=shape.colors, marker="s", linewidths=0.0, zorder=order)
+        axes.scatter(*points.T, s=(DOTS * shape.size) ** 2, c=shape.colors, marker="s", linewidths=0.0, zorder=order)
         return
     # Where vertices have colours, rims of one shade are drawn together.
     kinds: dict[tuple[float, ...], list[Path]] = {}
@@ -113,17 +102,16 @@ def _shade(color: np.ndarray) -> np.ndarray:
     return np.round(SHADES * color) / SHADES
 
 
-def _draw_robot(axes: Axes, actor: Actor, time: float, to_axes: ToAxes, scale: float) -> None:
+def _draw_robot(axes: Axes, actor: Actor, time: float) -> None:
     """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
     x, y, yaw = actor.motion.at(time)
-    place = to_axes(np.array([x, y]))
     for share, color in ((1.0, actor.color), (actor.deck, DECK_COLOR)):
-        axes.add_artist(Circle(place, share * scale * actor.radius, facecolor=color, zorder=ROBOT_ORDER))
+        axes.add_artist(Circle((x, y), share * actor.radius, facecolor=color, zorder=ROBOT_ORDER))
     ahead, left = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
     corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
     bar = np.array([x, y]) + actor.radius * np.array([a * ahead + b * left for a, b in corners])
-    axes.add_artist(Polygon(to_axes(bar), facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
-    axes.add_artist(Circle(place, 0.24 * scale * actor.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
+    axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
+    axes.add_artist(Circle((x, y), 0.24 * actor.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
 
 
 def _draw_symbol(axes: Axes, layer: Layer, x: float, y: float) -> None:

@@ -6,8 +6,8 @@ import pytest
 from drake_starnav.cli.comparison import record_comparison
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.camera import floor_to_page
 from drake_starnav.visualization.plot import PlotCamera
+from tests.helpers.camera import floor_to_page, plotted
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
 METHODS = ("star", "star_paper")
@@ -25,15 +25,14 @@ def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
     film, _ = recorded
     first, second = (actor.motion.at(TIME)[:2] for actor in film.actors)
     assert np.hypot(*(first - second)) > 0.3
-    matrix, offset = floor_to_page(film.extent)
     layers = film.timeline.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
-    image = np.asarray(PlotCamera(film).picture(TIME), dtype=float) / 255.0
+    picture = PlotCamera(film).picture(TIME)
+    image = np.asarray(picture, dtype=float) / 255.0
     for actor in film.actors:
-        column, row = np.round(matrix @ actor.motion.at(TIME)[:2] + offset).astype(int)
-        ring = round(0.8 * actor.radius * np.sqrt(abs(np.linalg.det(matrix))))
-        assert image[row - ring, column] == pytest.approx(actor.color, abs=0.02)
-        assert image[row + ring, column] == pytest.approx(actor.color, abs=0.02)
+        for side in (-0.8, 0.8):
+            place = actor.motion.at(TIME)[:2] + (0.0, side * actor.radius)
+            assert image[plotted(film, place, picture)] == pytest.approx(actor.color, abs=0.02)
 
 
 def test_a_browser_shows_them_there_too(recorded) -> None:

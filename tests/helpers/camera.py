@@ -3,8 +3,11 @@
 import math
 
 import numpy as np
+from PIL import Image
 
-from drake_starnav.visualization.camera import FIELD_OF_VIEW, PANEL_WIDTH, SCENE
+from drake_starnav.visualization.camera import FIELD_OF_VIEW, PANEL_WIDTH, SCENE, Extent, camera_pose
+from drake_starnav.visualization.film import Film
+from drake_starnav.visualization.plot import moment_figure
 
 
 def projected(point, position, target):
@@ -17,3 +20,26 @@ def projected(point, position, target):
         scale * ((point - position) @ axis) / ((point - position) @ ahead) for axis in (right, np.cross(right, ahead))
     )
     return np.array([PANEL_WIDTH + 0.5 * SCENE[0] + column, 0.5 * SCENE[1] - row])
+
+
+def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
+    """The map from floor to page in the view `top` of a box of the floor: pixels = matrix @ (x, y) + offset.
+
+    Args:
+        extent: the box, as for `camera_pose`.
+
+    Returns:
+        matrix of shape (2, 2), pixels per m, and offset of shape (2,), pixels; from the page's upper left corner.
+    """
+    position, target = camera_pose(extent)
+    scale = 0.5 * SCENE[1] / math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / float(np.linalg.norm(position - target))
+    up = (target - position)[:2] / np.hypot(*(target - position)[:2])  # by as much as the camera is off the vertical
+    matrix = scale * np.array([(up[1], -up[0]), (-up[0], -up[1])])
+    return matrix, np.array([PANEL_WIDTH + 0.5 * SCENE[0], 0.5 * SCENE[1]]) - matrix @ target[:2]
+
+
+def plotted(film: Film, place: np.ndarray, picture: Image.Image) -> tuple[int, int]:
+    """Row and column at which a picture of a whole film by `PlotCamera` shows a place (2,) of the floor, W, m."""
+    figure = moment_figure(film, 0.0)
+    share = figure.transFigure.inverted().transform(figure.axes[0].transData.transform(place))
+    return round((1.0 - share[1]) * picture.height), round(share[0] * picture.width)

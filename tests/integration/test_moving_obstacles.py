@@ -7,11 +7,11 @@ from drake_starnav.cli.comparison import record_comparison
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.browser import BrowserCamera, browser_missing
-from drake_starnav.visualization.camera import floor_to_page
 from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, with_scene
 from drake_starnav.visualization.plot import PlotCamera
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import Crowd, World, make_world, moving_obstacle_states
+from tests.helpers.camera import floor_to_page, plotted
 
 TEXT = "world: !Crowd {moving_obstacles: [4, 4]}\nsimulation: {timeout: 2.5}\n"
 SEED = 1
@@ -42,8 +42,10 @@ def shades(picture, world: World, time: float) -> list[np.ndarray]:
 @pytest.mark.parametrize("time", TIMES)
 def test_without_a_browser(recorded, k: int, time: float) -> None:
     world, (film, _) = recorded[0], recorded[1 + k]
-    for shade in shades(PlotCamera(film).picture(time), world, time):
-        assert shade == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
+    picture = PlotCamera(film).picture(time)
+    image = np.asarray(picture, dtype=float) / 255.0
+    for place in moving_obstacle_states(world.moving_obstacles, np.array([time]))[0][0]:
+        assert image[plotted(film, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
 
 
 @pytest.mark.parametrize("k", [0, 1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
-from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, SCALE_WIDTH, SCENE, VIEWS, camera_pose, scale_length
+from drake_starnav.visualization.camera import PAGE, PANEL_WIDTH, SCENE, VIEWS, camera_pose
 from tests.helpers.camera import projected
 
 
@@ -26,11 +26,3 @@ def test_walls_are_seen_up_to_their_tops_however_small_the_room():
     columns, rows = np.array([projected(top, position, target) for top in tops]).T
     assert columns.min() > PANEL_WIDTH and columns.max() < PAGE[0]
     assert rows.min() > 0.0 and rows.max() < SCENE[1]
-
-
-@pytest.mark.parametrize(
-    "scale, length", [(50.0, 2.0), (24.0, 5.0), (60.0, 2.0), (61.0, 1.0), (900.0, 0.1), (1.0, 100.0)]
-)
-def test_the_scale_bar_has_a_round_length(scale, length):
-    assert scale_length(scale) == pytest.approx(length)
-    assert 0.3 * SCALE_WIDTH < scale * length <= SCALE_WIDTH

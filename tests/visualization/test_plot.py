@@ -12,8 +12,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.visualization.meshes import LAYERS, selected_layers
+from drake_starnav.visualization.plot import moment_figure, write_figure
 from drake_starnav.visualization.recorder import Recorder
-from drake_starnav.visualization.vector_figure import moment_figure, write_figure
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
 
