@@ -18,6 +18,8 @@ SAMPLE_SPACING = 0.008
 """Largest distance between two samples, m."""
 LONGEST_STEP = 0.04
 """Longest time between two samples, s."""
+LARGEST_TURN = 0.25
+"""Largest turn between two samples, rad: the chord is then short of its arc by 0.3 %."""
 AT_REST = 1e-9
 """A speed below this is zero, m/s or rad/s."""
 SAMPLES = 128
@@ -74,7 +76,9 @@ class Actuation(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What the robot does if a command is sent and then it brakes, sampled every SAMPLE_SPACING or LONGEST_STEP.
+    """What the robot does if a command is sent and then it brakes, as samples.
+
+    No two neighbours are farther apart than SAMPLE_SPACING, LONGEST_STEP or LARGEST_TURN.
 
     Attributes:
         samples: shape (n, 6): x, y, yaw, v, omega and the time from now; W, SI units. The first is the robot now, in
@@ -166,8 +170,8 @@ def _roll_out(pose, twist, target, hold, delay, limits, samples):
     if delay <= 0.0:
         wanted, left, kept = Twist(target[0], target[1]), hold, 1
     while kept < 2 or abs(moves.v) >= AT_REST or abs(moves.omega) >= AT_REST:
-        fastest = max(abs(moves.v), abs(wanted.v))
-        step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9))
+        fastest, turning = max(abs(moves.v), abs(wanted.v)), max(abs(moves.omega), abs(wanted.omega))
+        step = min(LONGEST_STEP, SAMPLE_SPACING / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
         if kept < 2:
             step = min(step, left)
             left -= step
