@@ -1,6 +1,5 @@
 """Compare several methods in one scene: each drives alone, then all are shown together."""
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -61,23 +60,6 @@ DECK = 0.55
 """Radius of the deck as a share of the hull's; less than the shipped robot's, to show more of its colour."""
 
 
-@dataclasses.dataclass(frozen=True)
-class Entry:
-    """The run of one method.
-
-    Attributes:
-        method: its name.
-        outcome: in words.
-        motion: of its robot.
-        color: of its robot and trail.
-    """
-
-    method: str
-    outcome: str
-    motion: Motion
-    color: Color
-
-
 class _Witness:
     """Observes a trial to store its outcome and motion."""
 
@@ -115,75 +97,50 @@ def record_comparison(
     Raises:
         StarnavError: as of `run_trial`, or unknown view.
     """
-    entries = []
+    actors: dict[str, Actor] = {}
+    trails: dict[str, Layer] = {}
     for k, (method, scenario) in enumerate(scenarios.items()):
-        witness = _Witness()
+        witness, color = _Witness(), COLORS[k % len(COLORS)]
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        entries.append(Entry(method, witness.outcome, witness.motion, COLORS[k % len(COLORS)]))
+        actors[method] = Actor(witness.motion, scenario.robot.radius, color, DECK)
+        trails[f"trail/{method}"] = Layer(f"{method}: {witness.outcome}", color, "robot", 0.1 - 0.005 * k)
     scenario = next(iter(scenarios.values()))
-    world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
-    layers = meshes.with_scene(comparison_layers(entries), world)
+    parameters, radius = scenario.recording, scenario.robot.radius
+    world = make_world_with_footprints(scenario.world, seed, radius)
+    layers = meshes.with_scene({**trails, "goal": LAYERS["goal"]}, world)
     del layers["robot"]  # there are several, each with a row of its own
-    caption = Caption(scenario.name, (f"{len(entries)} method{'s' * (len(entries) > 1)}, seed {seed}",), layers, shown)
-    return replay(entries, world, scenario.robot.radius, scenario.recording, html, caption, view)
-
-
-def comparison_layers(entries: list[Entry]) -> dict[str, Layer]:
-    """The layers of a comparison: the goal, and each method's trail with its outcome as the label."""
-    layers = {
-        f"trail/{entry.method}": Layer(f"{entry.method}: {entry.outcome}", entry.color, "robot", 0.1 - 0.005 * k)
-        for k, entry in enumerate(entries)
-    }
-    return {**layers, "goal": LAYERS["goal"]}
-
-
-def replay(
-    entries: list[Entry],
-    world: World,
-    radius: float,
-    parameters: RecordingParameters,
-    html: Path,
-    caption: Caption,
-    view: str = "top",
-) -> Film:
-    """Record robots that repeat their motions in one scene.
-
-    Args:
-        entries: their runs.
-        world: that they drove through.
-        radius: of each, m.
-        parameters: of the recording.
-        html: the file to write.
-        caption: with the layers of `comparison_layers`.
-        view: camera preset that the file opens with.
-    """
-    paths = {entry.method: f"{ROBOT_PATH}/{entry.method}" for entry in entries}
-    cameras = Cameras(world.extent, view, paths[entries[0].method], world.start[:2])
-    layers = dict(caption.layers or {})
+    caption = Caption(scenario.name, (f"{len(actors)} method{'s' * (len(actors) > 1)}, seed {seed}",), layers, shown)
+    paths = {method: f"{ROBOT_PATH}/{method}" for method in actors}
+    cameras = Cameras(world.extent, view, next(iter(paths.values())), world.start[:2])
     meshcat, timeline = quiet_meshcat(), Timeline()
-    frame = 1.0 / parameters.frames_per_second
     set_look(meshcat)
     frame_camera(meshcat, world.extent)
     scene = _publish_world(meshcat, world)
-    stage = MeshcatStage(Tee(meshcat, timeline), "/starnav", frame, layers)
+    stage = MeshcatStage(Tee(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
     stage.prepare("goal", meshes.five_pointed_star(np.zeros(2), 0.9 * radius, layers["goal"].height))
-    for k, entry in enumerate(entries):
-        _add_robot(meshcat, paths[entry.method], radius, entry.color, STACKED * (len(entries) - k))
+    for k, (method, actor) in enumerate(actors.items()):
+        _add_robot(meshcat, paths[method], actor, STACKED * (len(actors) - k))
     start_recording(meshcat, parameters)
     stage.move("goal", np.array(world.goal), 0.0)
-    _play_moving_obstacles(meshcat, scene, world, max(entry.motion.duration for entry in entries), parameters)
-    for entry in entries:
-        _play(meshcat, stage, entry, paths[entry.method], layers[f"trail/{entry.method}"].height, parameters)
+    film = Film(caption, world.extent, scene, timeline, tuple(actors.values()))
+    _play_moving_obstacles(meshcat, scene, world, film.duration, parameters)
+    for method, actor in actors.items():
+        trail = f"trail/{method}"
+        _play(meshcat, stage, actor.motion, paths[method], (trail, layers[trail].height), parameters)
     finish_recording(meshcat, html, caption, cameras)
-    actors = tuple(Actor(entry.motion, radius, entry.color, DECK) for entry in entries)
-    return Film(caption, world.extent, scene, timeline, actors)
+    return film
 
 
 def _play(
-    meshcat: Meshcat, stage: MeshcatStage, entry: Entry, path: str, height: float, parameters: RecordingParameters
+    meshcat: Meshcat,
+    stage: MeshcatStage,
+    motion: Motion,
+    path: str,
+    trail: tuple[str, float],
+    parameters: RecordingParameters,
 ) -> None:
-    """Keyframes of one robot and its trail."""
-    rate, motion, layer = parameters.frames_per_second, entry.motion, f"trail/{entry.method}"
+    """Keyframes of one robot at a path in Meshcat, and of its trail: a layer and its height, m."""
+    rate, (layer, height) = parameters.frames_per_second, trail
     times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
     every = max(round(TRAIL_PERIOD * rate), 1)
     poses = np.array([motion.at(float(time)) for time in times])
@@ -229,12 +186,12 @@ def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
     return scene
 
 
-def _add_robot(meshcat: Meshcat, path: str, radius: float, color: Color, above: float) -> None:
+def _add_robot(meshcat: Meshcat, path: str, actor: Actor, above: float) -> None:
     """A hull of the method's colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    top = above + HULL_HEIGHT
+    radius, top = actor.radius, above + HULL_HEIGHT
     parts = (
-        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], color),
-        ("deck", Cylinder(DECK * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
+        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], actor.color),
+        ("deck", Cylinder(actor.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
         ("heading", Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
         ("lidar", Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
     )
