@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, write_map
@@ -79,7 +79,7 @@ def main() -> int:
         took = time.perf_counter() - begin
         report("shortest path", f"{took:.2f} s for {found[0]:.1f} m" if found else "none")
     begin = time.perf_counter()
-    station = NavigationStation(worlds[0], robot, LidarParameters())
+    station = NavigationStation(worlds[0], Scenario("map", None, robot))
     simulator = Simulator(station)
     report("build the station", f"{time.perf_counter() - begin:.2f} s")
     station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.0, 0.0])

@@ -26,9 +26,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, VectorLogSink
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_starnav.navigation import add_navigation
+from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.scenario import Scenario, load_scenario
-from drake_starnav.simulation import scenario_station
+from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.worlds import World, make_world
@@ -79,8 +79,8 @@ def polygons(world: World) -> list[np.ndarray]:
 def whole(scenario: Scenario, world: World) -> tuple[Simulator, VectorLogSink]:
     """The autonomy in its world, and a log of what it commands."""
     builder = DiagramBuilder()
-    station = scenario_station(builder, scenario, world, SEED)
-    navigation = add_navigation(builder, scenario, seed=SEED, world=world, station=station)
+    station = add_station(builder, world, scenario, continuous=True, seed=SEED)
+    navigation = add_navigation(builder, scenario, Parts(world, station), SEED)
     log = LogVectorOutput(navigation.shield.GetOutputPort("twist_command"), builder, COMMAND_PERIOD)
     simulator = make_simulator(builder.Build())
     return simulator, log
@@ -89,7 +89,7 @@ def whole(scenario: Scenario, world: World) -> tuple[Simulator, VectorLogSink]:
 def station_alone(scenario: Scenario, world: World, twists: Twists) -> Simulator:
     """Plant, lidar and localization, driven by twists."""
     builder = DiagramBuilder()
-    station = scenario_station(builder, scenario, world, SEED)
+    station = add_station(builder, world, scenario, continuous=True, seed=SEED)
     command = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(twists.times, twists.values)))
     builder.Connect(command.get_output_port(), station.GetInputPort("drive.twist_command"))
     return make_simulator(builder.Build())

@@ -20,7 +20,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.cli.options import INTERRUPTED, add_overrides, exit_code
-from drake_starnav.navigation import Navigation, add_navigation
+from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.simulation import add_collision_monitor, omniscient_path
@@ -79,7 +79,7 @@ class Soak:
         self.stopwatch = Stopwatch()
         builder = DiagramBuilder()
         self.navigation: Navigation = add_navigation(
-            builder, scenario, seed=seed, world=self.world, stopwatch=self.stopwatch
+            builder, scenario, Parts(self.world), seed, stopwatch=self.stopwatch
         )
         add_collision_monitor(builder, self.navigation)
         self.simulator = Simulator(builder.Build())

@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # the same names, for type checkers and editors
     from drake_starnav.lidar.scan_records import LoggedScan as LoggedScan
     from drake_starnav.lidar.sensor_model import LidarParameters as LidarParameters
     from drake_starnav.navigation import Navigation as Navigation
+    from drake_starnav.navigation import Parts as Parts
     from drake_starnav.navigation import add_navigation as add_navigation
     from drake_starnav.navigation import make_diagram as make_diagram
     from drake_starnav.planning import PlannerInput as PlannerInput
@@ -150,6 +151,7 @@ _PUBLIC = {
     "plant_config": "station.plant",
     "make_simulator": "station.plant",
     "Navigation": "navigation",
+    "Parts": "navigation",
     "add_navigation": "navigation",
     "make_diagram": "navigation",
     "Trial": "simulation",

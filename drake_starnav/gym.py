@@ -17,16 +17,17 @@ from drake_starnav.control.motion import Actuation, Pose, Twist, stepped
 from drake_starnav.control.shield import certified_twist, ramped_twist
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.navigation import add_navigation
+from drake_starnav.navigation import Parts, add_navigation
+from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.regions.perception import Perceived, PerceptionSettings, perceive
 from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.simulation import add_collision_monitor, scenario_station
+from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.systems.release import release
 from drake_starnav.systems.twist_shield import Unshielded
-from drake_starnav.validation import validated_margins
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
@@ -226,11 +227,10 @@ class PlantMotion:
     def __init__(self, scenario: Scenario, world: World, seed: int, shield: bool) -> None:
         builder = DiagramBuilder()
         action, nobody = PassThrough(2), ConstantVectorSource([0.0, 0.0])
-        station = scenario_station(builder, scenario, world, seed)
-        own: dict[str, Any] = {"planner": nobody, "controller": action}
-        if not shield:
-            own["shield"] = Unshielded(scenario.robot, scenario.controller)
-        navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, **own)
+        station = add_station(builder, world, scenario, continuous=True, seed=seed)
+        unshielded = None if shield else Unshielded(scenario.robot, scenario.controller)
+        parts = Parts(world, station, planner=nobody, controller=action, shield=unshielded)
+        navigation = add_navigation(builder, scenario, parts, seed)
         add_collision_monitor(builder, navigation)
         builder.ExportInput(action.get_input_port(), "action")
         self._station, self._diagram = navigation.station, builder.Build()

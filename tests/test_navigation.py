@@ -14,13 +14,14 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_starnav.control.zones import KeepOut, SpeedZone
 from drake_starnav.errors import StarnavError
-from drake_starnav.navigation import Navigation, add_navigation, make_diagram
+from drake_starnav.navigation import Navigation, Parts, add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.scenario.margins import derive_margins
+from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.baseline_controller import BaselineController
@@ -117,7 +118,7 @@ def test_a_narrow_view_is_enough_without_the_certificate_and_half_a_turn_with_it
 
 def test_a_world_and_a_seed_may_be_given() -> None:
     world = World("other", (2.0, 3.0, 1.0), (4.0, 3.0))
-    diagram = make_diagram(posts(), world=world)
+    diagram = make_diagram(posts(), Parts(world))
     context = diagram.CreateDefaultContext()
     assert diagram.GetOutputPort("localization.pose").Eval(context) == pytest.approx([2.0, 3.0, 1.0])
     ranges = []
@@ -139,12 +140,11 @@ def test_a_world_and_a_seed_may_be_given() -> None:
 )
 def test_a_station_made_with_other_parameters_is_refused(section: str, name: str, value: float, words: str) -> None:
     scenario, builder = posts(), DiagramBuilder()
-    parts = {part: getattr(scenario, part) for part in ("lidar", "localization", "drive")}
-    parts[section] = dataclasses.replace(parts[section], **{name: value})
+    other = dataclasses.replace(scenario, **{section: dataclasses.replace(getattr(scenario, section), **{name: value})})
     world = make_world(scenario.world, 0, scenario.robot.radius)
-    station = builder.AddNamedSystem("station", NavigationStation(world, scenario.robot, **parts))
+    station = builder.AddNamedSystem("station", NavigationStation(world, other))
     with pytest.raises(StarnavError, match=words):
-        add_navigation(builder, scenario, world=world, station=station)
+        add_navigation(builder, scenario, Parts(world, station))
 
 
 def test_a_station_of_a_larger_robot_or_with_another_step_is_refused() -> None:
@@ -160,9 +160,10 @@ def test_a_station_of_a_larger_robot_or_with_another_step_is_refused() -> None:
     ):
         builder = DiagramBuilder()
         world = make_world(scenario.world, 0, robot.radius)
-        station = NavigationStation(world, robot, scenario.lidar, time_step=step)
+        other = dataclasses.replace(scenario, robot=robot, simulation=SimulationParameters(time_step=step))
+        station = NavigationStation(world, other)
         with pytest.raises(StarnavError, match=re.escape(words)):
-            add_navigation(builder, scenario, world=world, station=builder.AddNamedSystem("station", station))
+            add_navigation(builder, scenario, Parts(world, builder.AddNamedSystem("station", station)))
 
 
 def test_two_navigations_in_one_builder_are_refused() -> None:
@@ -195,7 +196,7 @@ def test_a_world_of_ones_own_whose_start_lies_in_an_obstacle_is_refused() -> Non
     with pytest.raises(
         StarnavError, match=r"world mine.start is \[2, 3\], .* from .*; allowed: more than robot_radius"
     ):
-        make_diagram(posts(), world=world)
+        make_diagram(posts(), Parts(world))
 
 
 class Odometer(LeafSystem):
@@ -326,7 +327,7 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
     margins = derive_margins(scenario)
     builder = DiagramBuilder()
     world = World("open", (0.0, 0.0, 0.0), (2.0, 0.0))
-    station = builder.AddSystem(NavigationStation(world, scenario.robot, scenario.lidar))
+    station = builder.AddSystem(NavigationStation(world, scenario))
     perception = builder.AddSystem(StarPerception(scenario.robot, margins, scenario.lidar))
     controller = builder.AddSystem(DsmController(scenario.robot, scenario.controller, margins))
     shield = builder.AddSystem(TwistShield(scenario.robot, scenario.controller, margins))
@@ -380,7 +381,7 @@ class Beeline(LeafSystem):
 def driven(time: float, scenario=None, **own) -> tuple[np.ndarray, Navigation, Simulator]:
     """The robot's last pose, and what drove it."""
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario or posts(), **own)
+    navigation = add_navigation(builder, scenario or posts(), Parts(**own))
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(time)
     port = navigation.localization("pose")
@@ -436,7 +437,7 @@ def test_certificates_of_ones_own_hold_in_every_world(moving: list[str]) -> None
     line, zone = Line(0.9), np.array([(-1.0, -2.0), (5.0, -2.0), (5.0, 2.0), (-1.0, 2.0)])
     rules = (line, SpeedZone(zone, 0.3), KeepOut(zone + (7.0, 0.0)))
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, posts(overrides=moving), certificates=rules)
+    navigation = add_navigation(builder, posts(overrides=moving), Parts(certificates=rules))
     log = LogVectorOutput(navigation.localization("state"), builder, 0.05)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(5.0)
@@ -490,4 +491,4 @@ def test_a_planner_and_a_controller_of_ones_own_agree_on_their_ports() -> None:
 )
 def test_a_system_that_does_not_fit_is_refused(method: str, own: dict, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
-        add_navigation(DiagramBuilder(), posts(method=method), **own)
+        add_navigation(DiagramBuilder(), posts(method=method), Parts(**own))

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_starnav import simulation
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.geometry.polyline import distance_to_segment
-from drake_starnav.navigation import add_navigation, make_diagram
+from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario
-from drake_starnav.simulation import benchmark_score, omniscient_path, run_trial, scenario_station, trial_record
+from drake_starnav.simulation import monitors, omniscient_path, run_trial, trial_record
+from drake_starnav.simulation import trial as trial_module
+from drake_starnav.simulation.trial import benchmark_score
 from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.visualization.recorder import Recorder
@@ -74,9 +76,9 @@ def test_the_record_has_the_tightest_gap_and_the_path_that_was_driven(small_tria
 def test_a_world_of_ones_own_is_driven_in(small_trial) -> None:
     scenario = parse_scenario(SMALL, name="small")
     world = make_world(scenario.world, 3, scenario.robot.radius)
-    again = run_trial(load_scenario("forest"), seed=3, world=world)
+    again = run_trial(load_scenario("forest"), Parts(world), seed=3)
     assert again.state_hash == small_trial.state_hash
-    farther = run_trial(scenario, seed=3, world=dataclasses.replace(world, goal=(3.9, 0.0)))
+    farther = run_trial(scenario, Parts(world=dataclasses.replace(world, goal=(3.9, 0.0))), seed=3)
     assert farther.straight_line_m == pytest.approx(3.9)
     assert farther.path_length_m > small_trial.path_length_m
 
@@ -93,14 +95,14 @@ def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None
         str(tmp_path / "a.csv"),
     )
     free = Unshielded(scenario.robot, scenario.controller)
-    trial = run_trial(scenario, seed=3, controller=Ahead(), shield=free, html=html, csv=csv)
+    trial = run_trial(scenario, Parts(controller=Ahead(), shield=free), seed=3, html=html, csv=csv)
     assert (trial.method, trial.outcome) == ("Ahead", "collision")
     table = np.genfromtxt(csv, delimiter=",", names=True)
     assert table.dtype.names == ("t", "x", "y", "yaw", "v", "omega")
     assert table["t"][-1] == pytest.approx(trial.time_s)
     assert table["x"][-1] == pytest.approx(trial.path[-1][0], abs=1e-3)
     assert "method Ahead" in (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert run_trial(scenario, seed=3, controller=Ahead(), observer=None).min_clearance_m > 0.0
+    assert run_trial(scenario, Parts(controller=Ahead()), seed=3, observer=None).min_clearance_m > 0.0
 
 
 @pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dvva", "did you mean dwa")])
@@ -135,7 +137,7 @@ def test_a_fence_of_thin_posts_is_passed_without_a_stop() -> None:
     # from afar no beam hits the posts, so that the first regions reach through them
     posts = [(5.0 + 0.5 * (k % 2), y, 0.02) for k, y in enumerate(np.arange(-2.6, 2.7, 0.8))]
     world = World("fence", (0.0, 0.3, 0.0), (7.5, -0.2), cylinders=np.array(posts), bounds=(-1.0, -3.0, 8.5, 3.0))
-    trial = run_trial(parse_scenario("world: !Forest {}\n", name="fence"), world=world)
+    trial = run_trial(parse_scenario("world: !Forest {}\n", name="fence"), Parts(world))
     assert trial.outcome == "reached"
     assert trial.min_clearance_m > 0.01
     assert trial.stuck_s == 0.0
@@ -231,7 +233,7 @@ def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, o
     parked = MovingObstacles(np.array([0.3]), (stands,))
     world = World("parked", (0, 0, 0), (3, 0), bounds=(-1, -2, 6, 2), timeout=1.0, moving_obstacles=parked)
     scenario = parse_scenario("world: !Room {}\nobstacles: {max_speed: 0.5}", name="parked")
-    assert run_trial(scenario, world=world).outcome == outcome
+    assert run_trial(scenario, Parts(world)).outcome == outcome
 
 
 def test_collision_is_noticed() -> None:
@@ -247,10 +249,11 @@ def test_collision_is_noticed() -> None:
 @pytest.mark.parametrize("judge", ["add_collision_monitor", "clearance"])
 def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
     blind = {
-        "add_collision_monitor": lambda builder, navigation, **times: None,
-        "clearance": lambda world, points: np.full(len(points), 9.0),
+        "add_collision_monitor": (monitors, lambda builder, navigation, **times: None),
+        "clearance": (trial_module, lambda world, points: np.full(len(points), 9.0)),
     }
-    monkeypatch.setattr(simulation, judge, blind[judge])
+    module, substitute = blind[judge]
+    monkeypatch.setattr(module, judge, substitute)
     text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\n" + (
         "controller: {kind: apf}\napf: {repulsive_gain: 0}\nsimulation: {timeout: 3.0}\n"
     )
@@ -263,7 +266,7 @@ def test_the_plant_is_continuous_where_nothing_moves_but_robots() -> None:
     for name, continuous in (("room", True), ("kitchen", True), ("crowd_room", False)):
         scenario, builder = load_scenario(name), DiagramBuilder()
         world = make_world_with_footprints(scenario.world, 0, scenario.robot.radius)
-        station = scenario_station(builder, scenario, world, 0)
+        station = add_station(builder, world, scenario, continuous=True, seed=0)
         assert (station.plant.time_step() == 0.0) == continuous
         assert make_simulator(builder.Build()).get_integrator().get_fixed_step_mode() == continuous
 
@@ -327,7 +330,7 @@ def test_robot_radius_is_that_of_the_hull() -> None:
     assert 'radius="0.31"' in robot_urdf(RobotParameters(radius=0.31))[1]
     scenario = parse_scenario(SMALL + "robot: {radius: 0.31}", name="small")
     world = scenario.world.make(np.random.default_rng(0), 0.31)
-    station = NavigationStation(world, scenario.robot, scenario.lidar)
+    station = NavigationStation(world, scenario)
     inspector = station.scene_graph.model_inspector()
     radii = [inspector.GetShape(g).radius() for g in station.robot_geometries if "hull" in inspector.GetName(g)]
     assert radii == [0.31]
@@ -395,8 +398,8 @@ def test_a_large_world_is_searched_on_a_coarser_grid():
     [
         (lambda room: run_trial("room"), "scenario is 'room'; allowed: a Scenario, as from load_scenario"),
         (lambda room: add_navigation(DiagramBuilder(), "room"), "scenario is 'room'; allowed: a Scenario"),
-        (lambda room: run_trial(room, world="room"), "world is 'room'; allowed: a World, as from make_world"),
-        (lambda room: make_diagram(room, world=room), "world is Scenario.*; allowed: a World"),
+        (lambda room: run_trial(room, Parts(world="room")), "world is 'room'; allowed: a World, as from make_world"),
+        (lambda room: make_diagram(room, Parts(room)), "world is Scenario.*; allowed: a World"),
         (lambda room: Recorder("run.html").add_to(DiagramBuilder(), None), "navigation is None; allowed: a Navigation"),
     ],
 )

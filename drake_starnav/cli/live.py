@@ -10,11 +10,12 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.navigation import add_navigation
+from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario import Scenario
-from drake_starnav.simulation import add_collision_monitor, scenario_station
+from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import advance, make_simulator
 from drake_starnav.visualization.live_page import LivePage, LiveState
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
@@ -108,8 +109,8 @@ class LiveRun:
         self.controls = Controls(self.meshcat)
         builder = DiagramBuilder()
         goal = SliderGoal(world.goal, add_goal_sliders(self.meshcat, world))
-        station = scenario_station(builder, scenario, world, seed)
-        self._navigation = add_navigation(builder, scenario, seed=seed, world=world, station=station, goal=goal)
+        station = add_station(builder, world, scenario, continuous=True, seed=seed)
+        self._navigation = add_navigation(builder, scenario, Parts(world, station, goal), seed)
         add_collision_monitor(builder, self._navigation)
         add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=html is not None)
         self.simulator = make_simulator(builder.Build(), settings=scenario.simulator_config)
@@ -141,8 +142,8 @@ class LiveRun:
     @property
     def goal(self) -> np.ndarray:
         """Where the robot is to go now, (x, y), W, m."""
-        system = self._navigation.goal
-        return system.get_output_port().Eval(system.GetMyContextFromRoot(self.simulator.get_context()))
+        port = self._navigation.goal_position
+        return port.Eval(port.get_system().GetMyContextFromRoot(self.simulator.get_context()))
 
     def step(self) -> bool:
         """Poll the buttons, then drive on for `STEP` or wait for `POLL`.

@@ -69,13 +69,14 @@ def _simulate(options: argparse.Namespace) -> int:
         return _simulate_live(scenario, options)
     with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
         world = make_world(scenario.world, options.seed, scenario.robot.radius)
-        from drake_starnav.simulation import run_trial, trial_record  # late: a bad world is reported before it
+        from drake_starnav.navigation import Parts  # late: a bad world is reported before Drake is loaded
+        from drake_starnav.simulation import run_trial, trial_record
 
         trial = run_trial(
             scenario,
+            Parts(world if world.model is None else None),  # only Drake can read a model's footprints
             method=options.method,
             seed=options.seed,
-            world=world if world.model is None else None,  # only Drake can read a model's footprints
             html=options.html,
             progress=progress,
         )

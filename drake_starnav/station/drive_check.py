@@ -3,9 +3,8 @@
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.station.navigation_station import NavigationStation, Station
+from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import drive_geometry, wheel_rates
 
 SPAN = 2.0
@@ -17,7 +16,7 @@ LEAST = np.array((0.005, 0.01))
 
 
 def check_drive(
-    station: NavigationStation | Station | RobotInterface,
+    station: StationInterface,
     times: np.ndarray,
     states: np.ndarray,
     commands: np.ndarray,

@@ -1,9 +1,8 @@
 """The robot in its world: plant, scene, sensor and wheel servo, in a builder or as one diagram with dotted ports."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any
+from typing import Protocol
 
 from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -11,10 +10,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.collision_monitor import Hull
 from drake_starnav.station.moving_bodies import add_moving_obstacle_drive
 from drake_starnav.station.plant import DISCRETE_ONLY, add_plant
@@ -32,21 +28,59 @@ STATION_OUTPUTS = (
 """Output ports of a station; see `NavigationStation`."""
 
 
+class StationInterface(Protocol):
+    """What navigation drives in: `NavigationStation`, `Station`, or the `RobotInterface` of one of several robots."""
+
+    @property
+    def plant(self) -> MultibodyPlant:
+        """Of the world."""
+
+    @property
+    def scene_graph(self) -> SceneGraph:
+        """Of the plant."""
+
+    @property
+    def robot_model(self) -> ModelInstanceIndex:
+        """The robot in the plant."""
+
+    @property
+    def robot_interface(self) -> RobotInterface:
+        """The robot's lidar, localization and wheels."""
+
+    @property
+    def robot_geometries(self) -> Sequence[GeometryId]:
+        """Proximity geometries of the robot."""
+
+    @property
+    def floor(self) -> Sequence[GeometryId]:
+        """Geometries that the robot may touch."""
+
+    @property
+    def moving_obstacle_geometries(self) -> Sequence[GeometryId]:
+        """What may run into the robot."""
+
+    @property
+    def hull(self) -> Hull | None:
+        """Of the robot among obstacles with which the plant has no contact, see `surface_world`; None without any."""
+
+    @property
+    def geometry_query(self) -> OutputPort:
+        """The port of the scene, in the builder that holds the station."""
+
+    def GetOutputPort(self, name: str) -> OutputPort:
+        """The port of a name in `STATION_OUTPUTS`."""
+
+    def GetInputPort(self, name: str) -> InputPort:
+        """`drive.twist_command`."""
+
+
 @dataclass(frozen=True)
 class Station:
-    """What `add_station` put into a builder.
-
-    Attributes:
-        plant, scene_graph: of the world.
-        equipment: the robot's lidar, localization and wheels.
-        ground: geometry of the floor that is always there.
-        moving_obstacle_geometries: what may run into the robot.
-        hull: of the robot among obstacles with which the plant has no contact, see `surface_world`; None without any.
-    """
+    """What `add_station` put into a builder, a `StationInterface`; `ground` is the floor that is always there."""
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
-    equipment: RobotInterface
+    robot_interface: RobotInterface
     ground: GeometryId
     moving_obstacle_geometries: list[GeometryId]
     hull: Hull | None
@@ -54,17 +88,22 @@ class Station:
     @property
     def robot_model(self) -> ModelInstanceIndex:
         """The robot in the plant."""
-        return self.equipment.model
+        return self.robot_interface.model
 
     @property
     def robot_geometries(self) -> list[GeometryId]:
         """Proximity geometries of the robot."""
-        return self.equipment.robot_geometries
+        return self.robot_interface.robot_geometries
 
     @property
     def floor(self) -> list[GeometryId]:
         """Geometries that the robot may touch."""
-        return self.equipment.floor
+        return self.robot_interface.floor
+
+    @property
+    def geometry_query(self) -> OutputPort:
+        """The port of the scene."""
+        return self.scene_graph.get_query_output_port()
 
     def GetOutputPort(self, name: str) -> OutputPort:
         """The port of a name in `STATION_OUTPUTS`."""
@@ -73,26 +112,16 @@ class Station:
         if name == "cheat.contact_results":
             return self.plant.get_contact_results_output_port()
         if name == "cheat.geometry_query":
-            return self.scene_graph.get_query_output_port()
-        return self.equipment.GetOutputPort(name)
+            return self.geometry_query
+        return self.robot_interface.GetOutputPort(name)
 
     def GetInputPort(self, name: str) -> InputPort:
         """The port of that name, as of `NavigationStation`."""
-        return self.equipment.GetInputPort(name)
+        return self.robot_interface.GetInputPort(name)
 
 
 def add_station(
-    builder: DiagramBuilder,
-    world: World,
-    robot: RobotParameters,
-    lidar: LidarParameters,
-    *,
-    localization: LocalizationParameters | None = None,
-    drive: DriveParameters | None = None,
-    time_step: float = SimulationParameters.time_step,
-    continuous: bool = False,
-    settings: Mapping[str, Any] = MappingProxyType({}),
-    seed: int = 0,
+    builder: DiagramBuilder, world: World, scenario: Scenario, *, continuous: bool = False, seed: int = 0
 ) -> Station:
     """Add a robot in its world to a builder: `plant`, `scene_graph`, `robot` and what moves the obstacles that move.
 
@@ -101,34 +130,24 @@ def add_station(
 
     Args:
         builder: to which they are added; for a continuous plant that of the whole diagram, as CENIC looks no deeper.
-        world, robot, lidar, localization, drive, seed: as for `NavigationStation`.
-        time_step: of a discrete plant, s; the delay of a drive is rounded up to a multiple of it.
+        world: obstacles, and where the robot starts; not that of the scenario.
+        scenario: its `robot`, `lidar`, `localization`, `drive`, `simulation.time_step` and `plant_config`.
         continuous: whether the plant may be continuous. It is always discrete where obstacles move, whose drive
             must know its steps, and with settings of the discrete contact solver.
-        settings: of the plant, laid over `plant_config`: keys of `MultibodyPlantConfig`.
+        seed: of the sensor's noise and of the faults.
     """
+    time_step, settings = scenario.simulation.time_step, scenario.plant_config
     if not time_step > 0.0:
-        raise StarnavError(f"time_step is {time_step:g} s; allowed: 0 < x")
+        raise StarnavError(f"simulation.time_step is {time_step:g} s; allowed: 0 < x")
     moving = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
     step = 0.0 if continuous and not moving and not DISCRETE_ONLY & set(settings) else time_step
-    plant, scene_graph, model, ground = add_plant(builder, world, robot, step, settings)
-    equipment = RobotInterface(
-        plant,
-        scene_graph,
-        model,
-        lidar,
-        robot=robot,
-        localization=localization,
-        drive=drive,
-        time_step=time_step,
-        seed=seed,
-    )
-    builder.AddNamedSystem("robot", equipment)
-    connect_robot(builder, plant, scene_graph, model, equipment)
+    plant, scene_graph, model, ground = add_plant(builder, world, scenario.robot, step, settings)
+    robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, scenario, seed=seed))
+    connect_robot(builder, plant, scene_graph, model, robot)
     moving_geometries = add_moving_obstacle_drive(builder, plant, world.moving_obstacles)
     surfaces = surface_world(world)
-    hull = None if surfaces is None else Hull(equipment.base_frame, equipment.reach, surfaces)
-    return Station(plant, scene_graph, equipment, ground, moving_geometries, hull)
+    hull = None if surfaces is None else Hull(robot.base_frame, robot.reach, surfaces)
+    return Station(plant, scene_graph, robot, ground, moving_geometries, hull)
 
 
 class NavigationStation(Diagram):
@@ -158,43 +177,12 @@ class NavigationStation(Diagram):
     The plant is discrete, so that any simulator steps it, at any depth of a diagram; `add_station` knows a faster one.
     """
 
-    def __init__(
-        self,
-        world: World,
-        robot: RobotParameters,
-        lidar: LidarParameters,
-        *,
-        localization: LocalizationParameters | None = None,
-        drive: DriveParameters | None = None,
-        time_step: float = SimulationParameters.time_step,
-        settings: Mapping[str, Any] = MappingProxyType({}),
-        seed: int = 0,
-    ) -> None:
-        """
-        Args:
-            world: obstacles, and where the robot starts.
-            robot: model and size.
-            lidar: the sensor.
-            localization: error of the believed pose; none by default.
-            drive: faults of the drive; none by default.
-            time_step: of the plant, s.
-            settings: of the plant, as for `add_station`.
-            seed: of the sensor's noise and of the faults.
-        """
+    def __init__(self, world: World, scenario: Scenario, *, seed: int = 0) -> None:
+        """Arguments as of `add_station`."""
         super().__init__()
         builder = DiagramBuilder()
-        parts = add_station(
-            builder,
-            world,
-            robot,
-            lidar,
-            localization=localization,
-            drive=drive,
-            time_step=time_step,
-            settings=settings,
-            seed=seed,
-        )
-        self.plant, self.scene_graph, self.equipment = parts.plant, parts.scene_graph, parts.equipment
+        parts = add_station(builder, world, scenario, seed=seed)
+        self.plant, self.scene_graph, self.robot_interface = parts.plant, parts.scene_graph, parts.robot_interface
         self.robot_model, self.robot_geometries = parts.robot_model, parts.robot_geometries
         self.ground = parts.ground
         self.moving_obstacle_geometries, self.hull = parts.moving_obstacle_geometries, parts.hull
@@ -205,6 +193,11 @@ class NavigationStation(Diagram):
         self.set_name("station")
 
     @property
+    def geometry_query(self) -> OutputPort:
+        """The port of the scene."""
+        return self.GetOutputPort("cheat.geometry_query")
+
+    @property
     def floor(self) -> list[GeometryId]:
         """Geometries that the robot may touch."""
-        return self.equipment.floor
+        return self.robot_interface.floor

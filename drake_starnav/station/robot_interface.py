@@ -10,10 +10,8 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
-from drake_starnav.scenario.schema import SimulationParameters
+from drake_starnav.scenario.faults import DriveParameters
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_localization import PlanarLocalization
@@ -58,12 +56,8 @@ class RobotInterface(Diagram):
         plant: MultibodyPlant,
         scene_graph: SceneGraph,
         model: ModelInstanceIndex,
-        lidar: LidarParameters,
+        scenario: Scenario,
         *,
-        robot: RobotParameters | None = None,
-        localization: LocalizationParameters | None = None,
-        drive: DriveParameters | None = None,
-        time_step: float = SimulationParameters.time_step,
         seed: int = 0,
         carried: Sequence[BodyIndex] = (),
     ) -> None:
@@ -72,20 +66,18 @@ class RobotInterface(Diagram):
             plant: finalized.
             scene_graph: of the plant.
             model: the robot, as from `add_robot`.
-            lidar: the sensor.
-            robot: whose limits no twist exceeds; `RobotParameters()` by default.
-            localization: error of the believed pose; none by default.
-            drive: faults of the drive; none by default.
-            time_step: to a multiple of which the delay of the drive is rounded up, s; a discrete plant has its own.
+            scenario: its `robot`, `lidar`, `localization` and `drive`; and `simulation.time_step`, to a multiple of
+                which the delay of the drive is rounded up, unless the plant is discrete and has its own.
             seed: of the sensor's noise and of the faults.
             carried: bodies that lie on the robot without a joint: neither seen, nor struck by it.
         """
         super().__init__()
-        self.plant, self.scene_graph, self.lidar = plant, scene_graph, lidar
-        self.robot = robot or RobotParameters()
-        self.localization, self.drive = localization or LocalizationParameters(), drive or DriveParameters()
+        self.plant, self.scene_graph = plant, scene_graph
+        self.robot, self.lidar = scenario.robot, scenario.lidar
+        self.localization, self.drive = scenario.localization, scenario.drive
         self.model = self.robot_model = model
-        self.time_step, self.continuous = plant.time_step() or time_step, plant.time_step() == 0.0
+        self.moving_obstacle_geometries, self.hull = (), None  # nobody knows of them here
+        self.time_step, self.continuous = plant.time_step() or scenario.simulation.time_step, plant.time_step() == 0.0
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
@@ -102,15 +94,15 @@ class RobotInterface(Diagram):
         )
         sensor = builder.AddNamedSystem(
             "lidar",
-            LidarSensor(lidar, mount, seed=seed),
+            LidarSensor(self.lidar, mount, seed=seed),
         )
         where = builder.AddNamedSystem(
             "localization",
             PlanarLocalization(
                 num_positions=plant.num_positions(model),
                 num_velocities=plant.num_velocities(model),
-                lidar=lidar,
-                error=localization,
+                lidar=self.lidar,
+                error=self.localization,
                 seed=seed,
             ),
         )
@@ -133,6 +125,16 @@ class RobotInterface(Diagram):
             builder.ConnectInput(state, servo.GetInputPort("multibody_state"))
             builder.ExportOutput(servo.GetOutputPort("actuation"), "actuation")
         builder.BuildInto(self)
+
+    @property
+    def robot_interface(self) -> "RobotInterface":
+        """Itself."""
+        return self
+
+    @property
+    def geometry_query(self) -> OutputPort:
+        """The port of the scene."""
+        return self.scene_graph.get_query_output_port()
 
     @cached_property
     def floor(self) -> list[GeometryId]:

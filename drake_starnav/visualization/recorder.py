@@ -2,7 +2,6 @@
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Role
@@ -13,8 +12,7 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
-from drake_starnav.station.robot_interface import RobotInterface
-from drake_starnav.systems.connecting import outputs
+from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
@@ -25,9 +23,6 @@ from drake_starnav.visualization.page import Cameras, Caption, with_panel
 from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import Tee, Timeline
-
-if TYPE_CHECKING:
-    from drake_starnav.station.navigation_station import NavigationStation, Station
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
 """Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
@@ -61,8 +56,7 @@ class Recorder:
 
         Args:
             builder: to which they are added.
-            navigation: what `add_navigation` put into the same builder, or `Navigation(world, station)` with what else
-                there is to draw.
+            navigation: what `add_navigation` put into the same builder, or a `Navigation` of whichever systems exist.
             scenario: whose name and parameters `recording` and `robot` are used; None: the world's name, and defaults.
         """
         check_kind(navigation, Navigation, "navigation", "as from add_navigation")
@@ -76,7 +70,7 @@ class Recorder:
         self._scene = SceneTimeline(station.scene_graph, own)
         notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
         notes = builder.AddNamedSystem("scene_recorder", notes)
-        builder.Connect(navigation.geometry_query, notes.get_input_port())
+        builder.Connect(navigation.station.geometry_query, notes.get_input_port())
 
     def start(self) -> None:
         """Start to record; call it before the simulator is initialized."""
@@ -149,7 +143,7 @@ def add_visualizers(
     show_collision_shapes(station.plant, station.scene_graph, station.floor)
     MeshcatVisualizer.AddToBuilder(
         builder,
-        navigation.geometry_query,
+        navigation.station.geometry_query,
         meshcat,
         MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
     )
@@ -157,7 +151,7 @@ def add_visualizers(
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
     )
-    goal, planner = navigation.goal, navigation.planner
+    goal = navigation.goal
     for port, name in (
         (navigation.localization("pose"), "pose"),
         (station.GetOutputPort("lidar.scan"), "scan"),
@@ -165,13 +159,13 @@ def add_visualizers(
         (None if goal is None else goal.get_output_port(), "goal"),
         (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
-        (None if planner is None else outputs(planner).get("roadmap"), "roadmap"),
+        (navigation.planned("roadmap"), "roadmap"),
     ):
         if port is not None:
             builder.Connect(port, visualizer.GetInputPort(name))
 
 
-def robot_path(station: "NavigationStation | Station | RobotInterface") -> str:
+def robot_path(station: StationInterface) -> str:
     """Where in Meshcat the robot's base is."""
     base = station.plant.GetBodyByName("base_link", station.robot_model)
     name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))

@@ -129,7 +129,7 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
     from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
     from pydrake.systems.framework import DiagramBuilder
 
-    from drake_starnav.lidar.sensor_model import LidarParameters
+    from drake_starnav.scenario import Scenario
     from drake_starnav.station.navigation_station import NavigationStation
     from drake_starnav.visualization.collision_shapes import show_collision_shapes
     from drake_starnav.visualization.meshcat_stage import quiet_meshcat
@@ -137,7 +137,7 @@ def write_html(world: World, robot: RobotParameters, path: np.ndarray | None, ti
 
     meshcat = quiet_meshcat()
     builder = DiagramBuilder()
-    station = builder.AddSystem(NavigationStation(world, robot, LidarParameters()))
+    station = builder.AddSystem(NavigationStation(world, Scenario("figure", None, robot)))
     show_collision_shapes(station.plant, station.scene_graph, station.floor)
     query = station.GetOutputPort("cheat.geometry_query")
     MeshcatVisualizer.AddToBuilder(builder, query, meshcat, MeshcatVisualizerParams(role=Role.kIllustration))

@@ -35,8 +35,6 @@ from drake_starnav import (
 )
 
 BLUE = "#0072B2"
-TIME_STEP = 0.005
-"""Of the plant, s."""
 
 
 def main(png: Path | None) -> None:
@@ -53,7 +51,7 @@ def main(png: Path | None) -> None:
     robot, lidar, margins = scenario.robot, scenario.lidar, derive_margins(scenario)
 
     builder = DiagramBuilder()
-    station = builder.AddSystem(NavigationStation(world, robot, lidar, time_step=TIME_STEP))
+    station = builder.AddSystem(NavigationStation(world, scenario))
     goal = builder.AddSystem(FixedGoal(world.goal))
     perception = builder.AddSystem(StarPerception(robot, margins, lidar))
     planner = builder.AddSystem(StarRoadmapPlanner(robot, scenario.planner, margins, lidar))

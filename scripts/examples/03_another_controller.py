@@ -20,7 +20,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Mu
 from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
-    NavigationStation,
+    Parts,
     add_navigation,
     draw_goal,
     draw_robot,
@@ -89,17 +89,16 @@ def pid_follower() -> Diagram:
 def main(png: Path | None) -> None:
     """Drive to the goal, and say how many short-term goals it took."""
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, SCENARIO, controller=pid_follower())
-    station, planner, goal = navigation.station, navigation.planner, navigation.goal
-    assert isinstance(station, NavigationStation)
+    navigation = add_navigation(builder, SCENARIO, Parts(controller=pid_follower()))
+    station = navigation.station
 
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.15, period=0.02))
     builder.Connect(station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
+    builder.Connect(station.geometry_query, collision.GetInputPort("geometry_query"))
     poses = LogVectorOutput(station.GetOutputPort("localization.pose"), builder, 0.05)
-    goals = LogVectorOutput(planner.GetOutputPort("short_term_goal"), builder, 0.05)
+    goals = LogVectorOutput(navigation.planned("short_term_goal"), builder, 0.05)
 
     simulator = Simulator(builder.Build())
     status = simulator.AdvanceTo(60.0)

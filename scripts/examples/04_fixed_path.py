@@ -33,7 +33,6 @@ from drake_starnav import (
 )
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
-STEP = 0.005  # of the plant, s
 ANGLE = np.linspace(0.6, 6.1, 200)
 ROUTE = np.column_stack((3.0 * np.sin(ANGLE), 1.5 * np.sin(2.0 * ANGLE)))  # most of an eight, m
 
@@ -45,7 +44,7 @@ def main(png: Path | None) -> None:
     obstacles = [(3.1, 0.3, 0.2), (-1.4, 1.2, 0.2), (1.2, -2.2, 0.3), (-3.3, -0.6, 0.25)]
     world = World("hall", (*ROUTE[0], 0.0), tuple(ROUTE[-1]), np.array(obstacles), bounds=(-4.5, -3, 4.5, 3))
     builder = DiagramBuilder()
-    station = builder.AddSystem(NavigationStation(world, robot, scenario.lidar, time_step=STEP))
+    station = builder.AddSystem(NavigationStation(world, scenario))
     perception = builder.AddSystem(StarPerception(robot, margins, scenario.lidar))
     route = builder.AddSystem(FixedPath(ROUTE))
     controller = builder.AddSystem(DsmController(robot, scenario.controller, margins))

@@ -21,6 +21,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import (
     CollisionMonitor,
+    Parts,
     RobotInterface,
     World,
     add_ground,
@@ -59,7 +60,7 @@ def navigator(robot: RobotInterface, world: World) -> Diagram:
     """A robot's equipment with all that drives it to the goal of a world, as one system."""
     builder = DiagramBuilder()
     builder.AddNamedSystem("robot", robot)
-    add_navigation(builder, SCENARIO, world=world, station=robot)
+    add_navigation(builder, SCENARIO, Parts(world, robot))
     builder.ExportInput(robot.GetInputPort("geometry_query"), "geometry_query")
     builder.ExportInput(robot.GetInputPort("multibody_state"), "multibody_state")
     for name in ("actuation", "localization.pose"):
@@ -85,9 +86,7 @@ def main(png: Path | None) -> None:
     plant.Finalize()
     logs = {}
     for seed, (name, model) in enumerate(models.items()):
-        robot = RobotInterface(
-            plant, scene_graph, model, SCENARIO.lidar, robot=SCENARIO.robot, drive=SCENARIO.drive, seed=seed
-        )
+        robot = RobotInterface(plant, scene_graph, model, SCENARIO, seed=seed)
         system = builder.AddNamedSystem(name, navigator(robot, worlds[name]))
         connect_robot(builder, plant, scene_graph, model, system)
         monitor = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=[ground]))

@@ -26,18 +26,20 @@ def main(png: Path | None, csv: Path | None) -> None:
     scenario = load_scenario("room")
     builder = DiagramBuilder()
     navigation = add_navigation(builder, scenario, seed=7)
+    shield = navigation.shield
+    assert shield is not None
     state = LogVectorOutput(navigation.station.GetOutputPort("localization.state"), builder, PERIOD)
-    twist = LogVectorOutput(navigation.shield.GetOutputPort("twist_command"), builder, PERIOD)
+    twist = LogVectorOutput(shield.GetOutputPort("twist_command"), builder, PERIOD)
     ranges = LogVectorOutput(navigation.station.GetOutputPort("lidar.ranges"), builder, PERIOD)
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     builder.Connect(navigation.station.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
     simulator = Simulator(builder.Build())
     certified: list[bool] = []
 
     def monitor(root: Context) -> EventStatus:
-        context = navigation.shield.GetMyContextFromRoot(root)
-        certified.append(navigation.shield.GetOutputPort("certificate").Eval(context).certified)
+        context = shield.GetMyContextFromRoot(root)
+        certified.append(shield.GetOutputPort("certificate").Eval(context).certified)
         return EventStatus.DidNothing()
 
     simulator.set_monitor(monitor)

@@ -16,7 +16,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav import Motion, Recorder, World, add_navigation, load_scenario
+from drake_starnav import Motion, Parts, Recorder, World, add_navigation, load_scenario
 
 ROUND = np.array([(2.5, 0.0), (2.5, 2.5), (0.0, 2.5), (0.0, 0.0)])
 NEAR, DURATION = 0.4, 30.0
@@ -51,7 +51,7 @@ def main(html: Path, png: Path | None) -> None:
     scenario = load_scenario("room")
     builder = DiagramBuilder()
     patrol = builder.AddNamedSystem("patrol", Patrol())
-    navigation = add_navigation(builder, scenario, world=world, goal=patrol)
+    navigation = add_navigation(builder, scenario, Parts(world, goal=patrol))
     builder.Connect(navigation.localization("pose"), patrol.GetInputPort("pose"))
     log = LogVectorOutput(navigation.localization("pose"), builder, 0.05)
     recorder = Recorder(html)

@@ -24,6 +24,7 @@ from drake_starnav import (
     CollisionMonitor,
     FixedPath,
     Motion,
+    Parts,
     Recorder,
     Scenario,
     StarRegion,
@@ -46,9 +47,9 @@ SEED, SETS = 7, 2
 def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.ndarray]:
     """Regions of the roadmap once the goal is reached, the latest scan's last, and the pose (x, y, yaw) there."""
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario, world=world)
+    navigation = add_navigation(builder, scenario, Parts(world))
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
-    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
     builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(60.0)
@@ -90,11 +91,11 @@ def main(html: Path, png: Path | None) -> None:
 
     back = dataclasses.replace(world, start=tuple(pose), goal=tuple(path[-1]))
     builder = DiagramBuilder()
-    navigation = add_navigation(builder, scenario, world=back, planner=FixedPath(path))
+    navigation = add_navigation(builder, scenario, Parts(back, planner=FixedPath(path)))
     station = navigation.station
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.1, period=0.02))
     collision = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
-    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
     builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
     builder.Connect(station.GetOutputPort("cheat.geometry_query"), collision.GetInputPort("geometry_query"))
     log = LogVectorOutput(navigation.localization("pose"), builder, 0.05)

@@ -25,6 +25,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
+    Parts,
     Recorder,
     RobotInterface,
     World,
@@ -101,16 +102,14 @@ def main(html: Path, png: Path | None) -> None:
     arm = add_arm(plant, model)
     plant.Finalize()
 
-    robot = builder.AddNamedSystem(
-        "robot", RobotInterface(plant, scene_graph, model, SCENARIO.lidar, robot=SCENARIO.robot)
-    )
+    robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, SCENARIO))
     connect_robot(builder, plant, scene_graph, model, robot)
     hold_arm(builder, plant, arm)
-    navigation = add_navigation(builder, SCENARIO, world=WORLD, station=robot)
+    navigation = add_navigation(builder, SCENARIO, Parts(WORLD, robot))
 
     arrival = builder.AddSystem(ArrivalMonitor(tolerance=0.2, period=0.02))
     builder.Connect(robot.GetOutputPort("localization.state"), arrival.GetInputPort("state"))
-    builder.Connect(navigation.goal.get_output_port(), arrival.GetInputPort("goal"))
+    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
     contact = builder.AddSystem(CollisionMonitor(robot=robot.robot_geometries, ground=robot.floor))
     builder.Connect(scene_graph.get_query_output_port(), contact.GetInputPort("geometry_query"))
     log = LogVectorOutput(plant.get_state_output_port(arm), builder, 0.01)

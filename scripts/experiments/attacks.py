@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav import Scenario, World, load_scenario, run_trial
+from drake_starnav import Parts, Scenario, World, load_scenario, run_trial
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.utils.files import write_text
@@ -103,7 +103,7 @@ def tried(case: tuple[str, int]) -> dict:
     """The record of one case: its kind and seed, and how the drive ended."""
     kind, seed = case
     scenario, world = KINDS[kind](np.random.default_rng((list(KINDS).index(kind), seed)))
-    trial = run_trial(scenario, seed=seed, world=world)
+    trial = run_trial(scenario, Parts(world), seed=seed)
     figures = {"outcome": trial.outcome, "time_s": trial.time_s, "min_clearance_m": round(trial.min_clearance_m, 4)}
     return {"kind": kind, "seed": seed, **figures}
 

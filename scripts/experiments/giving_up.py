@@ -19,6 +19,7 @@ from scipy.ndimage import label
 from tqdm import tqdm
 
 from drake_starnav.geometry.raycast import Fan, cast_grid
+from drake_starnav.navigation import Parts
 from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.simulation import run_trial
@@ -157,7 +158,7 @@ def measured(case: tuple[str, int]) -> dict[str, Any]:
     scenario = parse_scenario(f"world: !Forest {{}}\nsimulation: {{timeout: {timeout}}}", name=kind)
     with TemporaryDirectory() as folder:
         states = Path(folder, "states.csv")
-        trial = run_trial(scenario, seed=seed, world=world, csv=states)
+        trial = run_trial(scenario, Parts(world), seed=seed, csv=states)
         driven = np.loadtxt(states, delimiter=",", skiprows=1)
     x0, y0, x1, y1 = world.extent
     return {

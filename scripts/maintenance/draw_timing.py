@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, System
 
 from drake_starnav.cli.options import exit_code
-from drake_starnav.navigation import add_navigation
+from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.scenario import load_scenario
-from drake_starnav.simulation import scenario_station
+from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.utils.files import replacing
 from drake_starnav.worlds import make_world
@@ -38,8 +38,8 @@ def update_times(begin: float = BEGIN, length: float = LENGTH) -> dict[str, list
     """
     scenario, builder = load_scenario("room"), DiagramBuilder()
     world = make_world(scenario.world, 7, scenario.robot.radius)
-    station = scenario_station(builder, scenario, world, 7)
-    add_navigation(builder, scenario, seed=7, world=world, station=station)
+    station = add_station(builder, world, scenario, continuous=True, seed=7)
+    add_navigation(builder, scenario, Parts(world, station), 7)
     simulator = make_simulator(builder.Build())
     root = simulator.get_context()
     systems = {system.get_name(): system for system in _leaves(simulator.get_system())}

@@ -80,7 +80,7 @@ def all_systems() -> list[System]:
     defaults = Scenario(name="defaults", world=None)
     robot, lidar, planner, controller = defaults.robot, defaults.lidar, defaults.planner, defaults.controller
     margins = derive_margins(defaults)
-    station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), robot, lidar)
+    station = NavigationStation(World("empty", (0.0, 0.0, 0.0), (1.0, 0.0)), defaults)
     return [
         station,
         station.GetSubsystemByName("robot"),  # its `RobotInterface`

@@ -11,11 +11,11 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.navigation.validation import validate
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import load_scenario
+from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.validation import validate
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, starred_twist
 
@@ -55,7 +55,9 @@ def test_a_robot_that_cannot_turn_so_fast_is_free_to_do_all_that_it_can():
 def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
     robot = RobotParameters(model=model, radius=radius, max_speed=5.0, max_yaw_rate=5.0, max_yaw_acceleration=15.0)
     robot = dataclasses.replace(robot, max_acceleration=acceleration)
-    station = NavigationStation(World("open", (0, 0, 0), (5, 0)), robot, LidarParameters(beams=36, rate=1.0))
+    station = NavigationStation(
+        World("open", (0, 0, 0), (5, 0)), Scenario("test", None, robot, LidarParameters(beams=36, rate=1.0))
+    )
     simulator = Simulator(station)
     context, slid = simulator.get_mutable_context(), []
     for k, twist in enumerate(driven(robot, seed=1)):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drake_starnav.navigation import Parts
 from drake_starnav.scenario import load_scenario
 from drake_starnav.simulation import run_trial
 from drake_starnav.worlds import MovingObstacles, World
@@ -25,7 +26,7 @@ def test_discs_that_start_are_not_run_into(seed: int) -> None:
         moving_obstacles=MovingObstacles(room["radii"], tuple(np.array(path) for path in room["paths"])),
     )
     declared = [f"obstacles.max_speed={room['max_speed']}", "simulation.timeout=20"]
-    trial = run_trial(load_scenario("stop_and_go", overrides=declared), seed=seed, world=world)
+    trial = run_trial(load_scenario("stop_and_go", overrides=declared), Parts(world), seed=seed)
     assert trial.outcome in ("reached", "struck", "timeout")
 
 

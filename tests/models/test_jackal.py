@@ -16,7 +16,7 @@ PERIOD = 0.025
 def drive(targets: list[tuple[float, float, float]]) -> np.ndarray:
     """Errors of (v, omega) at every period, shape (n, 2), while each twist is approached for so many seconds."""
     world = World("plain", (0.0, 0.0, 0.0), (9.0, 0.0))
-    station = NavigationStation(world, SCENARIO.robot, SCENARIO.lidar)
+    station = NavigationStation(world, SCENARIO)
     simulator = Simulator(station)
     context = simulator.get_mutable_context()
     command = station.GetInputPort("drive.twist_command")
@@ -52,7 +52,7 @@ def test_brakes_as_hard_as_commanded() -> None:
 
 
 def test_nothing_reaches_out_of_the_disc() -> None:
-    station = NavigationStation(World("plain", (0.0, 0.0, 0.0), (9.0, 0.0)), SCENARIO.robot, SCENARIO.lidar)
+    station = NavigationStation(World("plain", (0.0, 0.0, 0.0), (9.0, 0.0)), SCENARIO)
     inspector = station.scene_graph.model_inspector()
     plant = station.plant
     context = plant.CreateDefaultContext()

@@ -31,7 +31,7 @@ class Room:
 GROUND = "errors parameters utils"
 SENSING = f"{GROUND} geometry lidar robot"
 METHOD = f"{SENSING} regions tracking localization worlds planning control baselines"
-LOOP = f"{METHOD} scenario systems station validation navigation"
+LOOP = f"{METHOD} scenario systems station navigation"
 ARRAYS = "numpy scipy numba"
 DRAKE = "numpy numba pydrake"
 
@@ -52,8 +52,7 @@ TABLE = {
     "scenario": Room(METHOD, "numpy yaml"),
     "systems": Room(METHOD, DRAKE),
     "station": Room(f"{SENSING} worlds planning scenario systems", DRAKE),
-    "validation": Room(f"{METHOD} scenario station"),
-    "navigation": Room(f"{METHOD} scenario systems station validation", DRAKE),
+    "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
     "visualization": Room(LOOP, f"{DRAKE} matplotlib PIL playwright imageio_ffmpeg"),
     "simulation": Room(f"{LOOP} visualization", DRAKE),
     "gym": Room(f"{LOOP} visualization simulation", f"{DRAKE} gymnasium"),

@@ -141,7 +141,7 @@ def test_commands_that_wait_for_the_plant_need_a_margin(time_step, error):
 def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """By how much a driven robot is elsewhere, m, and turned otherwise, rad, than its late commands let expect."""
     world, drive, period = World("open", (0, 0, 0), (5, 0)), DriveParameters(delay=delay), 1.0 / RATE
-    station = NavigationStation(world, robot, LidarParameters(beams=36, rate=1.0), drive=drive)
+    station = NavigationStation(world, Scenario("test", None, robot, LidarParameters(beams=36, rate=1.0), drive=drive))
     simulator, rng = Simulator(station), np.random.default_rng(seed)
     context, command = simulator.get_mutable_context(), station.GetInputPort("drive.twist_command")
     twist, wanted, sent = np.zeros(2), np.zeros(2), [np.zeros(2)] * round(delay / period)

@@ -22,6 +22,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.collision_monitor import CollisionMonitor, body_name, contact_in
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
@@ -42,7 +43,9 @@ class Run:
     def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, **obstacles) -> None:
         world = World("test", start, (1.0, 0.0), **obstacles)
         builder = DiagramBuilder()
-        self.station = builder.AddSystem(NavigationStation(world, ROBOT, LidarParameters(beams=3)))
+        self.station = builder.AddSystem(
+            NavigationStation(world, Scenario("test", None, ROBOT, LidarParameters(beams=3)))
+        )
         source = builder.AddSystem(ConstantVectorSource(twist))
         self.monitor = builder.AddSystem(
             CollisionMonitor(
@@ -192,7 +195,7 @@ def test_no_contact_is_too_short(depth: float) -> None:
     """The hull passes a thin post at full speed, in touch for some hundredths of a second."""
     builder = DiagramBuilder()
     world = World("post", (0.0, 0.0, 0.0), (2.0, 0.0), cylinders=[(1.0, ROBOT.radius + 0.01 - depth, 0.01)])
-    station = add_station(builder, world, ROBOT, LidarParameters(beams=3))
+    station = add_station(builder, world, Scenario("test", None, ROBOT, LidarParameters(beams=3)))
     monitor = builder.AddSystem(CollisionMonitor(robot=station.robot_geometries, ground=station.floor))
     source = builder.AddSystem(ConstantVectorSource((0.8, 0.0)))
     builder.Connect(source.get_output_port(), station.GetInputPort("drive.twist_command"))

@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.scenario import Scenario, load_scenario, parse_scenario
 from drake_starnav.scenario.schema import scenario_text
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.simulation import omniscient_path, run_trial
@@ -119,7 +119,7 @@ def test_what_is_floor_is_left_out_as_there_is_one(tmp_path: Path) -> None:
     )
     world = world_of(path)
     assert len(world.polygons) == 1
-    station = NavigationStation(world, RobotParameters(), LidarParameters())
+    station = NavigationStation(world, Scenario("test", None, RobotParameters()))
     inspector = station.scene_graph.model_inspector()
     names = {inspector.GetName(g).split("::")[-1] for g in inspector.GetAllGeometryIds(Role.kProximity)}
     assert names & {"slab", "box", "plane", "ground"} == {"box", "ground"}
@@ -180,7 +180,7 @@ def test_bodies_that_nothing_holds_are_welded_unless_they_shall_move(tmp_path: P
     for weld, height in ((True, 0.5), (False, 0.2)):
         world = world_of(path, weld=weld, start=[0.0, 2.0, 0.0])
         assert world.model.moving == (not weld)
-        station = NavigationStation(world, RobotParameters(), LidarParameters())
+        station = NavigationStation(world, Scenario("test", None, RobotParameters()))
         simulator = Simulator(station)
         station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.0, 0.0])
         simulator.AdvanceTo(1.0)
@@ -264,7 +264,9 @@ def test_a_hollow_mesh_bars_what_its_surface_does(tmp_path: Path) -> None:
     assert clearance(world, np.array([(0.0, 0.0), (0.9, 0.3)])) == pytest.approx([1.0, 0.1], abs=1e-3)
     assert not world.model.moving
     builder = DiagramBuilder()
-    station = add_station(builder, world, RobotParameters(), LidarParameters(noise=0.0, beams=4))
+    station = add_station(
+        builder, world, Scenario("test", None, RobotParameters(), LidarParameters(noise=0.0, beams=4))
+    )
     inspector = station.scene_graph.model_inspector()
     assert not any("walls" in inspector.GetName(g) for g in inspector.GetAllGeometryIds(Role.kProximity))
     simulator = make_simulator(builder.Build())

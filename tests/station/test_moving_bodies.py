@@ -12,6 +12,8 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import SimulationParameters
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import Crowd, DynaBarn, make_world
@@ -27,7 +29,9 @@ class Run:
 
     def __init__(self, world: World, beams: int = 3, twist=(0.0, 0.0)) -> None:
         lidar = LidarParameters(beams=beams, noise=0.0)
-        self.station = NavigationStation(world, RobotParameters(), lidar, time_step=STEP)
+        self.station = NavigationStation(
+            world, Scenario("test", None, RobotParameters(), lidar, simulation=SimulationParameters(time_step=STEP))
+        )
         self.simulator = Simulator(self.station)
         self.context = self.simulator.get_mutable_context()
         self.station.GetInputPort("drive.twist_command").FixValue(self.context, twist)

@@ -14,6 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
@@ -38,9 +39,10 @@ INPUTS = ["drive.twist_command"]
 class Drive:
     """A station in a world, driven by twists."""
 
-    def __init__(self, world: World | None = None, robot: RobotParameters | None = None, **arguments) -> None:
+    def __init__(self, world: World | None = None, *, seed: int = 0, **sections) -> None:
         world = world or World("open", START, (5.0, 0.0))
-        self.station = NavigationStation(world, robot or RobotParameters(), arguments.pop("lidar", LIDAR), **arguments)
+        scenario = Scenario("test", None, **{"lidar": LIDAR, **sections})
+        self.station = NavigationStation(world, scenario, seed=seed)
         self.simulator = Simulator(self.station)
         self.context = self.simulator.get_mutable_context()
         self.command(0.0, 0.0)
@@ -180,7 +182,7 @@ def test_the_robot_has_the_radius_of_the_parameters(radius: float, bearing: floa
     gap = 0.01
     post = (radius + gap + 0.2) * np.array((math.cos(bearing), math.sin(bearing)))
     world = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(*post, 0.2)])
-    drive = Drive(world, RobotParameters(radius=radius))
+    drive = Drive(world, robot=RobotParameters(radius=radius))
     query = drive.out("cheat.geometry_query")
     inspector = drive.station.scene_graph.model_inspector()
     others = [g for g in inspector.GetAllGeometryIds() if inspector.GetName(g).endswith("cylinder_0")]
@@ -211,7 +213,7 @@ def test_two_contexts_of_one_station_do_not_disturb_each_other() -> None:
         drive.command(*twist)
         drive.advance(OFF_GRID)
         alone.append((drive.out("cheat.robot_state"), drive.out("lidar.ranges")))
-    station = NavigationStation(World("open", START, (5.0, 0.0)), RobotParameters(), LIDAR)
+    station = NavigationStation(World("open", START, (5.0, 0.0)), Scenario("test", None, RobotParameters(), LIDAR))
     simulators = [Simulator(station) for _ in twists]
     for simulator, twist in zip(simulators, twists, strict=True):
         station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), twist)
@@ -331,7 +333,9 @@ def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
     plant.Finalize()
     equipment = {}
     for name, model in models.items():
-        robot = builder.AddNamedSystem(name, RobotInterface(plant, scene_graph, model, LIDAR))
+        robot = builder.AddNamedSystem(
+            name, RobotInterface(plant, scene_graph, model, Scenario("test", None, lidar=LIDAR))
+        )
         builder.Connect(scene_graph.get_query_output_port(), robot.GetInputPort("geometry_query"))
         builder.Connect(plant.get_state_output_port(model), robot.GetInputPort("multibody_state"))
         builder.Connect(robot.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))

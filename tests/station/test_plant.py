@@ -14,10 +14,9 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation import add_navigation
+from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario import parse_scenario
-from drake_starnav.simulation import scenario_station
+from drake_starnav.scenario import Scenario, parse_scenario
 from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.plant import DISCRETE_ONLY, LONGEST_STEP, add_plant, advance, make_simulator, plant_config
 from drake_starnav.worlds import make_world
@@ -33,7 +32,7 @@ class Drive:
 
     def __init__(self, world: World = OPEN, twist=(0.8, 0.5), continuous: bool = True, mass_error: float = 0.0) -> None:
         builder, robot = DiagramBuilder(), RobotParameters(mass_error=mass_error, max_speed=2.0)
-        self.station = add_station(builder, world, robot, LIDAR, continuous=continuous)
+        self.station = add_station(builder, world, Scenario("test", None, robot, LIDAR), continuous=continuous)
         source = builder.AddSystem(ConstantVectorSource(twist))
         builder.Connect(source.get_output_port(), self.station.GetInputPort("drive.twist_command"))
         self.simulator = make_simulator(builder.Build())
@@ -91,8 +90,8 @@ localization: {drift: 0.03}
 """
     scenario, builder = parse_scenario(text, name="clone"), DiagramBuilder()
     world = make_world(scenario.world, 0, scenario.robot.radius)
-    station = scenario_station(builder, scenario, world, 1)
-    add_navigation(builder, scenario, seed=1, world=world, station=station)
+    station = add_station(builder, world, scenario, continuous=True, seed=1)
+    add_navigation(builder, scenario, Parts(world, station), seed=1)
     diagram = builder.Build()
     simulator = make_simulator(diagram)
     simulator.AdvanceTo(1.2013)
@@ -107,7 +106,7 @@ localization: {drift: 0.03}
 
 def test_what_is_not_asked_to_be_continuous_goes_under_any_simulator() -> None:
     builder = DiagramBuilder()
-    station = add_station(builder, OPEN, RobotParameters(), LIDAR)
+    station = add_station(builder, OPEN, Scenario("test", None, RobotParameters(), LIDAR))
     assert station.plant.time_step() == 0.005 and builder.Build().CreateDefaultContext().num_continuous_states() == 0
 
 
@@ -119,11 +118,17 @@ def test_settings_that_a_continuous_plant_ignores_make_it_discrete(key: str) -> 
         "use_sampled_output_ports": True,
     }
     station = add_station(
-        DiagramBuilder(), OPEN, RobotParameters(), LIDAR, continuous=True, settings={key: values[key]}
+        DiagramBuilder(),
+        OPEN,
+        Scenario("test", None, RobotParameters(), LIDAR, plant_config={key: values[key]}),
+        continuous=True,
     )
     assert station.plant.time_step() == 0.005
     kept = add_station(
-        DiagramBuilder(), OPEN, RobotParameters(), LIDAR, continuous=True, settings={"contact_model": "point"}
+        DiagramBuilder(),
+        OPEN,
+        Scenario("test", None, RobotParameters(), LIDAR, plant_config={"contact_model": "point"}),
+        continuous=True,
     )
     assert kept.plant.time_step() == 0.0
 
@@ -170,7 +175,7 @@ class PoseProbe(LeafSystem):
 
 def test_the_scene_shows_the_robot_where_it_is() -> None:
     builder = DiagramBuilder()
-    station = add_station(builder, World("open", (0, 0, 0), (5, 0)), RobotParameters(), LidarParameters())
+    station = add_station(builder, World("open", (0, 0, 0), (5, 0)), Scenario("test", None, RobotParameters()))
     probe = builder.AddSystem(PoseProbe(station))
     builder.Connect(station.GetOutputPort("cheat.geometry_query"), probe.get_input_port(0))
     builder.Connect(station.GetOutputPort("cheat.robot_state"), probe.get_input_port(1))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.station.robot_file import robot_urdf
@@ -62,7 +62,7 @@ def written(folder: Path, text: str) -> RobotParameters:
 
 
 def standing(robot: RobotParameters) -> NavigationStation:
-    return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), robot, LidarParameters())
+    return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), Scenario("test", None, robot))
 
 
 def test_a_plain_urdf_drives_as_commanded_after_one_edit(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation import Navigation, add_navigation
+from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.simulation import add_collision_monitor
 from drake_starnav.station.plant import plant_config
@@ -54,7 +54,7 @@ class OwnPlant:
 
     def robot(self, **arguments) -> RobotInterface:
         self.plant.Finalize()
-        lidar = RobotInterface(self.plant, self.scene_graph, self.model, SCENARIO.lidar, **arguments)
+        lidar = RobotInterface(self.plant, self.scene_graph, self.model, SCENARIO, **arguments)
         robot = self.builder.AddNamedSystem("robot", lidar)
         connect_robot(self.builder, self.plant, self.scene_graph, self.model, robot)
         return robot
@@ -92,10 +92,10 @@ def test_the_arm_must_fit_into_the_robot_s_radius_as_it_is_folded(posture, fits:
     robot, world = own.robot(), World("own", (0.0, 0.0, 0.0), (2.0, 0.0))
     assert (robot.reach <= SCENARIO.robot.radius) == fits
     if fits:
-        add_navigation(own.builder, SCENARIO, world=world, station=robot)
+        add_navigation(own.builder, SCENARIO, Parts(world, robot))
         return
     with pytest.raises(StarnavError, match=r"robot.radius is 0.25 m, and link forearm of .* reaches 0\.[45]\d+ m from"):
-        add_navigation(own.builder, SCENARIO, world=world, station=robot)
+        add_navigation(own.builder, SCENARIO, Parts(world, robot))
 
 
 def test_a_contact_of_the_arm_is_the_robot_s_and_one_between_them_is_none() -> None:

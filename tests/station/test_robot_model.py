@@ -7,8 +7,8 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.world import World
@@ -18,7 +18,7 @@ SHELL = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 
 
 def standing(robot: RobotParameters) -> NavigationStation:
     """A station in which the robot stands in the open."""
-    return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), robot, LidarParameters())
+    return NavigationStation(World("open", (1.0, -2.0, 0.6), (5.0, 0.0)), Scenario("test", None, robot))
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.04])

@@ -13,6 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.world_geometry import (
@@ -63,7 +64,7 @@ def shapes(world: World, role: Role = Role.kProximity) -> dict:
 
 def test_the_bodies_of_a_model_file_are_there() -> None:
     world = make_world(Model("package://drake_starnav/worlds/furniture.sdf", goal=[5.4, 3.0]), 0, 0.25)
-    station = NavigationStation(world, RobotParameters(), LidarParameters(beams=3))
+    station = NavigationStation(world, Scenario("test", None, RobotParameters(), LidarParameters(beams=3)))
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.01)
     add_world(plant, world)
@@ -230,7 +231,7 @@ def test_the_station_s_lidar_measures_the_analytic_distances(start, most: int, m
         bounds=(-3.0, -3.0, 4.0, 3.0),
     )
     lidar = LidarParameters(noise=0.0, range_max=4.0)
-    station = NavigationStation(world, RobotParameters(), lidar)
+    station = NavigationStation(world, Scenario("test", None, RobotParameters(), lidar))
     simulator = Simulator(station)
     station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), [0.0, 0.0])
     simulator.Initialize()

@@ -10,9 +10,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
-from drake_starnav import simulation
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.scenario import METHODS, load_scenario
+from drake_starnav.simulation import run as trial_run
 from drake_starnav.systems.release import release, weakly
 from tests.helpers.posts import posts
 
@@ -84,12 +84,12 @@ def test_a_trial_leaves_no_system_behind(scenario: str, method: str, monkeypatch
 
     def run() -> None:
         try:
-            simulation.run_trial(made, method=method)
+            trial_run.run_trial(made, method=method)
         except UnsupportedError:
             assert (scenario, method) == ("crowd_room", "dsm")
 
     run()  # a function that is compiled keeps the frames of its callers until garbage is collected
-    monkeypatch.setattr(simulation, "release", watched)
+    monkeypatch.setattr(trial_run, "release", watched)
     run()
     assert len(left) >= 8
     assert not [each() for each in left if each() is not None]

@@ -34,6 +34,7 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.regions import Observation, scan_region
 from drake_starnav.robot import RobotParameters
+from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.recording import RecordingParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
@@ -498,7 +499,7 @@ def test_any_diagram_with_a_robot_of_ours_is_recorded(own_plant: bool, tmp_path)
         builder.Connect(plant.get_state_output_port(model), station.GetInputPort("multibody_state"))
         builder.Connect(station.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
     else:
-        station = builder.AddSystem(NavigationStation(world, ROBOT, lidar))
+        station = builder.AddSystem(NavigationStation(world, Scenario("test", None, ROBOT, lidar)))
     still = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
     builder.Connect(still.get_output_port(), station.GetInputPort("drive.twist_command"))
     recorder = Recorder(tmp_path / "page.html")

@@ -103,7 +103,7 @@ def test_finds_its_models_away_from_the_checkout(installed: Path, tmp_path: Path
 
 
 @pytest.mark.skipif(
-    not all((PACKAGE / name).is_file() for name in ("simulation.py", "__main__.py")),
+    not all((PACKAGE / name).is_file() for name in ("simulation/run.py", "__main__.py")),
     reason="`python -m drake_starnav simulate` is not there yet",
 )
 def test_drives_the_demo_scenario_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:

@@ -6,12 +6,12 @@ import math
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario import load_scenario
+from drake_starnav.navigation.validation import check_interface, validated_margins
+from drake_starnav.scenario import Scenario, load_scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_model import TOLERANCE
-from drake_starnav.validation import check_interface, validated_margins
 from drake_starnav.worlds.world import World
 
 ROOM = load_scenario("room")
@@ -53,7 +53,7 @@ def test_two_beams_may_be_a_radius_apart_where_the_robot_must_begin_to_stop() ->
 @pytest.mark.parametrize(("larger", "fits"), [(0.5 * TOLERANCE, True), (2.0 * TOLERANCE, False)])
 def test_all_of_the_robot_is_within_its_radius(larger: float, fits: bool) -> None:
     robot = dataclasses.replace(ROOM.robot, radius=ROOM.robot.radius + larger)
-    station = NavigationStation(World("open", (0, 0, 0), (5, 0)), robot, ROOM.lidar)
+    station = NavigationStation(World("open", (0, 0, 0), (5, 0)), Scenario("test", None, robot, ROOM.lidar))
     if fits:
         check_interface(ROOM, station)
     else:

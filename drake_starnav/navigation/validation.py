@@ -10,17 +10,16 @@ from drake_starnav.robot import Limits
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.station.navigation_station import NavigationStation, Station
-from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.robot_model import TOLERANCE
 
 HARDEST_BRAKING = 6.0
 """Deceleration up to which the shipped robots' wheels do not slide, m/s^2; braking unloads them."""
 
 
-def check_interface(scenario: Scenario, station: NavigationStation | Station | RobotInterface) -> None:
+def check_interface(scenario: Scenario, station: StationInterface) -> None:
     """Raise a `StarnavError` where a station was made with parameters that navigation does not expect."""
-    robot = station if isinstance(station, RobotInterface) else station.equipment
+    robot = station.robot_interface
     for section in ("lidar", "localization", "drive", "robot"):
         has, declared = getattr(robot, section), getattr(scenario, section)
         for field in dataclasses.fields(declared):

@@ -1,0 +1,7 @@
+"""The whole navigation loop as one Drake diagram."""
+
+from drake_starnav.navigation.diagram import make_diagram
+from drake_starnav.navigation.parts import Navigation, Parts
+from drake_starnav.navigation.wiring import add_navigation
+
+__all__ = ["Navigation", "Parts", "add_navigation", "make_diagram"]

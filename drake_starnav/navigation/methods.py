@@ -1,0 +1,109 @@
+"""The ways to drive: our method, the paper's, and baselines."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from pydrake.systems.framework import System
+
+from drake_starnav.baselines import paper
+from drake_starnav.planning import PlanStep, plan_step
+from drake_starnav.regions.margins import Margins
+from drake_starnav.regions.perception import Perceive, perceive
+from drake_starnav.scenario import Scenario
+from drake_starnav.station.robot_interface import delay_steps
+from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.systems.paper_controller import PaperController
+from drake_starnav.systems.predictive_controller import PredictiveController
+from drake_starnav.tracking import DynamicObstacleParameters
+from drake_starnav.utils.stopwatch import Stopwatch
+
+
+class Needs(NamedTuple):
+    """What the systems of a loop are made of.
+
+    Attributes:
+        scenario: its parameters.
+        margins: derived from it.
+        stopwatch: if any.
+    """
+
+    scenario: Scenario
+    margins: Margins
+    stopwatch: Stopwatch | None = None
+
+    @property
+    def method(self) -> "Method":
+        """How the scenario is driven."""
+        return METHODS[self.scenario.controller.kind]
+
+    @property
+    def obstacles(self) -> DynamicObstacleParameters | None:
+        """What is declared of moving obstacles, where they are tracked and avoided; the paper's world is static."""
+        tracked = (
+            self.scenario.obstacles.max_speed > 0.0 and self.plans and self.scenario.controller.kind != "star_paper"
+        )
+        return self.scenario.obstacles if tracked else None
+
+    @property
+    def plans(self) -> bool:
+        """Whether there is a planner."""
+        return self.method.guided or self.scenario.controller.target == "short_term_goal"
+
+    @property
+    def matches(self) -> bool:
+        """Whether scans correct the believed pose: where it errs, and the controller follows the planner's guidance."""
+        localization = self.scenario.localization
+        return localization.matching and not localization.exact and self.method.guided
+
+    @property
+    def state_lead(self) -> float:
+        """How late commands take effect, and so how far in the future a controller's state lies, s."""
+        time_step = self.scenario.simulation.time_step
+        return delay_steps(self.scenario.drive, time_step) * time_step
+
+
+class Method(NamedTuple):
+    """One way to drive.
+
+    Attributes:
+        controller: makes the system that proposes twists.
+        perceive, step: perception and planner, where there is a planner.
+        guided: whether it follows the planner's guidance.
+        shielded: whether its twists are certified; not those of the methods to compare with, as published.
+    """
+
+    controller: Callable[[Needs], System]
+    perceive: Perceive = perceive
+    step: PlanStep = plan_step
+    guided: bool = True
+    shielded: bool = True
+
+
+def _guided(kind: type[DsmController]) -> Callable[[Needs], System]:
+    return lambda needs: kind(
+        needs.scenario.robot,
+        needs.scenario.controller,
+        needs.margins,
+        obstacles=needs.obstacles,
+        state_lead=needs.state_lead,
+        stopwatch=needs.stopwatch,
+    )
+
+
+def _paper(needs: Needs) -> System:
+    return PaperController(needs.scenario.robot, stopwatch=needs.stopwatch)
+
+
+def _baseline(needs: Needs) -> System:
+    scenario = needs.scenario
+    return BaselineController(scenario.robot, getattr(scenario, scenario.controller.kind), stopwatch=needs.stopwatch)
+
+
+METHODS = {
+    "star": Method(_guided(DsmController)),
+    "mpc": Method(_guided(PredictiveController)),
+    "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False),
+    **dict.fromkeys(("dsm", "foa", "dwa", "apf"), Method(_baseline, guided=False, shielded=False)),
+}
+"""By `controller.kind`."""

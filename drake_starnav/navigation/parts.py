@@ -1,0 +1,116 @@
+"""What a navigation loop consists of, and what of it may be the user's own."""
+
+from dataclasses import dataclass
+
+from pydrake.systems.framework import OutputPort, System
+
+from drake_starnav.control.certificates import Certificate
+from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.station.navigation_station import StationInterface
+from drake_starnav.station.robot_interface import RobotInterface
+from drake_starnav.systems.connecting import output_port, outputs
+from drake_starnav.systems.obstacle_tracker import ObstacleTracker
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.worlds.world import World
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of a navigation loop of your own, in the place of those of its scenario.
+
+    A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
+    `state`, `goal`, `star`, `safety_star` and `tracks`, as of the systems that output them, and for a controller
+    `twist_command`, which is driven now, and the planner's outputs: `short_term_goal`, `guidance` and all others.
+    Inputs that are connected already stay so. Each system serves for one diagram.
+
+    Attributes:
+        world: in which to drive.
+        station: already in the builder, as by `add_station`, instead of a `NavigationStation`; or the `RobotInterface`
+            of one of several robots in a plant.
+        goal: whose only output is the goal, (x, y) in W, m, instead of the world's; in the builder already, or not.
+        planner: instead of the star roadmap; it outputs `guidance`, or what your controller reads.
+        controller: instead of the scenario's; it outputs `desired_twist`, (v, omega), m/s and rad/s.
+        shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
+        certificates: each of which must accept what is driven, too; for the scenario's shield.
+    """
+
+    world: World | None = None
+    station: StationInterface | None = None
+    goal: System | None = None
+    planner: System | None = None
+    controller: System | None = None
+    shield: System | None = None
+    certificates: tuple[Certificate, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.world is not None:
+            check_kind(self.world, World, "world", "as from make_world")
+
+
+AS_DECLARED = Parts()
+"""Nothing of the user's own: all is as the scenario declares it."""
+
+
+@dataclass(frozen=True)
+class Navigation:
+    """The systems of a navigation loop in a builder, for connecting more to them and for recording them.
+
+    `add_navigation` makes one. For a loop wired by hand, make a `Navigation` of the world, the station and whichever of
+    the other systems exist; `Recorder` draws those.
+
+    Attributes:
+        world: driven through.
+        station: robot and sensor.
+        goal: its only output is the goal.
+        perception: None for a baseline that heads for the goal itself.
+        planner: None for such a baseline.
+        controller: proposes the twist.
+        tracker: if the scenario declares obstacles that move.
+        matcher: if it declares that the believed pose errs.
+        shield: decides what of it is driven.
+    """
+
+    world: World
+    station: StationInterface
+    goal: System | None = None
+    perception: StarPerception | None = None
+    planner: System | None = None
+    controller: System | None = None
+    tracker: ObstacleTracker | None = None
+    matcher: ScanMatcher | None = None
+    shield: System | None = None
+
+    @property
+    def robot(self) -> RobotInterface:
+        """The robot's lidar, localization and wheels."""
+        return self.station.robot_interface
+
+    def localization(self, name: str) -> OutputPort:
+        """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
+        if self.matcher is not None:
+            return self.matcher.GetOutputPort(name)
+        return self.station.GetOutputPort(f"localization.{name}")
+
+    @property
+    def goal_position(self) -> OutputPort:
+        """The port of the goal, (x, y) in W, m."""
+        if self.goal is None:
+            raise StarnavError("the navigation has no goal; allowed: one, as a FixedGoal")
+        return self.goal.get_output_port()
+
+    def planned(self, name: str) -> OutputPort | None:
+        """The planner's port of a name; None without a planner, or of one that has no such port."""
+        return None if self.planner is None else outputs(self.planner).get(name)
+
+    @property
+    def certificate(self) -> OutputPort | None:
+        """The port of the certificate, in the same frame; None of a shield that has no such port."""
+        if self.shield is None or "certificate" not in outputs(self.shield):
+            return None
+        return (self.matcher or self.shield).GetOutputPort("certificate")
+
+    @property
+    def twist_command(self) -> OutputPort | None:
+        """The port of the twist that is driven; None without a shield."""
+        return None if self.shield is None else output_port(self.shield, "twist_command", 2, "shield")

@@ -1,0 +1,92 @@
+"""Which output feeds an input port of a name, in planners, controllers and shields."""
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import ConstantValueSource
+
+from drake_starnav.baselines import known_obstacles
+from drake_starnav.errors import UnsupportedError
+from drake_starnav.localization.scan_matching import UNSEEN_JUMP
+from drake_starnav.navigation.methods import Needs
+from drake_starnav.navigation.parts import Navigation
+from drake_starnav.systems.connecting import output_port, outputs
+from drake_starnav.systems.jump_guard import JumpGuard
+from drake_starnav.systems.state_predictor import StatePredictor
+
+
+def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
+    """What a planner or controller of the user's may read, by the name of its input port, all in one frame."""
+    assert navigation.perception is not None
+    sources = {name: navigation.localization(name) for name in ("pose", "state", "scan_pose")}
+    sources |= {name: navigation.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
+    sources["goal"] = navigation.goal_position
+    sources["star"] = (navigation.matcher or navigation.perception).GetOutputPort("star")
+    if navigation.matcher is None:  # else these are in the frame of the odometry
+        sources["safety_star"] = navigation.perception.GetOutputPort("safety_star")
+        if navigation.tracker is not None:
+            sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
+    return sources if navigation.planner is None else outputs(navigation.planner) | sources
+
+
+def control_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
+    """What a controller of this package and the shield may read, by the name of the input port."""
+    if needs.method.guided:
+        return _guided_sources(builder, needs, navigation)
+    return _baseline_sources(builder, needs, navigation)
+
+
+def _guided_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
+    """For controllers that follow guidance, and their shield, in the odometry's frame.
+
+    The state is the one in which a command finds the robot.
+    """
+    assert navigation.perception is not None and navigation.twist_command is not None
+    scenario, rate = needs.scenario, needs.scenario.controller.rate
+    star = navigation.perception.GetOutputPort("safety_star")
+    state = navigation.station.GetOutputPort("localization.state")
+    sources = {}
+    guidance = navigation.planned("guidance")
+    if guidance is not None:
+        matcher = navigation.matcher
+        sources["guidance"] = guidance if matcher is None else matcher.GetOutputPort("guidance")
+    if navigation.tracker is not None:
+        sources["tracks"] = navigation.tracker.GetOutputPort("tracks")
+    if scenario.localization.jump > 0.0:
+        guard = JumpGuard(tolerance=UNSEEN_JUMP, rate=rate, rolling=scenario.lidar.rolling)
+        guard = builder.AddNamedSystem("jump_guard", guard)
+        builder.Connect(star, guard.GetInputPort("safety_star"))
+        builder.Connect(state, guard.GetInputPort("state"))
+        star = guard.get_output_port()
+    if scenario.drive.delay > 0.0:
+        predictor = builder.AddNamedSystem("predictor", StatePredictor(delay=needs.state_lead, rate=rate))
+        builder.Connect(state, predictor.GetInputPort("state"))
+        builder.Connect(navigation.twist_command, predictor.GetInputPort("twist_command"))
+        state = predictor.get_output_port()
+    return {**sources, "safety_star": star, "state": state}
+
+
+def _baseline_sources(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> dict[str, OutputPort]:
+    """For baselines: the same scans at the same times as for our controller."""
+    world, station, scenario = navigation.world, navigation.station, needs.scenario
+    kind = scenario.controller.kind
+    sources = {
+        "goal": navigation.goal_position,
+        "scan": station.GetOutputPort("lidar.scan"),
+        "scan_pose": station.GetOutputPort("localization.scan_pose"),
+        "state": station.GetOutputPort("localization.state"),
+    }
+    if navigation.planner is not None:
+        sources["short_term_goal"] = output_port(navigation.planner, "short_term_goal", 2, "planner")
+    if getattr(scenario, kind).known:
+        count = len(world.polygons)
+        if count or world.model is not None or len(world.moving_obstacles):
+            others = "a model file" if world.model is not None else "obstacles that move"
+            what = f"{count} polygon{'s' * (count > 1)}" if count else others
+            raise UnsupportedError(
+                f"controller.kind {kind} in world {world.name}, which has {what}; "
+                "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
+            )
+        known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + scenario.dsm.margin)
+        source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
+        sources["obstacles"] = source.get_output_port()
+    return sources

@@ -1,0 +1,207 @@
+"""Adds the systems of a navigation loop to a builder, and wires them."""
+
+import dataclasses
+
+from pydrake.systems.framework import DiagramBuilder, System
+
+from drake_starnav.control.parameters import CERTIFIED
+from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.localization.scan_matching import OdometryError
+from drake_starnav.navigation.methods import METHODS, Needs
+from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
+from drake_starnav.navigation.sources import control_sources, own_sources
+from drake_starnav.navigation.validation import check_interface, validated_margins
+from drake_starnav.scenario import Scenario
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
+from drake_starnav.systems.fixed_goal import FixedGoal
+from drake_starnav.systems.obstacle_tracker import ObstacleTracker
+from drake_starnav.systems.scan_matcher import ScanMatcher
+from drake_starnav.systems.star_perception import StarPerception
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.systems.twist_shield import TwistShield, Unshielded
+from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.worlds.endpoints import check_free_ends
+from drake_starnav.worlds.world import World
+
+SYSTEMS = (
+    "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
+    "known_obstacles",
+)  # fmt: skip
+"""Names that `add_navigation` gives, beside the station's."""
+
+
+def add_navigation(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    parts: Parts = AS_DECLARED,
+    seed: int = 0,
+    *,
+    stopwatch: Stopwatch | None = None,
+) -> Navigation:
+    """Add the station, perception, planner, controller and shield of a scenario to a builder, and wire them.
+
+    The lidar scans at multiples of its period, in an unrestricted update. What follows from a scan, the plan included,
+    is calculated when something first asks for it, see `ScanState`. Drake executes unrestricted updates before the
+    discrete ones of the same instant: the controller's sees the new scan and the plan from it.
+
+    Margins, the certificate and the perception allow for the faults that the scenario declares; see `derive_margins`.
+
+    Args:
+        builder: to which the systems are added.
+        scenario: the parameters.
+        parts: of your own, in the place of the scenario's.
+        seed: of the world and of the sensor's noise.
+        stopwatch: records wall-clock times, if given.
+
+    Raises:
+        UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
+            do what the scenario asks of it.
+        StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
+            parameters; the builder has systems of the same names; or your system has not the ports it needs.
+    """
+    check_kind(scenario, Scenario, "scenario", "as from load_scenario")
+    check_kind(parts, Parts, "parts", "of your own")
+    _check_parts(scenario, parts)
+    needs = Needs(scenario, validated_margins(scenario), stopwatch)
+    _check_names(builder, parts)
+    world = _checked_world(scenario, parts, seed)
+    station = parts.station
+    if station is None:
+        station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
+    goal = add_system(builder, "goal", parts.goal or FixedGoal(world.goal), "goal")
+    navigation = Navigation(world, station, goal)
+    if needs.plans:
+        navigation = _add_planning(builder, needs, parts.planner, _add_perception(builder, needs, navigation))
+    shield = parts.shield or _shield(needs, parts)
+    controller = add_system(builder, "controller", parts.controller or needs.method.controller(needs), "controller")
+    shield = add_system(builder, "shield", shield, "shield")
+    navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
+    _connect_control(builder, needs, parts, navigation)
+    connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
+    if navigation.matcher is not None and "certificate" in outputs(shield):
+        builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
+    return navigation
+
+
+def _check_parts(scenario: Scenario, parts: Parts) -> None:
+    """Raise a `StarnavError` where a scenario excludes systems of the user's."""
+    settings, method = scenario.controller, METHODS[scenario.controller.kind]
+    certificates = parts.certificates if parts.shield is None else ()
+    if (parts.controller is not None or certificates) and not method.shielded:
+        what = "a controller" if parts.controller is not None else "certificates"
+        raise StarnavError(
+            f"controller.kind is {settings.kind} with {what} of your own; allowed: {', '.join(CERTIFIED)}"
+        )
+    if parts.planner is not None and not method.guided and settings.target != "short_term_goal":
+        raise StarnavError(
+            f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
+            "allowed: controller.target short_term_goal"
+        )
+
+
+def _check_names(builder: DiagramBuilder, parts: Parts) -> None:
+    """Raise a `StarnavError` where the builder has other systems of the names that are to be given."""
+    own = parts.goal, parts.planner, parts.controller, parts.shield
+    for name in SYSTEMS if parts.station is not None else (*SYSTEMS, "station"):
+        if builder.HasSubsystemNamed(name) and builder.GetSubsystemByName(name) not in own:
+            raise StarnavError(
+                f"the builder has a system named {name} already; allowed: one navigation a builder, without systems of "
+                "these names (several robots each have a diagram of their own: scripts/examples/07_two_robots.py)"
+            )
+
+
+def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
+    """The world to drive in, of the scenario or the user's own; the user's station is checked too."""
+    if parts.station is not None:
+        check_interface(scenario, parts.station)
+    if parts.world is None:
+        return make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    if parts.station is None:
+        check_free_ends(parts.world, scenario.robot.radius, f"world {parts.world.name}", ("start",))
+    return parts.world
+
+
+def _shield(needs: Needs, parts: Parts) -> System:
+    """The scenario's shield."""
+    robot, controller = needs.scenario.robot, needs.scenario.controller
+    if not needs.method.shielded:
+        return Unshielded(robot, controller, stopwatch=needs.stopwatch)
+    return TwistShield(
+        robot,
+        controller,
+        needs.margins,
+        certificates=parts.certificates,
+        obstacles=needs.obstacles,
+        state_lead=needs.state_lead,
+        stopwatch=needs.stopwatch,
+    )
+
+
+def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigation) -> Navigation:
+    """The navigation with what processes scans: tracker, perception and matcher."""
+    scenario, station = needs.scenario, navigation.station
+    lidar, localization = scenario.lidar, scenario.localization
+    scan, tracker, matcher = station.GetOutputPort("lidar.scan"), None, None
+    scan_pose = station.GetOutputPort("localization.scan_pose")
+    if needs.obstacles is not None:
+        tracker = ObstacleTracker(needs.obstacles, lidar, stopwatch=needs.stopwatch)
+        builder.AddNamedSystem("tracker", tracker)
+        builder.Connect(scan, tracker.GetInputPort("scan"))
+        builder.Connect(scan_pose, tracker.GetInputPort("pose"))
+        scan = tracker.GetOutputPort("scan")
+    perception = StarPerception(
+        scenario.robot,
+        needs.margins,
+        lidar,
+        certifies=scenario.controller.certifies,
+        perceive=needs.method.perceive,
+        stopwatch=needs.stopwatch,
+    )
+    builder.AddNamedSystem("perception", perception)
+    builder.Connect(scan, perception.GetInputPort("scan"))
+    builder.Connect(scan_pose, perception.GetInputPort("pose"))
+    if needs.matches:
+        error = OdometryError(localization.drift, localization.jump, lidar.noise)
+        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
+        builder.Connect(perception.GetOutputPort("star"), matcher.GetInputPort("star"))
+        builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
+        builder.Connect(scan_pose, matcher.GetInputPort("scan_pose"))
+    return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)
+
+
+def _add_planning(builder: DiagramBuilder, needs: Needs, own: System | None, navigation: Navigation) -> Navigation:
+    """The navigation with the scenario's planner, or the user's own."""
+    scenario, perception, matcher = needs.scenario, navigation.perception, navigation.matcher
+    planner = own or StarRoadmapPlanner(
+        scenario.robot,
+        scenario.planner,
+        needs.margins,
+        scenario.lidar,
+        goal_tolerance=scenario.simulation.goal_tolerance,
+        step=needs.method.step,
+        stopwatch=needs.stopwatch,
+    )
+    planner = add_system(builder, "planner", planner, "planner")
+    if own is None:
+        assert perception is not None
+        builder.Connect(perception.GetOutputPort("safety_star"), planner.GetInputPort("safety_star"))
+    connect_inputs(builder, planner, own_sources(navigation), "planner")
+    if matcher is not None and "guidance" in outputs(planner):
+        connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")
+    return dataclasses.replace(navigation, planner=planner)
+
+
+def _connect_control(builder: DiagramBuilder, needs: Needs, parts: Parts, navigation: Navigation) -> None:
+    """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
+    assert navigation.controller is not None and navigation.shield is not None
+    driven = {"twist_command": navigation.twist_command}
+    sources = driven | control_sources(builder, needs, navigation)
+    own = parts.controller is not None
+    if not own and needs.method.guided and "guidance" not in sources:
+        names = ", ".join(outputs(navigation.planner)) or "none"
+        raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
+    connect_inputs(builder, navigation.controller, own_sources(navigation) | driven if own else sources, "controller")
+    sources["desired_twist"] = output_port(navigation.controller, "desired_twist", 2, "controller")
+    connect_inputs(builder, navigation.shield, sources, "shield")

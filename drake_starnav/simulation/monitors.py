@@ -1,0 +1,82 @@
+"""What ends a trial, watches it, and logs it."""
+
+from collections.abc import Callable, Sequence
+
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, TriggerType
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+
+from drake_starnav.navigation import Navigation
+from drake_starnav.scenario import Scenario
+from drake_starnav.station.arrival_monitor import ArrivalMonitor
+from drake_starnav.station.collision_monitor import CollisionMonitor
+from drake_starnav.station.drive_check import check_drive
+
+
+def add_monitors(builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> list[VectorLogSink]:
+    """Add what ends a trial, and the logs of the robot's states and of its commands, which cause no steps."""
+    # both look when the controller does: this causes no steps either, and its state is calculated once
+    period = 1.0 / scenario.controller.rate
+    add_collision_monitor(builder, navigation, period=period)
+    tolerance = scenario.simulation.goal_tolerance
+    _add_arrival_monitor(builder, navigation, ArrivalMonitor(tolerance=tolerance, period=period))
+    state = navigation.station.GetOutputPort("cheat.robot_state")
+    return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
+
+
+def watcher(
+    simulator: Simulator,
+    navigation: Navigation,
+    logs: Sequence[VectorLogSink],
+    slip: float,
+    reports: list[tuple[float, str]],
+    progress: Callable[[float, float], None] | None,
+) -> Callable[[float, float], None]:
+    """Report progress, a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
+    planner, port = navigation.planner, navigation.planned("blocked_by")
+
+    def watch(now: float, limit: float) -> None:
+        if progress is not None:
+            progress(now, limit)
+        context = simulator.get_context()
+        states, commands = (log.FindLog(context) for log in logs)
+        check_drive(navigation.station, states.sample_times(), states.data().T, commands.data().T, slip=slip)
+        reason = "" if port is None or planner is None else port.Eval(planner.GetMyContextFromRoot(context))
+        if reason != (reports[-1][1] if reports else ""):
+            reports.append((now, reason))
+
+    return watch
+
+
+def add_collision_monitor(builder: DiagramBuilder, navigation: Navigation, *, period: float = 0.02) -> None:
+    """End the simulation at the robot's first contact with anything but the ground.
+
+    Args:
+        builder: of the diagram.
+        navigation: in it.
+        period: of the checks, s; where obstacles move, every step of the plant is checked.
+    """
+    station, moving = navigation.station, navigation.station.moving_obstacle_geometries
+    if moving:
+        period = station.robot_interface.time_step
+    collision = builder.AddNamedSystem(
+        "collision_monitor",
+        CollisionMonitor(
+            robot=station.robot_geometries,
+            ground=station.floor,
+            moving_obstacles=moving,
+            hull=station.hull,
+            period=period,
+        ),
+    )
+    builder.Connect(station.geometry_query, collision.GetInputPort("geometry_query"))
+    builder.Connect(station.GetOutputPort("localization.state"), collision.GetInputPort("state"))
+
+
+def _add_arrival_monitor(builder: DiagramBuilder, navigation: Navigation, monitor: ArrivalMonitor) -> None:
+    arrival = builder.AddNamedSystem("arrival_monitor", monitor)
+    builder.Connect(navigation.localization("state"), arrival.GetInputPort("state"))
+    builder.Connect(navigation.goal_position, arrival.GetInputPort("goal"))
+    status = navigation.planned("status")
+    if status is not None:
+        builder.Connect(status, arrival.GetInputPort("status"))

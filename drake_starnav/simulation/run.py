@@ -1,0 +1,178 @@
+"""One scenario and one seed -> one trial: its outcome, its metrics and, on request, its recording."""
+
+import dataclasses
+import hashlib
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import VectorLogSink
+
+from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.geometry.trajectory import Motion
+from drake_starnav.navigation import Navigation, Parts, add_navigation
+from drake_starnav.navigation.parts import AS_DECLARED
+from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.schema import check_method
+from drake_starnav.simulation.monitors import add_monitors, watcher
+from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, caption_lines, figures, omniscient_path
+from drake_starnav.station.drake_configs import scenario_simulator_config
+from drake_starnav.station.model_world import make_world_with_footprints
+from drake_starnav.station.navigation_station import add_station
+from drake_starnav.station.planar_localization import planar_states
+from drake_starnav.station.plant import advance, make_simulator
+from drake_starnav.systems.release import release
+from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
+from drake_starnav.utils.files import check_outputs, write_text
+from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+
+PROGRESS_PERIOD = 1.0
+"""Simulated time between two reports of progress, with a look at whether the robot drives as it is told, s."""
+
+
+class Observer(Protocol):
+    """Follows a trial from the construction of its diagram to its end."""
+
+    def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario) -> None:
+        """Add systems to the diagram."""
+
+    def start(self) -> None:
+        """The simulator is about to be initialized."""
+
+    def finish(self, lines: tuple[str, ...], motion: Motion) -> None:
+        """The run has ended; `lines` describe how, and `motion` is the robot's."""
+
+
+def run_trial(
+    scenario: Scenario,
+    parts: Parts = AS_DECLARED,
+    *,
+    method: str = "star",
+    seed: int = 0,
+    html: str | Path | None = None,
+    csv: str | Path | None = None,
+    observer: Observer | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Trial:
+    """Simulate one trial.
+
+    Args:
+        scenario: the parameters; those of the method are already in them.
+        parts: of your own, in the place of the scenario's, but no station. Systems serve for one trial, and are not to
+            be used after it.
+        method: its name, for the record: the one that the scenario was loaded with.
+        seed: of the world and of the sensor's noise.
+        html: file for a recording, if any.
+        csv: file for the robot's states at each step of the plant, if any.
+        observer: follows the run, if any; it must not change it.
+        progress: called regularly with the simulated time and the time limit, s.
+
+    Raises:
+        UnsupportedError: the method cannot be tried in this world.
+        StarnavError: the scenario is not one of the method; the world cannot be made (e.g. the start is inside an
+            obstacle), a file not written, a system of yours not wired, or the robot does not follow its commands.
+        KeyboardInterrupt: Ctrl-C; what was driven until then is in the files.
+    """
+    check_method(scenario, method)
+    scenario_simulator_config(scenario.simulator_config)  # refused before the run
+    check_outputs([None if path is None else Path(path) for path in (html, csv)])
+    check_kind(parts, Parts, "parts", "of your own")
+    if parts.station is not None:
+        raise StarnavError("parts has a station; allowed: none, as a trial makes its own")
+    world = parts.world
+    if world is None:
+        world = make_world_with_footprints(scenario.world, seed, scenario.robot.radius)
+    shortest = omniscient_path(world, scenario.robot.radius)  # first: a world too large for it is refused at once
+    observers: list[Observer] = [] if observer is None else [observer]
+    if html is not None:
+        from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
+
+        observers.append(Recorder(html))
+    stopwatch = Stopwatch()
+    builder = DiagramBuilder()
+    holder: Diagram | DiagramBuilder = builder
+    try:
+        station = add_station(builder, world, scenario, continuous=True, seed=seed)
+        parts = dataclasses.replace(parts, world=world, station=station)
+        navigation = add_navigation(builder, scenario, parts, seed, stopwatch=stopwatch)
+        logs = add_monitors(builder, navigation, scenario)
+        for each in observers:
+            each.add_to(builder, navigation, scenario)
+        holder = diagram = builder.Build()
+        for each in observers:
+            each.start()
+        simulator = make_simulator(diagram, settings=scenario.simulator_config)
+        reports: list[tuple[float, str]] = []
+        watch = watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
+        run = _simulated(simulator, navigation, logs[0], scenario.simulation.timeout or world.timeout, watch)
+        run = dataclasses.replace(run, blocked=tuple(reports))
+        steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
+        by = method if parts.controller is None else type(parts.controller).__name__
+        driven = figures(scenario, world, shortest, run)
+        trial = Trial(scenario=scenario.name, method=by, seed=seed, **driven, **steps)
+        if csv is not None:
+            rows = np.column_stack((run.times, run.driven))
+            lines = ["t,x,y,yaw,v,omega", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
+            write_text(Path(csv), "\n".join(lines) + "\n")
+        for each in observers:
+            each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))
+        if trial.outcome == INTERRUPTED:
+            kept = ", ".join(str(path) for path in (html, csv) if path is not None)
+            raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{f', in {kept}' if kept else ''}")
+        return trial
+    finally:
+        release(holder)
+
+
+def _simulated(
+    simulator: Simulator,
+    navigation: Navigation,
+    log: VectorLogSink,
+    timeout: float,
+    progress: Callable[[float, float], None],
+) -> Run:
+    """Simulate until something ends the trial; `timeout` in s."""
+    start = time.perf_counter()
+    message = _advance(simulator, timeout, progress)
+    wall = time.perf_counter() - start
+    context = simulator.get_context()
+    record, station = log.FindLog(context), navigation.station
+    times, states = record.sample_times(), record.data()
+    if times[-1] < context.get_time():
+        port = station.GetOutputPort("cheat.robot_state")
+        end = port.Eval(port.get_system().GetMyContextFromRoot(context))
+        times, states = np.append(times, context.get_time()), np.column_stack((states, end))
+    nodes = 0
+    if isinstance(navigation.planner, StarRoadmapPlanner):
+        roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+        nodes = len(roadmap.roadmap)
+    return Run(
+        message=message,
+        elapsed=context.get_time(),
+        times=times.copy(),
+        driven=planar_states(states.T, station.plant.num_positions(station.robot_model)),
+        state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
+        nodes=nodes,
+        wall=wall,
+    )
+
+
+def _advance(simulator: Simulator, timeout: float, progress: Callable[[float, float], None]) -> str:
+    """Run until something ends the trial, and return its message: it begins with the outcome."""
+    while True:
+        now = simulator.get_context().get_time()
+        if now >= timeout - 1e-9:
+            return TIMEOUT
+        try:
+            status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+            return status.message()
+        if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
+            raise StarnavError(f"simulation failed: {status.message()}")
+        progress(simulator.get_context().get_time(), timeout)

@@ -1,0 +1,219 @@
+"""The result of a run: its outcome, its metrics, and how they are written."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_starnav.geometry.polyline import simplified
+from drake_starnav.geometry.trajectory import evenly_sampled
+from drake_starnav.geometry.trajectory_metrics import motion_metrics
+from drake_starnav.scenario import Scenario
+from drake_starnav.station.collision_monitor import COLLISION, contact_in
+from drake_starnav.systems.star_roadmap_planner import STANDSTILL
+from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.difficulty import tightest_gap
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
+from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.world import World
+
+INTERRUPTED = "interrupted"
+"""The outcome of a trial that was ended by Ctrl-C, as its files have it."""
+TIMEOUT = "timeout"
+NEVER_MOVED = 0.05
+"""A robot that has driven less than this, m, in more than STANDSTILL s has never moved: it turned, or was pushed."""
+METRICS_PERIOD = 0.01
+"""Metrics of the motion are of states at equal steps of this length, s, interpolated between the logged ones."""
+SHORTEST_PATH_SLACK = 0.005
+"""The omniscient shortest path keeps this clearance beyond the robot's radius, m."""
+FINE, COARSE, CELLS = 0.02, 0.05, 5e6
+"""Grid step for that path, m: the first, or up to the second in a world of more cells."""
+PATH_TOLERANCE = 0.02
+"""Largest deviation of the path in a trial's record from the driven one, m."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The result of one run; the field names are those of its JSON form.
+
+    Attributes:
+        outcome: reached, collision, struck (by a moving obstacle, while the robot stood), unreachable, blocked (out of
+            time while the robot stood still, or had never moved), timeout or, instead of these three, occupied (in the
+            end a moving obstacle covered all places within the goal's tolerance).
+        contact: the bodies that touched, the robot's first: `base_link with crate`; None without a contact.
+        blocked_s: when the planner first reported that the robot stood still, to a second; None if it never did.
+        blocked_by: why, as its port `blocked_by` said then.
+        time_s: simulated time until the outcome.
+        path_length_m: driven by the robot's centre.
+        shortest_path_m: shortest path of the same radius given the full map, among the static obstacles; None if there
+            is none, or a model file's obstacles move.
+        straight_line_m: from the start to the goal.
+        tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
+        score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
+        min_clearance_m: least distance of the hull to an obstacle, but to none of a model file that moves; negative in
+            a collision.
+        mean_speed_mps: path length over time.
+        mean_clearance_m, jerk_mps3, yaw_rate_change_radps2, twist_energy_m2ps, stops, stuck_s: see `MotionMetrics`.
+        nodes: in the roadmap at the end; 0 without one.
+        wall_s: wall-clock time of the simulation.
+        state_hash: SHA-256 of the logged plant state.
+        command, scan, plan: `count, mean_s, p50_s, p99_s` of the wall-clock time of each step.
+        path: corners (x, y) of the path that the robot's centre drove, simplified by up to `PATH_TOLERANCE`, m, W.
+    """
+
+    scenario: str
+    method: str
+    seed: int
+    outcome: str
+    contact: str | None
+    blocked_s: float | None
+    blocked_by: str | None
+    time_s: float
+    path_length_m: float
+    shortest_path_m: float | None
+    straight_line_m: float
+    tightest_gap_m: float | None
+    score: float | None
+    min_clearance_m: float
+    mean_speed_mps: float
+    mean_clearance_m: float
+    jerk_mps3: float
+    yaw_rate_change_radps2: float
+    twist_energy_m2ps: float
+    stops: int
+    stuck_s: float
+    nodes: int
+    wall_s: float
+    state_hash: str
+    command: dict[str, float]
+    scan: dict[str, float]
+    plan: dict[str, float]
+    path: list[list[float]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a simulation leaves.
+
+    Attributes:
+        message: why it ended.
+        blocked: from when on, s, which reason was reported for a robot that stood still; an empty one when it moved on.
+        elapsed: when it ended, s.
+        times: of the states, shape (n,), s: the ends of the simulator's steps.
+        driven: shape (n, 5): x, y, yaw, v, omega at these times.
+        state_hash: of the logged plant states.
+        nodes: in the roadmap.
+        wall: wall-clock time, s.
+    """
+
+    message: str
+    elapsed: float
+    times: np.ndarray
+    driven: np.ndarray
+    state_hash: str
+    nodes: int
+    wall: float
+    blocked: tuple[tuple[float, str], ...] = ()
+
+
+def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray] | None, run: Run) -> dict[str, Any]:
+    """Fields of the `Trial`: its outcome, and what follows from where the robot drove.
+
+    Args:
+        scenario: of the run.
+        world: of the run, with its footprints.
+        shortest: the path for comparison, as of `omniscient_path`.
+        run: what was simulated.
+    """
+    path, radius = run.driven[:, :2], scenario.robot.radius
+    standing = clearance(world, path)
+    outcome = COLLISION if standing.min() < radius else run.message.split()[0]
+    clearances = np.minimum(standing, moving_obstacle_clearance(world.moving_obstacles, path, run.times)) - radius
+    length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
+    blocked_s, blocked_by = run.blocked[0] if run.blocked else (None, None)
+    still = length < NEVER_MOVED and run.elapsed > STANDSTILL
+    if outcome == TIMEOUT and (still or (run.blocked and run.blocked[-1][1])):
+        outcome = "blocked"
+    if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run.elapsed, scenario):
+        outcome = "occupied"
+    samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
+    motion = motion_metrics(
+        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, robot_radius=radius
+    )
+    return {
+        "outcome": outcome,
+        "contact": contact_in(run.message),
+        "blocked_s": blocked_s,
+        "blocked_by": blocked_by,
+        "time_s": round(run.elapsed, 6),
+        "path_length_m": length,
+        "shortest_path_m": None if shortest is None else float(shortest[0]),
+        "straight_line_m": math.dist(world.start[:2], world.goal),
+        "tightest_gap_m": None if shortest is None else _finite(tightest_gap(world, shortest[1])),
+        "score": benchmark_score(outcome, run.elapsed, world.optimal_time),
+        "min_clearance_m": float(clearances.min()),
+        "mean_speed_mps": length / run.elapsed if run.elapsed > 0.0 else 0.0,
+        **vars(motion),
+        "nodes": run.nodes,
+        "wall_s": run.wall,
+        "state_hash": run.state_hash,
+        "path": simplified(path, PATH_TOLERANCE).round(3).tolist(),
+    }
+
+
+def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:
+    """Whether a robot that is within the tolerance of the world's goal would touch a moving obstacle at a time, s."""
+    clearance_there = moving_obstacle_clearance(world.moving_obstacles, np.array([world.goal]), np.array([time]))
+    return bool(clearance_there[0] + scenario.simulation.goal_tolerance < scenario.robot.radius)
+
+
+def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
+    """OT / clip(AT, 2 OT, 8 OT) of a trial that reached the goal, 0 of another one; None without an optimal time.
+
+    Args:
+        outcome: of the trial.
+        time: AT, until the outcome, s.
+        optimal_time: OT of the world, s.
+
+    Source: the BARN challenge since 2024; in 2022 the lower bound was 4 OT, and the largest score 0.25.
+    """
+    if optimal_time is None:
+        return None
+    return optimal_time / min(max(time, 2.0 * optimal_time), 8.0 * optimal_time) if outcome == "reached" else 0.0
+
+
+def caption_lines(trial: Trial) -> tuple[str, ...]:
+    """The caption of a trial's picture."""
+    said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": "found no way"}
+    what = trial.outcome if trial.contact is None else f"{trial.outcome} of {trial.contact}"
+    outcome = said.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
+    return f"method {trial.method}, seed {trial.seed}", outcome
+
+
+def omniscient_path(world: World, radius: float) -> tuple[float, np.ndarray] | None:
+    """The shortest path given the full map, with which a trial is compared.
+
+    Args:
+        world: with its footprints, if it is of a model file.
+        radius: of the robot, m.
+
+    Returns:
+        As `shortest_path`, which may miss passages with less than 2 to 4 cm to spare; None also where obstacles move.
+    """
+    if world.model is not None and world.model.moving:
+        return None
+    x0, y0, x1, y1 = world.extent
+    resolution = min(max(math.sqrt((x1 - x0) * (y1 - y0) / CELLS), FINE), COARSE)
+    return shortest_path(world, radius + SHORTEST_PATH_SLACK, resolution)
+
+
+def trial_record(trial: Trial) -> dict[str, Any]:
+    """The trial as a JSON-compatible mapping; an infinite clearance (nothing to hit) is null."""
+    clearances = {name: _finite(getattr(trial, name)) for name in ("min_clearance_m", "mean_clearance_m")}
+    return {**vars(trial), **clearances}
+
+
+def _finite(value: float) -> float | None:
+    """The value, or None for an infinite one, which JSON cannot represent."""
+    return value if math.isfinite(value) else None
