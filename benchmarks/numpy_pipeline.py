@@ -28,14 +28,14 @@ from drake_starnav.planning import StarRoadmap
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, NEAR_WALL_COST, SOFT_ZONE
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
-from drake_starnav.regions import Margins, RegionStack
+from drake_starnav.regions import Margins, RegionUnion
 from drake_starnav.regions.bearing_hits import CONNECTED_CHORD
 from drake_starnav.regions.erosion import BEARINGS, SMOOTHING_BEAMS, SMOOTHING_JUMP, SMOOTHING_LIMIT
 from drake_starnav.regions.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT
 from drake_starnav.regions.perception import SCAN_MEMORY
 from drake_starnav.regions.piecewise_cubic import JUMP, LARGEST_SHARE, SMALLEST_SPLIT, TOLERANCE
+from drake_starnav.regions.region_union import first_gap
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory
-from drake_starnav.regions.star_region import LINE_STEP, segment_covered
 from drake_starnav.robot import RobotParameters
 
 
@@ -219,16 +219,16 @@ def command(
 
 
 def _turned_less(
-    position: np.ndarray, guide: np.ndarray, modulated: np.ndarray, aim: np.ndarray, regions: RegionStack, limit: float
+    position: np.ndarray, guide: np.ndarray, modulated: np.ndarray, aim: np.ndarray, regions: RegionUnion, limit: float
 ) -> np.ndarray:
     turn = float(np.angle(complex(*modulated) / complex(*guide)))
-    if abs(turn) <= limit or not segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
+    if abs(turn) <= limit or first_gap(regions, tuple(position), tuple(aim), 0.0) > 0.0:
         return modulated
     turned = complex(*guide) * np.exp(1j * math.copysign(limit, turn))
     return np.array((turned.real, turned.imag))
 
 
-def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionStack) -> np.ndarray:
+def _modulated(position: np.ndarray, direction: np.ndarray, regions: RegionUnion) -> np.ndarray:
     offset = position - regions.center
     distance = np.hypot(offset[:, 0], offset[:, 1])
     if (distance < CENTER).any():

@@ -103,7 +103,7 @@ def numpy_command(moment: CommandMoment) -> np.ndarray:
 def cost_arguments(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the box that a plan's cost-to-go searches."""
     border = LIDAR.range_max + 0.5
-    corners = np.vstack((roadmap.stack.center, goal[None, :]))
+    corners = np.vstack((roadmap.union.center, goal[None, :]))
     return corners.min(axis=0) - border, corners.max(axis=0) + border
 
 

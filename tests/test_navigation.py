@@ -18,7 +18,7 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation, make_dia
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.star_region import RegionStack
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.scenario import parse_scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SimulationParameters
@@ -344,7 +344,7 @@ def test_any_planner_s_guidance_can_be_put_before_the_controller() -> None:
         builder.Connect(source.GetOutputPort(name), system.GetInputPort(port))
     builder.ExportInput(controller.GetInputPort("guidance"), "guidance")
     simulator = Simulator(builder.Build())
-    guidance = Guidance(np.array([[1.0, 0.5]]), True, RegionStack.of(()))
+    guidance = Guidance(np.array([[1.0, 0.5]]), True, RegionUnion.none())
     simulator.get_system().GetInputPort("guidance").FixValue(simulator.get_mutable_context(), Value(guidance))
     simulator.AdvanceTo(5.0)
     pose = station.GetOutputPort("localization.pose").Eval(station.GetMyContextFromRoot(simulator.get_context()))

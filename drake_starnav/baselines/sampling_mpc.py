@@ -47,7 +47,7 @@ from drake_starnav.control.rollout import (
     times_left,
 )
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.star_region import RegionStack, covers, segment_covered
+from drake_starnav.regions.region_union import RegionUnion, covers, first_gap
 from drake_starnav.robot import RobotParameters
 
 HORIZON = 1.5
@@ -68,8 +68,6 @@ CHANGE_WEIGHT = 0.15
 """w_s, what a change of speed or turning rate by its whole range costs, s."""
 TURN_EXPONENT = 1.5
 """The sampled turning rates are max_yaw_rate * share ** TURN_EXPONENT for equally spaced shares."""
-SIGHT_STEP = 0.05
-"""Sampling of lines of sight inside the union of regions, m."""
 SIGHT_HALVINGS = 6
 """Bisections of a segment in search of the last point in sight."""
 IN_SIGHT, ROUND_A_CORNER, OCCLUDED = 0, 1, 2
@@ -131,13 +129,13 @@ def candidates(twist: np.ndarray, reactive: np.ndarray, robot: RobotParameters) 
     return np.vstack((reactive, twist, (0.0, twist[1]), lattice))
 
 
-def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionStack) -> np.ndarray | None:
+def path_in_sight(position: np.ndarray, path: np.ndarray, regions: RegionUnion) -> np.ndarray | None:
     """The path, preceded by a way point that the robot sees inside the union of regions, shape (k, 2).
 
     The robot may have left the line on which it saw the next way point. If a region contains both, its centre sees
     both, and the path through the centre is pulled taut; if none does, the result is None.
     """
-    sight, x, y = _corner(*position, *path[0], *regions.arrays)
+    sight, x, y = _corner((position[0], position[1]), (path[0, 0], path[0, 1]), regions)
     if sight == OCCLUDED:
         return None
     return path if sight == IN_SIGHT else np.vstack(((x, y), path))
@@ -156,7 +154,8 @@ def rollout_costs(twists: np.ndarray, inputs: ControllerInputs, margins: Margins
 
 @njit(cache=True)
 def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
-    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
+    hits, star = known.hits, known.star
+    center, bearing_0, values = star.center, star.bearing_0, star.values
     radius = settings.radius
     v_max, omega_max, last = limits.max_speed, limits.max_yaw_rate, len(line) - 1
     steps = int(math.ceil(HORIZON / STEP - 1e-9))
@@ -178,9 +177,9 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
             now, moves = Pose(x, y, yaw), Twist(v, omega)
             now, moves, travelled = stepped(now, moves, Twist(want_v, want_omega), STEP, limits)
             next_x, next_y, yaw, v, omega = now.x, now.y, now.yaw, moves.v, moves.omega
-            free = covers(star_center, star_bearing_0, star_values, next_x, next_y)
+            free = covers(center, bearing_0, values, 0, next_x, next_y, 0.0)
             if not free:
-                region = region_around(center, bearing_0, values, reach, region, next_x, next_y)
+                region = region_around(known, region, next_x, next_y)
                 free = region >= 0
             next_clearance = clearance_within(next_x, next_y, hits, radius, ZONE)
             if free and (next_clearance >= settings.margin or next_clearance >= clearance):
@@ -201,35 +200,34 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
 
 
 @njit(cache=True)
-def _corner(x, y, ahead_x, ahead_y, center, bearing_0, values, reach):
-    """How (x, y) sees the way point ahead, and the first place to head for."""
-    if segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, SIGHT_STEP):
+def _corner(place, ahead, regions):
+    """How a place (x, y) sees the way point ahead, and the first place to head for."""
+    (x, y), (ahead_x, ahead_y) = place, ahead
+    if first_gap(regions, place, ahead, 0.0) < 0.0:
         return IN_SIGHT, ahead_x, ahead_y
+    center, bearing_0, values = regions.center, regions.bearing_0, regions.values
     shortest, best = np.inf, -1
-    for k in range(len(reach)):
+    for k in range(len(center)):
         over = math.hypot(center[k, 0] - x, center[k, 1] - y)
         over += math.hypot(center[k, 0] - ahead_x, center[k, 1] - ahead_y)
-        seen = covers(center[k], bearing_0[k], values[k], x, y)
-        if over < shortest and seen and covers(center[k], bearing_0[k], values[k], ahead_x, ahead_y):
+        seen = covers(center, bearing_0, values, k, x, y, 0.0)
+        if over < shortest and seen and covers(center, bearing_0, values, k, ahead_x, ahead_y, 0.0):
             shortest, best = over, k
     if best < 0:
         return OCCLUDED, ahead_x, ahead_y
-    here, ahead, middle = (x, y), (ahead_x, ahead_y), (center[best, 0], center[best, 1])
-    corner = _farthest_seen(here, middle, ahead, center, bearing_0, values, reach)
-    px, py = _farthest_seen(ahead, corner, here, center, bearing_0, values, reach)
+    corner = _farthest_seen(place, (center[best, 0], center[best, 1]), ahead, regions)
+    px, py = _farthest_seen(ahead, corner, place, regions)
     return ROUND_A_CORNER, px, py
 
 
 @njit(cache=True)
-def _farthest_seen(place, a, b, center, bearing_0, values, reach):
+def _farthest_seen(place, a, b, regions):
     """The farthest point (x, y) that a place sees on the way from a, which it sees, to b, which it does not."""
-    (x, y), (ax, ay), (bx, by) = place, a, b
     low, high = 0.0, 1.0
     for _ in range(SIGHT_HALVINGS):
         share = 0.5 * (low + high)
-        px, py = ax + share * (bx - ax), ay + share * (by - ay)
-        if segment_covered(center, bearing_0, values, reach, x, y, px, py, SIGHT_STEP):
+        if first_gap(regions, place, (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])), 0.0) < 0.0:
             low = share
         else:
             high = share
-    return ax + low * (bx - ax), ay + low * (by - ay)
+    return a[0] + low * (b[0] - a[0]), a[1] + low * (b[1] - a[1])

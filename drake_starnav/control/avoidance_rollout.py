@@ -29,7 +29,7 @@ from drake_starnav.control.rollout import (
     region_around,
     time_to_go,
 )
-from drake_starnav.regions.star_region import covers
+from drake_starnav.regions.region_union import covers
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4
@@ -173,7 +173,8 @@ def _held(x, y, yaw, v, standing, limits, distance, growth):
 @njit(cache=True)
 def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
     """Continue a rollout in place by one manoeuvre; it ends early if the robot is touched or reaches a frontier."""
-    center, bearing_0, values, reach, star_center, star_bearing_0, star_values, hits = known
+    hits, star = known.hits, known.star
+    center, bearing_0, values = star.center, star.bearing_0, star.values
     trajectories, radius, comfort, standing, age = discs
     distance = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN
     near = settings.radius + MOVING_MARGIN
@@ -191,9 +192,9 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
             row[HELD] = 1.0
         pose, twist, _ = stepped(Pose(x, y, yaw), Twist(v, omega), Twist(want_v, want_omega), STEP, limits)
         x, y, row[YAW], row[V], row[OMEGA] = pose.x, pose.y, pose.yaw, twist.v, twist.omega
-        free = covers(star_center, star_bearing_0, star_values, x, y)
+        free = covers(center, bearing_0, values, 0, x, y, 0.0)
         if not free:
-            row[REGION] = region_around(center, bearing_0, values, reach, int(row[REGION]), x, y)
+            row[REGION] = region_around(known, int(row[REGION]), x, y)
             free = row[REGION] >= 0
         clearance = clearance_within(x, y, hits, settings.radius, WALL_ZONE)
         if free or clearance > row[CLEARANCE]:

@@ -19,8 +19,8 @@ from typing import NamedTuple
 from numba import njit
 
 from drake_starnav.control.motion import Motion
+from drake_starnav.regions.region_union import covers
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import covers
 
 STOPPED_DISTANCE = 0.001
 """A robot that stops within this distance counts as standing, m."""
@@ -37,14 +37,14 @@ class StarCertificate(NamedTuple):
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the star contains every sample after the first."""
-        star = self.star
-        return _covered(star.center, star.bearing_0, star.values, motion.position)
+        return _covered(self.star.alone, motion.position)
 
 
 @njit(cache=True)
-def _covered(center, bearing_0, values, position):
-    """Whether a star contains all places (n, 2) but the first."""
+def _covered(star, position):
+    """Whether a union of one region contains all places (n, 2) but the first."""
+    center, bearing_0, values = star.center, star.bearing_0, star.values
     for k in range(1, len(position)):  # noqa: SIM110 - compiled, a loop is faster
-        if not covers(center, bearing_0, values, position[k, 0], position[k, 1]):
+        if not covers(center, bearing_0, values, 0, position[k, 0], position[k, 1], 0.0):
             return False
     return True

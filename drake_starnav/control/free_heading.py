@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from drake_starnav.regions.star_region import covers
+from drake_starnav.regions.region_union import covers
 
 FREE_HEADING_RANGE = 0.8
 """Largest turn of the guiding vector to a free bearing, rad."""
@@ -17,30 +17,32 @@ STEP = math.radians(2.0)
 
 
 @njit(cache=True)
-def _open(x, y, angle, center, bearing_0, values):
+def _open(x, y, angle, star):
+    """Whether the star, a union of one region, contains the first OPEN_WAY from (x, y) along a bearing."""
+    center, bearing_0, values = star.center, star.bearing_0, star.values
     ux, uy = math.cos(angle), math.sin(angle)
     for k in range(1, SAMPLES + 1):
         way = OPEN_WAY * k / SAMPLES
-        if not covers(center, bearing_0, values, x + way * ux, y + way * uy):
+        if not covers(center, bearing_0, values, 0, x + way * ux, y + way * uy, 0.0):
             return False
     return True
 
 
 @njit(cache=True)
-def free_heading(x, y, ux, uy, center, bearing_0, values):
+def free_heading(x, y, ux, uy, star):
     """The unit vector (ux, uy) if it is free, else the nearest free one within FREE_HEADING_RANGE, or itself.
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
     distance of a robot beside a wall, no motion along that wall is certified. A few degrees off the wall the space may
-    be free, but between two walls the near-wall term does not lead there: the robot would stop. `center`, `bearing_0`
-    and `values` are those of the safety star.
+    be free, but between two walls the near-wall term does not lead there: the robot would stop. `star` is the safety
+    star as a union of one region.
     """
     angle = math.atan2(uy, ux)
-    if _open(x, y, angle, center, bearing_0, values):
+    if _open(x, y, angle, star):
         return ux, uy
     for k in range(1, int(FREE_HEADING_RANGE / STEP) + 1):
         for step in (STEP, -STEP):
             turned = angle + k * step
-            if _open(x, y, turned, center, bearing_0, values) and _open(x, y, turned + step, center, bearing_0, values):
+            if _open(x, y, turned, star) and _open(x, y, turned + step, star):
                 return math.cos(turned), math.sin(turned)
     return ux, uy

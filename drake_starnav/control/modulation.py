@@ -41,7 +41,7 @@ def limited_turn(gx, gy, x, y, limit):
 
 @leaf
 def boundary_at(values, slopes, bearing_0, theta):
-    """Phi and Phi' at a bearing, linear between samples."""
+    """Phi and Phi' of one region at a bearing, linear between samples."""
     samples = len(values)
     position = (theta - bearing_0) * samples / (2.0 * math.pi)
     base = math.floor(position)
@@ -53,16 +53,16 @@ def boundary_at(values, slopes, bearing_0, theta):
 
 
 @leaf
-def boundary_frame(x, y, center, bearing_0, values, slopes, reach, sigma):
-    """Gamma, r_hat and t of a region at (x, y); Gamma is 0 where the region does not count, infinite at its centre."""
+def boundary_frame(center, bearing_0, values, slopes, x, y):
+    """Gamma, r_hat and t of one region at (x, y); Gamma is 0 where it does not count, infinite at its centre."""
     dx, dy = x - center[0], y - center[1]
     distance = math.sqrt(dx * dx + dy * dy)
-    if distance > min(reach, FARTHEST):
+    if distance > FARTHEST:
         return 0.0, 0.0, 0.0, 0.0, 0.0
     if distance < CENTER:
         return np.inf, 0.0, 0.0, 0.0, 0.0
     phi, slope = boundary_at(values, slopes, bearing_0, math.atan2(dy, dx))
-    gamma = (phi / distance) ** sigma
+    gamma = (phi / distance) ** SIGMA
     cosine, sine = dx / distance, dy / distance
     tx = slope * cosine - phi * sine
     ty = slope * sine + phi * cosine
@@ -79,15 +79,13 @@ def boundary_frame(x, y, center, bearing_0, values, slopes, reach, sigma):
 def modulated_direction(x, y, ux, uy, regions):
     """The mean direction of the unit vector (ux, uy), modulated by each region that contains (x, y).
 
-    `regions` is `RegionStack.with_slopes`. The weights Gamma - 1 are continuous where the position enters or leaves a
+    `regions` is a union. The weights Gamma - 1 are continuous where the position enters or leaves a
     region. A unit vector; (ux, uy) itself where no region contains the position.
     """
-    center, bearing_0, values, slopes, reach = regions
     sum_x = sum_y = total = 0.0
-    for k in range(len(bearing_0)):
-        gamma, cosine, sine, tx, ty = boundary_frame(
-            x, y, center[k], bearing_0[k], values[k], slopes[k], reach[k], SIGMA
-        )
+    center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
+    for k in range(len(center)):
+        gamma, cosine, sine, tx, ty = boundary_frame(center[k], bearing_0[k], values[k], slopes[k], x, y)
         if gamma == np.inf:
             return ux, uy
         if gamma == 0.0:

@@ -17,7 +17,7 @@ from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import limited_turn, modulated_direction, near_wall_direction
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.star_region import LINE_STEP, RegionStack, segment_covered
+from drake_starnav.regions.region_union import RegionUnion, first_gap
 from drake_starnav.robot import Limits, RobotParameters
 
 GOAL_REACHED = 0.02
@@ -44,17 +44,16 @@ def followed(inputs: ControllerInputs, margins: Margins, robot: RobotParameters)
         robot: its size and limits.
     """
     pose, _, guidance, star = inputs
-    known = guidance.path, guidance.arrives, guidance.regions.with_slopes, star.near_hits
-    certified = star.center, star.bearing_0, star.values
+    known = guidance.path, guidance.arrives, guidance.regions, star.near_hits
     near_wall = near_wall_radius(margins.safety, robot.radius)
-    ux, uy, v, omega = _followed(pose, known, certified, near_wall, tuple(robot.limits))
+    ux, uy, v, omega = _followed(pose, known, star.alone, near_wall, tuple(robot.limits))
     return Proposal(np.array((v, omega)), np.array((ux, uy)))
 
 
 def guiding_vector(
     position: np.ndarray,
     path: np.ndarray,
-    regions: RegionStack,
+    regions: RegionUnion,
     hits: np.ndarray,
     margins: Margins,
     robot_radius: float,
@@ -72,7 +71,7 @@ def guiding_vector(
         speed: of the robot, m/s.
     """
     near_wall = near_wall_radius(margins.safety, robot_radius)
-    ux, uy, distance = guided(*position, path, regions.with_slopes, hits, near_wall, speed)
+    ux, uy, distance = guided(*position, path, regions, hits, near_wall, speed)
     return np.array((ux, uy)), distance
 
 
@@ -96,8 +95,7 @@ def _followed(pose, known, star, near_wall, limits):
     ux, uy, distance = guided(x, y, path, regions, hits, near_wall, limits.max_speed)
     if ux == 0.0 and uy == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    center, bearing_0, values = star
-    ux, uy = free_heading(x, y, ux, uy, center, bearing_0, values)
+    ux, uy = free_heading(x, y, ux, uy, star)
     v, omega = turning_twist(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     if arrives and count == 1:
         v = min(v, GOAL_SLOWDOWN * distance + CREEP_SPEED)
@@ -114,10 +112,8 @@ def guided(x, y, path, regions, hits, near_wall, speed):
     if distance > MODULATION_DISTANCE:
         ux, uy = modulated_direction(x, y, gx, gy, regions)
         limited_x, limited_y = limited_turn(gx, gy, ux, uy, MAX_BEND)
-        if limited_x != ux or limited_y != uy:
-            center, bearing_0, values, _, reach = regions
-            if segment_covered(center, bearing_0, values, reach, x, y, ahead_x, ahead_y, LINE_STEP):
-                ux, uy = limited_x, limited_y
+        if (limited_x != ux or limited_y != uy) and first_gap(regions, (x, y), (ahead_x, ahead_y), 0.0) < 0.0:
+            ux, uy = limited_x, limited_y
     push = NEAR_WALL_ZONE / max(TURNING_TIMES / HEADING_GAIN * abs(speed), NEAR_WALL_ZONE)
     ux, uy = near_wall_direction(x, y, ux, uy, hits, near_wall, NEAR_WALL_ZONE, push)
     return ux, uy, distance

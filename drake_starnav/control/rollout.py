@@ -8,45 +8,39 @@ from numba import njit
 
 from drake_starnav.control.heading_controller import wrapped_angle
 from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.regions.region_union import RegionUnion, cover_at, covers
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import RegionStack, covers, first_cover
 
 ARRIVED = 0.12
 """A predicted motion this near to the end of the path has arrived; a robot this near to its goal follows the law, m."""
 
 
 class KnownSpace(NamedTuple):
-    """Known free space and nearby hits, as compiled functions take them.
-
-    Unpack it before a loop: reading a field there costs more than reading a variable.
+    """Known free space and nearby hits.
 
     Attributes:
-        center, bearing_0, values, reach: of the regions, as in `RegionStack`.
-        star_center, star_bearing_0, star_values: of the safety star.
+        regions: of the roadmap.
+        star: the safety star as a union of one region.
         hits: shape (n, 2), filtered hits close to the robot, W, m.
     """
 
-    center: np.ndarray
-    bearing_0: np.ndarray
-    values: np.ndarray
-    reach: np.ndarray
-    star_center: np.ndarray
-    star_bearing_0: float
-    star_values: np.ndarray
+    regions: RegionUnion
+    star: RegionUnion
     hits: np.ndarray
 
     @staticmethod
-    def of(regions: RegionStack, star: SafetyStar) -> "KnownSpace":
+    def of(regions: RegionUnion, star: SafetyStar) -> "KnownSpace":
         """From the regions and the last scans."""
-        return KnownSpace(*regions.arrays, star.center, star.bearing_0, star.values, star.near_hits)
+        return KnownSpace(regions, star.alone, star.near_hits)
 
 
 @njit(cache=True)
-def region_around(center, bearing_0, values, reach, region, x, y):
+def region_around(known, region, x, y):
     """Index of a region that contains (x, y), or -1; `region`, which contained the last position, is tried first."""
-    if region >= 0 and covers(center[region], bearing_0[region], values[region], x, y):
+    regions = known.regions
+    if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
         return region
-    return first_cover(center, bearing_0, values, reach, x, y)
+    return cover_at(regions, x, y, 0.0)
 
 
 @njit(cache=True)

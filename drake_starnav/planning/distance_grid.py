@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.errors import StarnavError
+from drake_starnav.utils.shared_rows import SharedRows
 
 TILE = 64
 """Cells along a tile's side."""
@@ -20,13 +21,6 @@ KEPT_BEYOND = 0.2
 """The grid holds distances up to the robot's radius plus this, m."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this."""
-
-
-class _Pool:
-    """Tiles that grids share which extend one another, shape (n, TILE, TILE), m; the first to use a row owns it."""
-
-    def __init__(self, tiles: np.ndarray, used: int) -> None:
-        self.tiles, self.used = tiles, used
 
 
 @dataclass(frozen=True)
@@ -39,7 +33,7 @@ class DistanceGrid:
         first: the tile that comes first, shape (2,); tile (p, q) has the cells from (p, q) * TILE on.
         rows: where each tile lies in the pool, shape (I, J), int32; -1 where no hit is near.
         used: rows of the pool that were in use when this grid was made.
-        pool: the tiles.
+        pool: the tiles, shape (n, TILE, TILE), m, which grids share that extend one another.
     """
 
     resolution: float
@@ -47,14 +41,14 @@ class DistanceGrid:
     first: np.ndarray = field(compare=False)
     rows: np.ndarray = field(compare=False)
     used: int = field(compare=False)
-    pool: _Pool = field(compare=False)
+    pool: SharedRows = field(compare=False)
 
     @staticmethod
     def empty(resolution: float, robot_radius: float) -> "DistanceGrid":
         """A grid without hits; cell size and the robot's radius in m."""
         nothing = np.zeros((0, TILE, TILE), np.float32)
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
-        return DistanceGrid(resolution, robot_radius + KEPT_BEYOND, first, rows, 0, _Pool(nothing, 0))
+        return DistanceGrid(resolution, robot_radius + KEPT_BEYOND, first, rows, 0, SharedRows((nothing,), 0))
 
     def emptied(self) -> "DistanceGrid":
         """A grid of the same cells without hits."""
@@ -64,12 +58,12 @@ class DistanceGrid:
     def tiles(self) -> dict[tuple[int, int], np.ndarray]:
         """(p, q) -> the distances of that tile's cells, shape (TILE, TILE), m; only where hits are near."""
         found, (p, q) = np.argwhere(self.rows >= 0).tolist(), self.first.tolist()
-        return {(p + i, q + j): self.pool.tiles[self.rows[i, j]] for i, j in found}
+        return {(p + i, q + j): self.pool.arrays[0][self.rows[i, j]] for i, j in found}
 
     @property
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
         """For compiled loops: tiles, rows, first, resolution, cap."""
-        return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
+        return self.pool.arrays[0], self.rows, self.first, self.resolution, self.cap
 
     def stamped(self, points: np.ndarray) -> "DistanceGrid":
         """This grid with more hits; points of shape (n, 2) in W, m."""
@@ -78,9 +72,11 @@ class DistanceGrid:
         low, high = _tiles_about(points, self.resolution, self.cap)
         first, rows = _widened(self.first, self.rows, low, high)
         pool, most = self.pool, int((high - low).prod())
-        if pool.used != self.used or pool.used + most > len(pool.tiles):
-            pool = _compacted(pool, rows, most)
-        pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
+        if pool.used != self.used or pool.used + most > len(pool.arrays[0]):
+            live = rows >= 0
+            pool = SharedRows.copied(pool.arrays, rows[live], most)
+            rows[live] = np.arange(pool.used)
+        pool.used = _stamp(pool.arrays[0], pool.used, rows, first, self.resolution, self.cap, points)
         return DistanceGrid(self.resolution, self.cap, first, rows, pool.used, pool)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
@@ -124,15 +120,6 @@ def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndar
     i, j = first - new_first
     out[i : i + rows.shape[0], j : j + rows.shape[1]] = rows
     return new_first, out
-
-
-def _compacted(pool: _Pool, rows: np.ndarray, spare: int) -> _Pool:
-    """A pool of the tiles in `rows` alone, which are renumbered, with room for `spare` more and for as many again."""
-    live = rows[rows >= 0]
-    tiles = np.empty((2 * (len(live) + spare), TILE, TILE), np.float32)
-    tiles[: len(live)] = pool.tiles[live]
-    rows[rows >= 0] = np.arange(len(live))
-    return _Pool(tiles, len(live))
 
 
 @njit(cache=True)

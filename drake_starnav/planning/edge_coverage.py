@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.region_index import IndexedRegions, covers_within, newest_of, selection
+from drake_starnav.regions.region_union import RegionUnion, covers, newest_cover
 from drake_starnav.utils.shared_rows import SharedRows
 
 UNCOVERED, UNKNOWN = -1, -2
@@ -19,7 +19,7 @@ class EdgeCoverage:
     Attributes:
         rows: shape (N, 4), stand and probe, W, m.
         owner: shape (N,), index of the node.
-        covered_by: shape (N,), index of another region that covers the probe, or UNCOVERED.
+        covered_by: shape (N,), index of a region that covers the probe, or UNCOVERED.
         open: shape (m,), indices into the others of those that no region covers.
     """
 
@@ -52,18 +52,18 @@ class EdgeCoverage:
         return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), self.owner[self.open])
 
 
-def with_newest(before: EdgeCoverage, rows: np.ndarray, regions: IndexedRegions, slack: float) -> EdgeCoverage:
+def with_newest(before: EdgeCoverage, rows: np.ndarray, union: RegionUnion, slack: float) -> EdgeCoverage:
     """The coverage after a node was added.
 
     Args:
         before: of the older nodes.
         rows: of the new node.
-        regions: all, with the new one.
+        union: of all regions, with the new one.
         slack: probes up to this far beyond a region's boundary count as covered, m.
     """
-    storage = before.storage.extended(len(before.rows), len(rows), (rows, len(regions.reach) - 1))
+    storage = before.storage.extended(len(before.rows), len(rows), (rows, union.size - 1))
     all_rows, owner = storage.in_use
-    covered_by, still_open = _with_newest(all_rows, before.covered_by, before.open, regions, slack)
+    covered_by, still_open = _with_newest(all_rows, before.covered_by, before.open, union, slack)
     return EdgeCoverage(all_rows, owner, covered_by, still_open, storage)
 
 
@@ -72,7 +72,7 @@ def revised(
     number: np.ndarray,
     changed: np.ndarray,
     fresh: EdgeCoverage,
-    regions: IndexedRegions,
+    union: RegionUnion,
     slack: float,
 ) -> EdgeCoverage:
     """The coverage after regions were changed or dropped.
@@ -82,23 +82,22 @@ def revised(
         number: of each of them, its new index, or -1 if it was dropped.
         changed: shape (n,), whether the region of a node that remains has changed.
         fresh: the edge frontiers of the changed nodes, with their new indices, and all UNKNOWN.
-        regions: of the nodes that remain.
+        union: of the nodes that remain.
         slack: as in `with_newest`.
     """
-    return EdgeCoverage.of(*_revised(before.arrays, number, changed, fresh.arrays, regions, selection(changed), slack))
+    return EdgeCoverage.of(*_revised(before.arrays, number, changed, fresh.arrays, union, slack))
 
 
 @njit(cache=True)
-def _with_newest(rows, covered_before, open_before, regions, slack):
-    """The loop of `with_newest`: what covers each row, and which are open."""
-    u = regions
-    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
-    known, newest = len(covered_before), len(reach) - 1
+def _with_newest(rows, covered_before, open_before, union, slack):
+    """What covers each row after a node was added, and which are open."""
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    known, newest = len(covered_before), len(center) - 1
     covered_by, still_open = np.empty(len(rows), np.int32), np.empty(len(open_before) + len(rows) - known, np.int64)
     covered_by[:known] = covered_before
     n = 0
     for k in open_before:
-        if covers_within(center, bearing_0, values, reach, newest, rows[k, 2], rows[k, 3], slack):
+        if covers(center, bearing_0, values, newest, rows[k, 2], rows[k, 3], slack):
             covered_by[k] = newest
         else:
             still_open[n] = k
@@ -106,8 +105,8 @@ def _with_newest(rows, covered_before, open_before, regions, slack):
     last = -1
     for k in range(known, len(rows)):
         x, y = rows[k, 2], rows[k, 3]
-        if last < 0 or not covers_within(center, bearing_0, values, reach, last, x, y, slack):
-            last = newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, newest, u.every)
+        if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
+            last = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)
         covered_by[k] = last
         if last < 0:
             still_open[n] = k
@@ -116,12 +115,11 @@ def _with_newest(rows, covered_before, open_before, regions, slack):
 
 
 @njit(cache=True)
-def _revised(before, number, changed, fresh, regions, news, slack):
-    """The loop of `revised`; `news` selects the changed regions."""
-    u = regions
-    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
+def _revised(before, number, changed, fresh, union, slack):
+    """Rows, owners, what covers each row, and which are open, after regions were changed or dropped; as `revised`."""
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
     old_owner, new_owner = before[1], fresh[1]
-    most = len(old_owner) + len(new_owner)
+    most, news = len(old_owner) + len(new_owner), np.flatnonzero(changed)[::-1]
     rows, owner = np.empty((most, 4)), np.empty(most, np.int64)
     covered_by, still_open = np.empty(most, np.int32), np.empty(most, np.int64)
     n = m = old_end = new_end = 0
@@ -137,17 +135,19 @@ def _revised(before, number, changed, fresh, regions, news, slack):
         source, begin, end = (fresh, new_begin, new_end) if changed[node] else (before, old_begin, old_end)
         source_rows, source_covered_by = source[0], source[2]
         for k in range(begin, end):
-            x, y = source_rows[k, 2], source_rows[k, 3]
-            by = source_covered_by[k]
+            x, y, by = source_rows[k, 2], source_rows[k, 3], source_covered_by[k]
             new = number[by] if by >= 0 else -1
             if by == UNCOVERED:  # only the changed regions can cover it now
-                by = newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, node, news)
+                for other in news:
+                    if covers(center, bearing_0, values, other, x, y, slack):
+                        by = other
+                        break
             elif new >= 0 and not changed[new]:
                 by = new
             else:
                 by = new if new >= 0 else last  # it probably does
-                if by < 0 or by == node or not covers_within(center, bearing_0, values, reach, by, x, y, slack):
-                    by = newest_of(center, bearing_0, values, reach, marks, corner, u.cell, x, y, slack, node, u.every)
+                if by < 0 or not covers(center, bearing_0, values, by, x, y, slack):
+                    by = newest_cover(center, bearing_0, values, marks, corner, (x, y), slack)
                 last = by
             rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3] = source_rows[k, 0], source_rows[k, 1], x, y
             owner[n], covered_by[n] = node, by

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from drake_starnav.regions.star_region import StarRegion, covers_nearly
+from drake_starnav.regions.star_region import StarRegion
 
 JUMP = 0.2
 """A step of the free range that makes an edge frontier, m: the clearances of both its ends fit in."""
@@ -76,34 +76,6 @@ def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
         PROBE_DISTANCE,
     )
     return Frontiers(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), owner))
-
-
-def uncovered(points: np.ndarray, regions: tuple, skip: int = -1, slack: float = 0.0) -> np.ndarray:
-    """Whether each point is outside all regions; shape (n, 2) -> (n,), bool.
-
-    Args:
-        points: W, m.
-        regions: `RegionStack.arrays`.
-        skip: index of a region that is ignored.
-        slack: points up to this far beyond a region's boundary count as inside, m.
-    """
-    return _uncovered(np.ascontiguousarray(points), *regions, skip, slack)
-
-
-@njit(cache=True)
-def _uncovered(points, center, bearing_0, values, reach, skip, slack):
-    out = np.ones(len(points), np.bool_)
-    for i in range(len(points)):
-        x, y = points[i, 0], points[i, 1]
-        for k in range(len(reach) - 1, -1, -1):
-            dx, dy = x - center[k, 0], y - center[k, 1]
-            distance = math.sqrt(dx * dx + dy * dy)
-            if k == skip or distance > reach[k] + slack:
-                continue
-            if covers_nearly(center, bearing_0, values, k, dx, dy, slack):
-                out[i] = False
-                break
-    return out
 
 
 @njit(cache=True)

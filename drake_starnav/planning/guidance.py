@@ -7,7 +7,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import placed
-from drake_starnav.regions.star_region import RegionStack, StarRegion
+from drake_starnav.regions.region_union import RegionUnion
+from drake_starnav.regions.star_region import StarRegion, united
 from drake_starnav.utils.snapshot import snapshot
 
 PASSED_DISTANCE = 0.06
@@ -26,12 +27,12 @@ class Guidance:
 
     path: np.ndarray
     arrives: bool
-    regions: RegionStack
+    regions: RegionUnion
 
     @staticmethod
     def none() -> "Guidance":
         """Guidance that stops the robot."""
-        return Guidance(np.zeros((0, 2)), False, RegionStack.of(()))
+        return Guidance(np.zeros((0, 2)), False, RegionUnion.none())
 
     @staticmethod
     def along(path: np.ndarray, regions: Sequence[StarRegion] = ()) -> "Guidance":
@@ -49,7 +50,7 @@ class Guidance:
             way = np.zeros((0, 2))
         if way.ndim != 2 or way.shape[1] != 2 or not np.isfinite(way).all():
             raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
-        return Guidance(way, True, RegionStack.of(tuple(regions)))
+        return Guidance(way, True, united(regions))
 
     def distance_to_goal(self, position: np.ndarray) -> float:
         """Distance from a position (2,) to the goal, m; infinite if the path does not end at the goal."""

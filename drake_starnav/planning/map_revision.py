@@ -16,23 +16,25 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.edge_coverage import UNKNOWN, EdgeCoverage, revised
-from drake_starnav.planning.region_index import WORD, marks_at, top_bit
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
     DRIVEN_EDGE_PENALTY,
     STANDING_THERE,
     StarRoadmap,
+    edge_length,
     edge_rows,
     enterable,
     impassable_points,
-    overlap,
     without_nodes,
 )
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits, points_to_bearings
 from drake_starnav.regions.erosion import bearing_tables, erode, eroded_range
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
-from drake_starnav.regions.star_region import Fit, RegionStack, StarRegion, least_outside, rough_bearing
+from drake_starnav.regions.region_index import indexed
+from drake_starnav.regions.region_union import CELL, WORD, RegionUnion, least_outside
+from drake_starnav.regions.star_region import Fit, StarRegion
+from drake_starnav.utils.shared_rows import SharedRows
 
 CONTRADICTION = 0.2
 """A region with hits of a new scan deeper inside than this is contradicted, m. It is twice the distance between two
@@ -115,25 +117,18 @@ def reconcile(
     if not len(roadmap):
         return roadmap
     nodes = list[StarRegion | None](roadmap.regions)
-    for k in _contested(roadmap, *new_hits, robot_radius).tolist():
+    for k in _near_hits(roadmap.union, new_hits[0], robot_radius).tolist():
         region = roadmap.regions[k]
         nodes[k] = _agreeing(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
-        near = np.hypot(*(roadmap.stack.center - pose[:2]).T) <= roadmap.stack.reach + scan.range_max
+        reach = roadmap.union.values.max(axis=1) + scan.range_max
+        near = np.hypot(*(roadmap.union.center - pose[:2]).T) <= reach
         for k in np.flatnonzero(near).tolist():
             if seen_through(*roadmap.scans[k], scan, pose, CONTRADICTION) > SEEN_THROUGH_SHARE:
                 nodes[k] = None
     if all(new is old for new, old in zip(nodes, roadmap.regions, strict=True)):
         return roadmap
     return _remade(roadmap, nodes, margins, robot_radius)
-
-
-def _contested(roadmap: StarRoadmap, points: np.ndarray, gaps: np.ndarray, robot_radius: float) -> np.ndarray:
-    """Indices of the regions that hits may contradict, shape (k,): all others agree with them."""
-    undershoot = np.array([region.undershoot for region in roadmap.regions])
-    margin = np.array([region.margin for region in roadmap.regions])
-    radius = np.maximum(robot_radius + margin - CONTRADICTION, 0.0)
-    return _contested_regions(roadmap.union, undershoot, radius, points, float(gaps.max(initial=0.0)), CONTRADICTION)
 
 
 def _agreeing(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
@@ -159,77 +154,19 @@ def _deepest_cut(points, gaps, center, bearing_0, free, radius, tables):
 
 
 @njit(cache=True)
-def _contested_regions(regions, undershoot, radius, points, gap, slack):
-    """Regions whose free range some hit could cut back by more than `slack`: few, at little cost.
-
-    Args:
-        regions: `IndexedRegions`.
-        undershoot: of each region, as `StarRegion.undershoot`, shape (n,), m.
-        radius: of the disc about each hit, for each region, shape (n,), m.
-        points, gap: hits, shape (k, 2), W, and the greatest of their half gaps, m. Each hit is taken to lie as far off
-            its bearing as it can.
-        slack: m.
-    """
-    center, bearing_0, values, marks, corner = (
-        regions.center,
-        regions.bearing_0,
-        regions.values,
-        regions.marks,
-        regions.corner,
-    )
-    count, samples = values.shape
-    step = 2.0 * math.pi / samples
-    farthest = regions.reach + undershoot
-    # a region that a hit cuts has a place as far from the hit as the disc's radius
-    around = math.hypot(radius.max() + 0.5 * step * (farthest.max() + 1.0), gap) + undershoot.max()
-    out = np.zeros(count, np.bool_)
-    near = np.empty(len(regions.every), np.uint64)
-    for i in range(len(points)):
-        x, y = points[i, 0], points[i, 1]
-        near[:] = 0
-        for a in range(
-            max(math.floor((x - around - corner[0]) / regions.cell), 0),
-            min(math.floor((x + around - corner[0]) / regions.cell) + 1, marks.shape[0]),
-        ):
-            for b in range(
-                max(math.floor((y - around - corner[1]) / regions.cell), 0),
-                min(math.floor((y + around - corner[1]) / regions.cell) + 1, marks.shape[1]),
-            ):
+def _near_hits(union, points, reach):
+    """Indices of the regions of an indexed union that are within `reach` of one of some points (n, 2), and others."""
+    marks, corner = union.marks, union.corner
+    near = np.zeros(marks.shape[2], np.uint64)
+    for n in range(len(points)):
+        i, j = int(math.floor(points[n, 0] / CELL)) - corner[0], int(math.floor(points[n, 1] / CELL)) - corner[1]
+        around = int(math.ceil(reach / CELL))
+        for a in range(max(i - around, 0), min(i + around + 1, marks.shape[0])):
+            for b in range(max(j - around, 0), min(j + around + 1, marks.shape[1])):
                 for w in range(len(near)):
                     near[w] |= marks[a, b, w]
-        for w in range(len(near)):
-            word = near[w] & regions.every[w]
-            while word != 0:
-                bit = top_bit(word)
-                word ^= np.uint64(1) << np.uint64(bit)
-                k = w * WORD + bit
-                if out[k]:
-                    continue
-                dx, dy = x - center[k, 0], y - center[k, 1]
-                d = math.sqrt(dx * dx + dy * dy)
-                squared = (radius[k] + 0.5 * step * d) ** 2 + gap * gap + 1e-9
-                size = math.sqrt(squared)
-                beyond = undershoot[k] - slack + 1e-9
-                if d - size >= farthest[k] - slack:
-                    continue
-                if d < 2.0 * size:
-                    out[k] = True
-                    continue
-                width = int(1.05 * size / d / step) + 2  # asin(x) < 1.05 x up to 1/2
-                middle = int(math.floor((rough_bearing(dy, dx) - bearing_0[k]) / step + 0.5))
-                for m in range(middle - width, middle + width + 1):
-                    if values[k, m % samples] + beyond > d - size:
-                        break
-                else:
-                    continue
-                middle = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
-                for m in range(-width, width + 1):
-                    sine = d * math.sin(m * step)
-                    entry = d * math.cos(m * step) - math.sqrt(max(squared - sine * sine, 0.0))
-                    if values[k, (middle + m) % samples] + beyond > entry - 1e-9:
-                        out[k] = True
-                        break
-    return np.flatnonzero(out)
+    one = np.uint64(1)
+    return np.array([k for k in range(len(union.center)) if near[k // WORD] >> np.uint64(k % WORD) & one], np.int64)
 
 
 def with_stall_point(roadmap: StarRoadmap, place: np.ndarray, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -288,18 +225,20 @@ def _remade(
             hits = hits.stamped(impassable_points(scan, pose, margins, robot_radius))
     if not regions:
         return dataclasses.replace(without_nodes(roadmap), hits=hits)
-    stack = _revised_stack(roadmap.stack, kept, changed, regions)
-    index = roadmap.index.revised(kept, changed, stack)
-    union = index.of(stack)
-    edges, lengths = _revised_edges(roadmap.edges, roadmap.lengths, roadmap.stack.center, number, changed, union)
+    rows = _revised_rows(roadmap.union, kept, changed, regions)
+    union = RegionUnion(*rows.in_use)
+    if len(kept) == len(nodes):
+        union = indexed(union, roadmap.union, np.flatnonzero(changed))
+    else:  # the regions get other bits in the index
+        union = indexed(union, RegionUnion.none(), np.arange(len(kept)))
+    edges, lengths = _revised_edges(roadmap.edges, roadmap.lengths, roadmap.union.center, number, changed, union)
     fresh = _edge_frontiers(regions, np.flatnonzero(changed), hits, robot_radius)
     coverage = revised(roadmap.coverage, number, changed, fresh, union, COVER_SLACK)
     roadmap = dataclasses.replace(
         roadmap,
         regions=tuple(regions),
-        stack=stack,
-        index=index,
         union=union,
+        rows=rows,
         scans=scans,
         edges=edges,
         lengths=lengths,
@@ -308,19 +247,19 @@ def _remade(
     )
     frontiers = coverage.frontiers
     frontiers = frontiers.where(enterable(frontiers, roadmap, robot_radius))
-    away = _away_from_nodes(frontiers.stand, frontiers.owner, stack.center, STANDING_THERE)
+    away = _away_from_nodes(frontiers.stand, frontiers.owner, union.center, STANDING_THERE)
     return dataclasses.replace(roadmap, frontiers=frontiers.where(away))
 
 
-def _revised_stack(
-    stack: RegionStack, kept: np.ndarray, changed: np.ndarray, regions: Sequence[StarRegion]
-) -> RegionStack:
+def _revised_rows(
+    union: RegionUnion, kept: np.ndarray, changed: np.ndarray, regions: Sequence[StarRegion]
+) -> SharedRows:
     """The rows of the regions that remain, shape (n,), with those of the changed ones replaced."""
-    out = stack.selected(kept)
+    rows = SharedRows.copied(union.rows, kept)
     for k in np.flatnonzero(changed).tolist():
-        fit = regions[k].boundary
-        out.values[k], out.slopes[k], out.reach[k] = fit.values, fit.slopes, regions[k].reach
-    return out
+        for array, value in zip(rows.arrays, regions[k].row, strict=True):
+            array[k] = value
+    return rows
 
 
 def _edge_frontiers(
@@ -334,14 +273,14 @@ def _edge_frontiers(
 
 
 @njit(cache=True)
-def _revised_edges(edges, lengths, center, number, changed, regions):
+def _revised_edges(edges, lengths, center, number, changed, union):
     """Edges and lengths as `with_node` finds them, anew only at changed regions.
 
     Args:
         edges, lengths, center: of the roadmap before.
         number: of each of its nodes, its new index, or -1 if it was dropped.
         changed: shape (n,), whether the region of a node that remains has changed.
-        regions: of the nodes that remain.
+        union: of the nodes that remain.
     """
     known, n = np.empty((len(edges), 2), np.int64), 0
     for e in range(len(edges)):
@@ -352,48 +291,37 @@ def _revised_edges(edges, lengths, center, number, changed, regions):
         if certified and i >= 0 and j >= 0 and not changed[i] and not changed[j]:
             known[n, 0], known[n, 1] = i, j
             n += 1
-    return _edges_where_changed(regions, known[:n], changed)
+    return _edges_where_changed(union, known[:n], changed)
 
 
 @njit(cache=True)
-def _edges_where_changed(regions, known, changed):
+def _edges_where_changed(union, known, changed):
     """The known edges, sorted by their newer node, with those of changed nodes; and the lengths of all, m."""
-    center, bearing_0, values, reach = regions.center, regions.bearing_0, regions.values, regions.reach
-    count = len(reach)
-    may_cover = np.empty((count, len(regions.every)), np.uint64)  # the centre of each
-    for k in range(count):
-        may_cover[k] = marks_at(regions, center[k, 0], center[k, 1])
-    news = np.flatnonzero(changed)
+    center, count, news = union.center, len(union.center), np.flatnonzero(changed)
     out = np.empty((len(known) + count * (len(news) + 1), 2), np.int64)
     lengths = np.empty(len(out))
-    marked = np.zeros(count, np.bool_)
+    joined = np.zeros(count, np.bool_)
     n = e = 0
     for j in range(count):
         begin = n
-        marked[:j] = False
+        joined[:j] = False
         while e < len(known) and known[e, 1] == j:
-            marked[known[e, 0]] = True
+            joined[known[e, 0]] = True
             e += 1
         for k in range(j if changed[j] else len(news)):
             i = k if changed[j] else news[k]
-            if i < j and not marked[i] and (_has(may_cover[i], j) or _has(may_cover[j], i)):
-                marked[i] = overlap(center, bearing_0, values, reach, i, j)
+            joined[i] = joined[i] or (i < j and edge_length(union, i, j) < np.inf)
         for i in range(j):
-            if marked[i]:
+            if joined[i]:
                 out[n, 0], out[n, 1] = i, j
                 lengths[n] = math.hypot(center[i, 0] - center[j, 0], center[i, 1] - center[j, 1])
                 n += 1
         if j and n == begin:
-            i = least_outside(center[:j], bearing_0[:j], values[:j], center[j, 0], center[j, 1])
+            i = least_outside(union, j, center[j, 0], center[j, 1])
             out[n, 0], out[n, 1] = i, j
             lengths[n] = math.hypot(center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]) + DRIVEN_EDGE_PENALTY
             n += 1
     return out[:n].copy(), lengths[:n].copy()
-
-
-@njit(cache=True)
-def _has(words, k):
-    return (words[k // WORD] >> np.uint64(k % WORD)) & np.uint64(1) != 0
 
 
 @njit(cache=True)

@@ -8,12 +8,12 @@ from numba import njit
 
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.optimistic_path import is_obstructed
-from drake_starnav.planning.region_index import alone, newest_cover, newest_near
 from drake_starnav.planning.roadmap import bridged_ends
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
-from drake_starnav.planning.string_pulling import in_sight, last_in_sight
+from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
-from drake_starnav.regions.star_region import StarRegion, covers
+from drake_starnav.regions.region_union import cover_at, first_gap
+from drake_starnav.regions.star_region import StarRegion
 
 OUTSIDE_TOLERANCE = 0.03
 """The robot counts as outside the regions only when it is this far out, m."""
@@ -62,14 +62,13 @@ def check_plan(state: PlannerState, region: StarRegion, now: PlannerInput) -> Pl
         state.optimistic_path if since_plan > REPLAN_DISTANCE else NO_PATH,
         state.next_segment if state.status is PlannerStatus.EXPLORING else NO_PATH,
     )
-    here = region.center, region.bearing_0, region.boundary.values
     seen = scan.beams, place, now.margins.smoothing_slack
-    return PlanCheck(*_checked(x, y, driven, plan, here, state.roadmap.union, seen, now.robot_radius))
+    return PlanCheck(*_checked((x, y), driven, plan, region.alone, state.roadmap.union, seen, now.robot_radius))
 
 
 def points_ahead(points: np.ndarray, region: StarRegion, position: np.ndarray) -> int:
     """Index of the last of points (k, 2) in W in line of sight from a position (2,) inside a region, or -1."""
-    return int(_last_ahead(points, *position.tolist(), region.center, region.bearing_0, region.boundary.values))
+    return int(last_in_sight(points, *position.tolist(), region.alone))
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
@@ -78,29 +77,28 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @njit(cache=True)
-def _checked(x, y, driven, plan, here, union, seen, robot_radius):
+def _checked(position, driven, plan, here, union, seen, robot_radius):
     """The loop of `check_plan`: the fields of a `PlanCheck`."""
-    path, probe, optimistic, segment = plan
-    center, bearing_0, values = here
-    sees_probe = (
-        driven > PROBE_SEEN_AFTER and len(probe) > 0 and covers(center, bearing_0, values, probe[0, 0], probe[0, 1])
-    )
-    outside = driven > OUTSIDE_TOLERANCE and newest_near(union, x, y, OUTSIDE_TOLERANCE, -1, union.every) < 0
+    (x, y), (path, probe, optimistic, segment) = position, plan
+    sees_probe = driven > PROBE_SEEN_AFTER and len(probe) > 0 and cover_at(here, probe[0, 0], probe[0, 1], 0.0) >= 0
+    outside = driven > OUTSIDE_TOLERANCE and cover_at(union, x, y, OUTSIDE_TOLERANCE) < 0
     if len(path) == 0:
         return sees_probe, outside, False, 0, False, -1
     passed = passed_points(x, y, path, union)
-    strayed = newest_cover(union, x, y) >= 0 and not in_sight(union, x, y, path[passed, 0], path[passed, 1])
-    ahead = _last_ahead(segment, x, y, center, bearing_0, values) if passed == len(path) - 1 else -1
+    strayed = (
+        cover_at(union, x, y, 0.0) >= 0 and first_gap(union, position, (path[passed, 0], path[passed, 1]), 0.0) > 0.0
+    )
+    ahead = last_in_sight(segment, x, y, here) if passed == len(path) - 1 else -1
     return sees_probe, outside, _obstructs(optimistic, seen, robot_radius), passed, strayed, ahead
 
 
 @njit(cache=True)
-def passed_points(x, y, path, regions):
+def passed_points(x, y, path, union):
     """Number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
     k = 0
     while k + 1 < len(path):
         near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE
-        if not near and not in_sight(regions, x, y, path[k + 1, 0], path[k + 1, 1]):
+        if not near and first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0) > 0.0:
             break
         k += 1
     return k
@@ -114,11 +112,3 @@ def _obstructs(optimistic, seen, robot_radius):
     beams, place, slack = seen
     points = bridged_ends(beams, moving_average(beams, SMOOTHING_BEAMS, slack), place, 2.0 * robot_radius)
     return is_obstructed(optimistic, points, robot_radius)
-
-
-@njit(cache=True)
-def _last_ahead(points, x, y, center, bearing_0, values):
-    """The loop of `points_ahead`."""
-    if len(points) == 0:
-        return -1
-    return last_in_sight(points, np.int64(0), x, y, alone(center, bearing_0, values))

@@ -21,7 +21,7 @@ from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_poi
 from drake_starnav.planning.search import Route, find_route
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation
-from drake_starnav.regions.star_region import RegionStack, StarRegion
+from drake_starnav.regions.star_region import StarRegion
 
 PROGRESS_DISTANCE = 0.15
 """Motion that counts as progress, m."""
@@ -94,7 +94,7 @@ def check_beams(roadmap: StarRoadmap, seen: Observation) -> None:
     """Raise a `StarnavError` if a scan's region has another number of bearings than the roadmap's regions."""
     if seen.region is None or not len(roadmap):
         return
-    bearings, before = len(seen.region.free_range), roadmap.stack.values.shape[1]
+    bearings, before = len(seen.region.free_range), roadmap.union.values.shape[1]
     if bearings != before:
         raise StarnavError(
             f"laser scan: {len(seen.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
@@ -288,4 +288,4 @@ def _anticipated(state: PlannerState, region: StarRegion, ahead: int) -> Guidanc
     """
     if state.status is not PlannerStatus.EXPLORING or len(state.path) != 1:
         return None
-    return Guidance(state.next_segment[ahead : ahead + 1], False, RegionStack.alone(region))
+    return Guidance(state.next_segment[ahead : ahead + 1], False, region.alone)

@@ -157,7 +157,7 @@ def _faces(pose: np.ndarray, place: np.ndarray) -> bool:
 
 def _came_along(roadmap: StarRoadmap, place: np.ndarray, parameters: PlannerParameters, robot_radius: float) -> bool:
     """Whether the robot has lately driven over a place (2,) in W, so that nothing stands there."""
-    driven = roadmap.stack.center[-CAME_ALONG_NODES:]
+    driven = roadmap.union.center[-CAME_ALONG_NODES:]
     return any(
         distance_to_segment(place[None], start, end)[0] < robot_radius
         for start, end in zip(driven[:-1], driven[1:], strict=True)

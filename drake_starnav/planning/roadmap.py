@@ -13,10 +13,12 @@ from drake_starnav.planning.distance_grid import DistanceGrid, distances
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import IndexedRegions, RegionIndex, covers_within, newest_of
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.star_region import RegionStack, StarRegion, covers_offset, least_outside, scan_region
+from drake_starnav.regions.region_index import indexed
+from drake_starnav.regions.region_union import RegionUnion, covers, least_outside, newest_cover
+from drake_starnav.regions.star_region import StarRegion, scan_region, united
+from drake_starnav.utils.shared_rows import SharedRows
 from drake_starnav.utils.snapshot import snapshot
 
 DRIVEN_EDGE_PENALTY = 0.2
@@ -42,9 +44,8 @@ class StarRoadmap:
     Attributes:
         hits: distances to the hits of all node scans and of the scans that blocked an optimistic path.
         regions: one per node, oldest first.
-        stack: the same regions as arrays.
-        index: where they may cover.
-        union: stack and index, for queries of the regions' union.
+        union: the same regions.
+        rows: the memory of the union, which roadmaps share that extend one another.
         scans: per node, the scan and the sensor's pose (x, y, yaw) in W it was made from.
         edges: shape (e, 2), node indices; one of the two regions contains the other's centre. A node without such a
             region has a single edge, to the older node from which it was most likely reached.
@@ -63,9 +64,8 @@ class StarRoadmap:
 
     hits: DistanceGrid
     regions: tuple[StarRegion, ...] = ()
-    stack: RegionStack = field(default_factory=lambda: RegionStack.of(()))
-    index: RegionIndex = field(default_factory=RegionIndex.empty)
-    union: IndexedRegions = field(default_factory=IndexedRegions.none, compare=False)
+    union: RegionUnion = field(default_factory=RegionUnion.none)
+    rows: SharedRows = field(default_factory=lambda: SharedRows((), 0))
     scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -129,15 +129,15 @@ def with_node(
     roadmap: StarRoadmap, region: StarRegion, scan: LaserScan, pose: np.ndarray, hits: DistanceGrid
 ) -> StarRoadmap:
     """The roadmap with one more node and its edges, other hits and the same frontiers; arguments as for `extended`."""
-    stack = roadmap.stack.appended(region) if len(roadmap) else RegionStack.of((region,))
-    edges, lengths = _edges_of_last(*stack.arrays)
-    index = roadmap.index.appended(stack)
+    known = len(roadmap)
+    rows = roadmap.rows.extended(known, 1, region.row) if known else SharedRows(united((region,)).rows, 1)
+    union = indexed(RegionUnion(*rows.in_use), roadmap.union, np.array([known]))
+    edges, lengths = _edges_of_last(union)
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
-        stack=stack,
-        index=index,
-        union=index.of(stack),
+        union=union,
+        rows=rows,
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
         edges=np.concatenate((roadmap.edges, edges)),
         lengths=np.concatenate((roadmap.lengths, lengths)),
@@ -210,9 +210,9 @@ def rebuilt(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> Star
     return with_nodes(empty, nodes, margins, robot_radius, stamp=False)
 
 
-def uncovered_share(region: StarRegion, others: IndexedRegions) -> float:
+def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     """The share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
-    return float(_uncovered_share(region.center, region.bearing_0, region.boundary.values, others))
+    return float(_uncovered_share(region.alone, others))
 
 
 def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -> np.ndarray:
@@ -223,7 +223,7 @@ def enterable(frontiers: Frontiers, roadmap: StarRoadmap, robot_radius: float) -
 def _bars(roadmap: StarRoadmap, robot_radius: float) -> tuple:
     """What bars frontiers, for compiled loops."""
     places = roadmap.stall_points, roadmap.blacklisted_targets
-    return roadmap.stack.center[-1], roadmap.hits.arrays, *places, robot_radius
+    return roadmap.union.center[-1], roadmap.hits.arrays, *places, robot_radius
 
 
 @njit(cache=True)
@@ -246,14 +246,14 @@ def _enterable(stand, probe, bars):
 
 
 @njit(cache=True)
-def _grown_frontiers(old, coverage, bars, regions, slack):
+def _grown_frontiers(old, coverage, bars, union, slack):
     """Stands, probes and owners of the old frontiers that the newest region does not cover, and of its own open ones.
 
     Only those that are `enterable`.
     """
     old_stand, old_probe, old_owner = old
-    center, bearing_0, values, reach = regions.center, regions.bearing_0, regions.values, regions.reach
-    (rows, row_owner, _, is_open), newest = coverage, len(reach) - 1
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    (rows, row_owner, _, is_open), newest = coverage, len(center) - 1
     first = len(is_open)
     while first > 0 and row_owner[is_open[first - 1]] == newest:
         first -= 1
@@ -262,7 +262,7 @@ def _grown_frontiers(old, coverage, bars, regions, slack):
     n = 0
     for i in range(len(old_owner)):
         x, y = old_probe[i, 0], old_probe[i, 1]
-        if not covers_within(center, bearing_0, values, reach, newest, x, y, slack):
+        if not covers(center, bearing_0, values, newest, x, y, slack):
             stand[n, 0], stand[n, 1], probe[n, 0], probe[n, 1] = old_stand[i, 0], old_stand[i, 1], x, y
             owner[n] = old_owner[i]
             n += 1
@@ -287,54 +287,56 @@ def _away_from_hits(stand, probe, grid, distance):
 
 
 @njit(cache=True)
-def _uncovered_share(own_center, own_bearing_0, own_values, others):
-    u = others
-    center, bearing_0, values, reach, marks, corner = u.center, u.bearing_0, u.values, u.reach, u.marks, u.corner
-    cell, every, samples = u.cell, u.every, len(own_values)
+def _uncovered_share(own, others):
+    """`uncovered_share` of a union of one region and a union."""
+    center, bearing_0, values = others.center, others.bearing_0, others.values
+    marks, corner, bounds = others.marks, others.corner, own.values[0]
+    samples = len(bounds)
     area = new = 0.0
     last = -1
     for i in range(0, samples, AREA_BEARINGS):
-        bearing = own_bearing_0 + 2.0 * math.pi / samples * (i + 0.5)
+        bearing = own.bearing_0[0] + 2.0 * math.pi / samples * (i + 0.5)
         ux, uy = math.cos(bearing), math.sin(bearing)
-        phi = min(own_values[i], own_values[i + 1 if i + 1 < samples else 0])
+        phi = min(bounds[i], bounds[i + 1 if i + 1 < samples else 0])
         count = int(math.ceil(phi / AREA_STEP))
         for k in range(count):
             distance = (k + 0.5) * phi / count
             piece = distance * phi / count
             area += piece
-            x, y = own_center[0] + distance * ux, own_center[1] + distance * uy
-            if last < 0 or not covers_offset(bearing_0, values, last, x - center[last, 0], y - center[last, 1]):
-                last = newest_of(center, bearing_0, values, reach, marks, corner, cell, x, y, 0.0, -1, every)
+            x, y = own.center[0, 0] + distance * ux, own.center[0, 1] + distance * uy
+            if last < 0 or not covers(center, bearing_0, values, last, x, y, 0.0):
+                last = newest_cover(center, bearing_0, values, marks, corner, (x, y), 0.0)
             if last < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0
 
 
 @njit(cache=True)
-def overlap(center, bearing_0, values, reach, i, j):
-    """Whether one of two regions contains the other's centre."""
-    dx, dy = center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]
-    if dx * dx + dy * dy > max(reach[i], reach[j]) ** 2:
-        return False
-    return covers_offset(bearing_0, values, i, -dx, -dy) or covers_offset(bearing_0, values, j, dx, dy)
+def edge_length(union, i, j):
+    """Distance of the centres of two regions if one contains the other's, m; else infinity."""
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    ax, ay, bx, by = center[i, 0], center[i, 1], center[j, 0], center[j, 1]
+    if covers(center, bearing_0, values, i, bx, by, 0.0) or covers(center, bearing_0, values, j, ax, ay, 0.0):
+        return math.hypot(ax - bx, ay - by)
+    return np.inf
 
 
 @njit(cache=True)
-def _edges_of_last(center, bearing_0, values, reach):
+def _edges_of_last(union):
     """Edges (older node, last) to the nodes whose centre the last region contains, or whose region contains its centre.
 
     Without one, the robot has come from the region that the last centre exceeds least. Also their lengths, m.
     """
-    last = len(reach) - 1
+    center, last = union.center, len(union.center) - 1
     edges, lengths = np.empty((last, 2), np.int64), np.empty(last)
     n = 0
     for k in range(last):
-        if overlap(center, bearing_0, values, reach, k, last):
-            edges[n, 0], edges[n, 1] = k, last
-            lengths[n] = math.hypot(center[k, 0] - center[last, 0], center[k, 1] - center[last, 1])
+        length = edge_length(union, k, last)
+        if length < np.inf:
+            edges[n, 0], edges[n, 1], lengths[n] = k, last, length
             n += 1
     if n == 0 and last > 0:
-        k = least_outside(center[:last], bearing_0[:last], values[:last], center[last, 0], center[last, 1])
+        k = least_outside(union, last, center[last, 0], center[last, 1])
         edges[0, 0], edges[0, 1] = k, last
         lengths[0] = math.hypot(center[k, 0] - center[last, 0], center[k, 1] - center[last, 1]) + DRIVEN_EDGE_PENALTY
         n = 1

@@ -13,11 +13,11 @@ from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
 from drake_starnav.planning.optimistic_path import index_along, next_segment_of, optimistic_path_beyond
-from drake_starnav.planning.region_index import newest_cover
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
-from drake_starnav.planning.string_pulling import blocked_at, in_sight, string_pulled
-from drake_starnav.regions.star_region import StarRegion, covers, covers_offset, least_outside
+from drake_starnav.planning.string_pulling import string_pulled
+from drake_starnav.regions.region_union import cover_at, covers, first_gap, least_outside
+from drake_starnav.regions.star_region import StarRegion
 
 HYSTERESIS = 0.5
 """Bonus of the current target, against oscillation between targets, m."""
@@ -98,12 +98,12 @@ def find_route(
     goal, places = goal_approach(roadmap, now)
     distance, previous = graph_distances(roadmap, here, position)
     for place in places:
-        if covers(here.center, here.bearing_0, here.boundary.values, place[0], place[1]):
+        if cover_at(here.alone, place[0], place[1], 0.0) >= 0:
             return Route(place[None, :].copy(), Frontiers.none())
         goal_node = entry_node(roadmap, distance, place)
         if goal_node >= 0:
             # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
-            direct = in_sight(roadmap.union, *position, *place)
+            direct = first_gap(roadmap.union, tuple(position), tuple(place), 0.0) < 0.0
             path = place[None, :].copy() if direct else node_path(roadmap, previous, goal_node, place)
             return Route(_pulled(roadmap, position, path), Frontiers.none())
     target, enabled, tries, inside = Frontiers.none(), True, 0, NOWHERE_TO_GO
@@ -164,20 +164,20 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
     The robot is connected to nodes whose region contains it and to nodes inside the latest region. If there are none,
     it is connected to the node whose region it is the least outside of.
     """
-    first = _visible_nodes(*roadmap.stack.arrays, here.center, here.bearing_0, here.boundary.values, *position)
-    length = np.hypot(*(roadmap.stack.center[first] - position).T)
+    first = _visible_nodes(roadmap.union, here.alone, *position)
+    length = np.hypot(*(roadmap.union.center[first] - position).T)
     if not len(first):
-        first = np.array([least_outside(*roadmap.stack.arrays[:3], *position)])
-        length = np.hypot(*(roadmap.stack.center[first] - position).T) + OFF_MAP_PENALTY
+        first = np.array([least_outside(roadmap.union, len(roadmap), *position)])
+        length = np.hypot(*(roadmap.union.center[first] - position).T) + OFF_MAP_PENALTY
     return _dijkstra(len(roadmap), roadmap.edges, roadmap.lengths, first, length)
 
 
 def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
     """The node whose region contains the goal and through which the way is shortest, or -1."""
-    inside = np.flatnonzero(_containing(*roadmap.stack.arrays, goal[0], goal[1]))
+    inside = _containing(roadmap.union, goal[0], goal[1])
     if not len(inside):
         return -1
-    cost = distance[inside] + np.hypot(*(roadmap.stack.center[inside] - goal).T)
+    cost = distance[inside] + np.hypot(*(roadmap.union.center[inside] - goal).T)
     best = int(np.argmin(cost))
     return int(inside[best]) if np.isfinite(cost[best]) else -1
 
@@ -185,7 +185,7 @@ def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> 
 def graph_lengths(roadmap: StarRoadmap, distance: np.ndarray) -> np.ndarray:
     """Length of the way over the nodes and across each frontier, shape (n,), m."""
     frontiers = roadmap.frontiers
-    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.stack.center[frontiers.owner]).T)
+    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.union.center[frontiers.owner]).T)
     return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
 
 
@@ -233,7 +233,7 @@ def cheapest_frontier(
 
 
 @njit(cache=True)
-def _cheapest_in_line(regions, x, y, stand, straight, graph, ahead, order):
+def _cheapest_in_line(union, x, y, stand, straight, graph, ahead, order):
     """The loop of `cheapest_frontier`; the line of sight is only tested where it could still win."""
     best, best_cost, direct = -1, np.inf, False
     blocked = np.zeros(SIGHT_BEARINGS)  # how far away the last line near each bearing left the regions
@@ -242,7 +242,7 @@ def _cheapest_in_line(regions, x, y, stand, straight, graph, ahead, order):
             break
         bearing = int((math.atan2(stand[i, 1] - y, stand[i, 0] - x) / (2.0 * math.pi) + 0.5) * SIGHT_BEARINGS)
         bearing %= SIGHT_BEARINGS
-        at = blocked_at(regions, x, y, stand[i, 0], stand[i, 1], blocked[bearing])
+        at = first_gap(union, (x, y), (stand[i, 0], stand[i, 1]), blocked[bearing])
         if at >= 0.0:
             blocked[bearing] = at
         cost = (graph[i] if at >= 0.0 else min(straight[i], graph[i])) + ahead[i]
@@ -271,7 +271,7 @@ def optimistic_cost(
     position, robot_radius = now.position, now.robot_radius
     goal = goal_approach(roadmap, now).goal
     border = roadmap.scans[0][0].range_max + 0.5
-    corners = np.vstack((roadmap.stack.center, goal[None, :]))
+    corners = np.vstack((roadmap.union.center, goal[None, :]))
     low, high = corners.min(axis=0) - border, corners.max(axis=0) + border
     probes = np.vstack((roadmap.closed_places, roadmap.blacklisted_probes))
     clearance = np.full(len(probes), robot_radius + now.margins.preferred + BLACKLIST_SLACK)
@@ -312,17 +312,17 @@ def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers,
         roadmap: its regions.
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
-    regions = roadmap.union
-    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, regions)
+    union = roadmap.union
+    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
     last, outside = 0, 0.0  # the robot itself may stand a little outside
     for i in range(1, len(path)):
-        if newest_cover(regions, *path[i]) >= 0:
+        if cover_at(union, *path[i], 0.0) >= 0:
             last, outside = i, 0.0
         else:
             outside += float(np.hypot(*(path[i] - path[i - 1])))
             if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
                 stand, probe = path[last], path[i]
-                owner = newest_cover(regions, *stand) if last else len(roadmap) - 1
+                owner = cover_at(union, *stand, 0.0) if last else len(roadmap) - 1
                 frontier = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
                 return frontier, path[: last + 1]
     return Frontiers.none(), path[:0]
@@ -353,7 +353,7 @@ def virtual_frontier_in_sight(
     stand = places[best]
     beyond = to_go.path(stand)
     probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
-    owner = max(newest_cover(roadmap.union, *stand), 0)
+    owner = max(cover_at(roadmap.union, *stand, 0.0), 0)
     return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
 
 
@@ -362,7 +362,7 @@ def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nda
     chain = [node]
     while previous[chain[-1]] >= 0:
         chain.append(int(previous[chain[-1]]))
-    return np.vstack((roadmap.stack.center[chain[::-1]], end[None, :]))
+    return np.vstack((roadmap.union.center[chain[::-1]], end[None, :]))
 
 
 def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
@@ -370,7 +370,7 @@ def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.
 
 
 @njit(cache=True)
-def _inside_where_possible(path, half_cell, regions):
+def _inside_where_possible(path, half_cell, union):
     """The path with each point moved to a covered place in its cell, if there is one."""
     out = path.copy()
     for i in range(len(path)):
@@ -378,7 +378,7 @@ def _inside_where_possible(path, half_cell, regions):
             turn = 0.25 * math.pi * (k - 1)
             x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
             y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
-            if newest_cover(regions, x, y) >= 0:
+            if cover_at(union, x, y, 0.0) >= 0:
                 out[i, 0], out[i, 1] = x, y
                 break
     return out
@@ -420,23 +420,23 @@ def _dijkstra(count, edges, lengths, first, first_length):
 
 
 @njit(cache=True)
-def _containing(center, bearing_0, values, reach, x, y):
-    out = np.zeros(len(reach), np.bool_)
-    for k in range(len(reach)):
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        if dx * dx + dy * dy <= reach[k] * reach[k]:
-            out[k] = covers_offset(bearing_0, values, k, dx, dy)
-    return out
+def _containing(union, x, y):
+    """Indices of the regions of a union that contain (x, y)."""
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    return np.array([k for k in range(len(center)) if covers(center, bearing_0, values, k, x, y, 0.0)], np.int64)
 
 
 @njit(cache=True)
-def _visible_nodes(center, bearing_0, values, reach, here_center, here_bearing_0, here_values, x, y):
+def _visible_nodes(union, here, x, y):
     """Nodes whose region contains (x, y), or whose centre the region `here` contains."""
-    out = np.empty(len(reach), np.int64)
-    inside = _containing(center, bearing_0, values, reach, x, y)
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    own_center, own_bearing_0, own_values = here.center, here.bearing_0, here.values
+    out = np.empty(len(center), np.int64)
     n = 0
-    for k in range(len(reach)):
-        if inside[k] or covers(here_center, here_bearing_0, here_values, center[k, 0], center[k, 1]):
+    for k in range(len(out)):
+        if covers(center, bearing_0, values, k, x, y, 0.0) or covers(
+            own_center, own_bearing_0, own_values, 0, center[k, 0], center[k, 1], 0.0
+        ):
             out[n] = k
             n += 1
     return out[:n].copy()

@@ -107,7 +107,7 @@ class PlannerState:
             return self.anticipated
         if not len(self.path):
             return Guidance.none()
-        return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.stack)
+        return Guidance(self.path, self.status is PlannerStatus.APPROACHING, self.roadmap.union)
 
 
 class PlannerInput(NamedTuple):

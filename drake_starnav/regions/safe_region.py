@@ -6,6 +6,7 @@ first.
 
 import math
 from dataclasses import field
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -20,6 +21,7 @@ from drake_starnav.regions.erosion import (
     field_of_view,
     within_sight,
 )
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.utils.snapshot import snapshot
 
 SCAN_PATIENCE = 3.0
@@ -65,6 +67,11 @@ class SafetyStar:
     reach: float = math.inf
     previous: float = -math.inf
     radius: float = 0.0
+
+    @cached_property
+    def alone(self) -> RegionUnion:
+        """Center and boundary as a union of one region."""
+        return RegionUnion.alone(self.center, self.bearing_0, self.values, np.zeros(0))
 
     @staticmethod
     def none() -> "SafetyStar":

@@ -8,14 +8,12 @@ Source: paper, section III-B; corrected here: theta by atan2, and the boundary's
 
 import dataclasses
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 import numpy as np
 from numba import njit
 
-from drake_starnav.geometry.compiled import leaf
 from drake_starnav.geometry.se2 import placed
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.regions.erosion import (
@@ -29,15 +27,11 @@ from drake_starnav.regions.erosion import (
 )
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import TOLERANCE, PiecewiseCubic, adaptive_fit, fit_piecewise_cubic
-from drake_starnav.utils.shared_rows import SharedRows
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.utils.snapshot import snapshot
 
-ROUGH = 0.01
-"""The error of a rough bearing is less than this, in samples."""
 Fit = Callable[[np.ndarray], PiecewiseCubic]
 """From the free range at M bearings, m, to its boundary, as `fit_piecewise_cubic`."""
-LINE_STEP = 0.05
-"""Sample spacing on lines of sight inside the union of regions, m."""
 
 
 @snapshot
@@ -66,9 +60,14 @@ class StarRegion:
         return float(self.boundary.values.max())
 
     @cached_property
-    def undershoot(self) -> float:
-        """Largest distance by which the boundary falls short of the free range, m."""
-        return float(max((self.free_range - self.boundary.values).max(), 0.0))
+    def alone(self) -> RegionUnion:
+        """This region as a union."""
+        return RegionUnion.alone(*self.row)
+
+    @property
+    def row(self) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+        """What `RegionUnion` holds of this region."""
+        return self.center, self.bearing_0, self.boundary.values, self.boundary.slopes
 
     def phi(self, theta: np.ndarray | float) -> np.ndarray:
         """Boundary distance Phi at bearings theta in W, m; shape of `theta`."""
@@ -92,9 +91,7 @@ class StarRegion:
         A point is compared with the smaller of the two neighbouring samples, which bounds the free range between them.
         """
         points = np.asarray(points, dtype=float)
-        flat = points.reshape(-1, 2)
-        inside = [covers(self.center, self.bearing_0, self.boundary.values, x, y) for x, y in flat]
-        return np.array(inside).reshape(points.shape[:-1])
+        return self.alone.contains(points.reshape(-1, 2)).reshape(points.shape[:-1])
 
     def moved(self, frame: np.ndarray) -> "StarRegion":
         """The same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -176,201 +173,7 @@ def _scan_region(beams, view, radius, margins, slack, tables):
     return distance, profile, adaptive_fit(profile[0], TOLERANCE, True)
 
 
-@dataclass(frozen=True)
-class RegionStack:
-    """Regions in one set of arrays, oldest first, for compiled loops. Immutable; extension shares memory.
-
-    Attributes:
-        center: shape (n, 2), W, m.
-        bearing_0: shape (n,), rad.
-        values, slopes: shape (n, M), Phi and Phi' at the samples.
-        reach: shape (n,), m.
-    """
-
-    center: np.ndarray
-    bearing_0: np.ndarray
-    values: np.ndarray
-    slopes: np.ndarray
-    reach: np.ndarray
-    storage: SharedRows | None = field(default=None, repr=False, compare=False)
-
-    @staticmethod
-    def of(regions: "list[StarRegion] | tuple[StarRegion, ...]", samples: int = 0) -> "RegionStack":
-        """Stack regions that share one number of samples M (`samples` when there are none)."""
-        if not regions:
-            return RegionStack(
-                np.zeros((0, 2)), np.zeros(0), np.zeros((0, samples)), np.zeros((0, samples)), np.zeros(0)
-            )
-        return RegionStack(
-            center=np.array([r.center for r in regions]),
-            bearing_0=np.array([r.bearing_0 for r in regions]),
-            values=np.array([r.boundary.values for r in regions]),
-            slopes=np.array([r.boundary.slopes for r in regions]),
-            reach=np.array([r.reach for r in regions]),
-        )
-
-    @staticmethod
-    def alone(region: StarRegion) -> "RegionStack":
-        """The stack of one region, whose arrays it shares."""
-        fit = region.boundary
-        return RegionStack(
-            region.center[None],
-            np.array([region.bearing_0]),
-            fit.values[None],
-            fit.slopes[None],
-            np.array([region.reach]),
-        )
-
-    @staticmethod
-    def _of_rows(storage: SharedRows) -> "RegionStack":
-        center, bearing_0, values, slopes, reach = storage.in_use
-        return RegionStack(center, bearing_0, values, slopes, reach, storage)
-
-    def __len__(self) -> int:
-        return len(self.reach)
-
-    def appended(self, region: StarRegion) -> "RegionStack":
-        """This stack with one more region; memory is shared with `self` if the row behind it is still unused."""
-        fit, n = region.boundary, len(self)
-        storage = self.storage or SharedRows(self.with_slopes, n)
-        row = region.center, region.bearing_0, fit.values, fit.slopes, region.reach
-        return RegionStack._of_rows(storage.extended(n, 1, row))
-
-    def selected(self, rows: np.ndarray) -> "RegionStack":
-        """A copy of some of the regions; rows of shape (n,). Nothing else uses its memory yet."""
-        return RegionStack._of_rows(SharedRows.copied(self.with_slopes, rows))
-
-    def moved(self, frame: np.ndarray) -> "RegionStack":
-        """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        center, bearing_0 = placed(frame, self.center), self.bearing_0 + frame[2]
-        return dataclasses.replace(self, center=center, bearing_0=bearing_0, storage=None)
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Arguments of the compiled loops: center, bearing_0, values, reach."""
-        return self.center, self.bearing_0, self.values, self.reach
-
-    @property
-    def with_slopes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """All arrays, for the modulation: center, bearing_0, values, slopes, reach."""
-        return self.center, self.bearing_0, self.values, self.slopes, self.reach
-
-
-@leaf
-def covers(center, bearing_0, values, x, y):
-    """Whether (x, y) is certainly inside the region: below the smaller of the two neighbouring samples."""
-    dx, dy = x - center[0], y - center[1]
-    squared = dx * dx + dy * dy
-    if squared < 1e-12:  # the reference point itself
-        return True
-    left, right = samples_beside(bearing_0, len(values), dx, dy)
-    phi = min(values[left], values[right])
-    return squared <= phi * phi
-
-
-@leaf
-def covers_offset(bearing_0, values, k, dx, dy):
-    """As `covers`, for region k of a stack and an offset from its centre; no views of arrays, which cost more."""
-    squared = dx * dx + dy * dy
-    if squared < 1e-12:
-        return True
-    left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
-    phi = min(values[k, left], values[k, right])
-    return squared <= phi * phi
-
-
-@leaf
-def covers_nearly(center, bearing_0, values, k, dx, dy, slack):
-    """As `covers_offset`, but up to `slack` beyond the boundary, m."""
-    distance = math.sqrt(dx * dx + dy * dy)
-    nearer = max(distance - slack, 0.0) / max(distance, 1e-9)
-    dx, dy = center[k, 0] + dx * nearer - center[k, 0], center[k, 1] + dy * nearer - center[k, 1]
-    return covers_offset(bearing_0, values, k, dx, dy)
-
-
-@leaf
-def samples_beside(bearing_0, samples, dx, dy):
-    """Indices of the two samples beside the direction (dx, dy)."""
-    turn = (rough_bearing(dy, dx) - bearing_0) / (2.0 * math.pi)
-    position = (turn - math.floor(turn)) * samples
-    left = int(position)
-    if not ROUGH < position - left < 1.0 - ROUGH:  # rarely: so near to a sample, the side counts
-        left = int(math.floor((math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi))) % samples
-    return left, left + 1 if left + 1 < samples else 0
-
-
-@leaf
-def rough_bearing(y, x):
-    """`atan2` up to 2e-5 rad, several times faster."""
-    a, b = abs(x), abs(y)
-    if a + b == 0.0:
-        return 0.0
-    z = min(a, b) / max(a, b)
-    s = z * z
-    angle = z * (
-        0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212))))
-    )
-    if b > a:
-        angle = 0.5 * math.pi - angle
-    if x < 0.0:
-        angle = math.pi - angle
-    return -angle if y < 0.0 else angle
-
-
-@njit(cache=True)
-def first_cover(center, bearing_0, values, reach, x, y):
-    """Index of the newest region that contains (x, y), or -1."""
-    for k in range(len(reach) - 1, -1, -1):
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        if dx * dx + dy * dy <= reach[k] * reach[k] and covers_offset(bearing_0, values, k, dx, dy):
-            return k
-    return -1
-
-
-@njit(cache=True)
-def least_outside(center, bearing_0, values, x, y):
-    """Index of the region whose boundary (x, y) exceeds least, along the ray from its centre; the newest of equals."""
-    best, least = -1, np.inf
-    for k in range(len(center) - 1, -1, -1):
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
-        outside = math.hypot(dx, dy) - min(values[k, left], values[k, right])
-        if outside < least:
-            best, least = k, outside
-    return best
-
-
-@njit(cache=True)
-def segment_covered(center, bearing_0, values, reach, x0, y0, x1, y1, step):
-    """Whether the straight segment stays inside the union of the regions, sampled every `step` metres."""
-    length = math.hypot(x1 - x0, y1 - y0)
-    count = int(length / step) + 1
-    nearby = np.empty(len(reach), np.int64)
-    n = 0
-    for k in range(len(reach) - 1, -1, -1):  # regions whose disc of reach touches the segment, newest first
-        px, py = center[k, 0] - x0, center[k, 1] - y0
-        t = 0.0
-        if length > 1e-12:  # so that its square does not underflow
-            t = (px * (x1 - x0) + py * (y1 - y0)) / (length * length)
-            t = min(max(t, 0.0), 1.0)
-        px -= t * (x1 - x0)
-        py -= t * (y1 - y0)
-        if px * px + py * py <= reach[k] * reach[k]:
-            nearby[n] = k
-            n += 1
-    last = -1
-    for i in range(count + 1):
-        x = x0 + (x1 - x0) * i / count
-        y = y0 + (y1 - y0) * i / count
-        if last >= 0 and covers_offset(bearing_0, values, last, x - center[last, 0], y - center[last, 1]):
-            continue
-        last = -1
-        for j in range(n):
-            k = nearby[j]
-            dx, dy = x - center[k, 0], y - center[k, 1]
-            if dx * dx + dy * dy <= reach[k] * reach[k] and covers_offset(bearing_0, values, k, dx, dy):
-                last = k
-                break
-        if last < 0:
-            return False
-    return True
+def united(regions: Iterable[StarRegion]) -> RegionUnion:
+    """The union of regions that share one number of samples M."""
+    rows = [region.row for region in regions]
+    return RegionUnion(*(np.array(row) for row in zip(*rows, strict=True))) if rows else RegionUnion.none()

@@ -161,7 +161,7 @@ class StarRoadmapVisualizer(LeafSystem):
             self._draw_spent_frontiers(last.frontiers, roadmap, time)
         if len(roadmap) > known:
             self._draw_region(roadmap.regions[-1], time)
-        nodes, radius, width = roadmap.stack.center, NODE_RADIUS, 1.5 * LINE_WIDTH
+        nodes, radius, width = roadmap.union.center, NODE_RADIUS, 1.5 * LINE_WIDTH
         dots = meshes.discs(nodes[known:], radius, LAYERS["roadmap/nodes"].height)
         self._grow("roadmap/nodes", dots, time)
         lines = meshes.segments(nodes[roadmap.edges[edges:]], width, LAYERS["roadmap/edges"].height)

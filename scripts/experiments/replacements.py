@@ -28,6 +28,7 @@ from drake_starnav.planning.search import optimistic_cost
 from drake_starnav.regions import Margins, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import _scan_region, fit_region
 from scripts.experiments.ablate_segments import fit_equal
 
@@ -164,7 +165,7 @@ def along_nodes(state: PlannerState, check: Any, position: np.ndarray) -> Planne
     return dataclasses.replace(state, path=nodes_ahead(state.roadmap, state.path, position))
 
 
-def paper_direction(x: float, y: float, ux: float, uy: float, regions: tuple) -> np.ndarray:
+def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion) -> np.ndarray:
     """For `modulated_direction`: the paper's sum, normalised."""
     vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions, SIGMA)
     length = np.hypot(*vector)

@@ -61,7 +61,7 @@ def cause(inputs: ControllerInputs, radius: float) -> str:
     if len(hits) and blend_share(np.hypot(*(hits - position).T).min() - radius) >= BLENDED:
         return "blend"
     vector = target - position
-    modulated = modulated_vector(position, vector, inputs.guidance.regions.with_slopes, constants.SIGMA)
+    modulated = modulated_vector(position, vector, inputs.guidance.regions, constants.SIGMA)
     return "modulation" if modulated @ vector < DAMPED * (vector @ vector) else "other"
 
 

@@ -24,30 +24,31 @@ from drake_starnav.control.rollout import ARRIVED, heading_loss
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.perception import SCAN_MEMORY
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
-from drake_starnav.regions.star_region import RegionStack, scan_region, segment_covered
+from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import actuation, certified, limited_twist, starred_twist
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, free_point, scattered, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, free_point, in_view, scattered, seeds, smooth_region
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters(kind="mpc")
 LIMITS = ROBOT.limits
 SPEEDS = np.array(LIMITS[:2])
 PERIOD = 1.0 / PARAMETERS.rate
 OPEN = SafetyStar(np.zeros(2), 0.0, np.full(720, 10.0), np.zeros((0, 2)))
-NOWHERE = RegionStack.of(())
+NOWHERE = RegionUnion.none()
 
 
-def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionStack, SafetyStar, ScanMemory]:
+def known_from(world: World, pose: np.ndarray, memory: ScanMemory) -> tuple[RegionUnion, SafetyStar, ScanMemory]:
     scan = cast(world, pose)
     kept = MARGINS.safety_range + 2.0 * RADIUS, SCAN_MEMORY
     safe = RADIUS + MARGINS.safety
     star, memory = safety_star(memory, scan, smoothed_distances(scan), pose, safe, MARGINS.safety_range, kept)
-    return RegionStack.of([scan_region(scan, pose, RADIUS, MARGINS)]), star, memory
+    return united([scan_region(scan, pose, RADIUS, MARGINS)]), star, memory
 
 
-def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionStack, SafetyStar]:
+def situation(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, RegionUnion, SafetyStar]:
     """A pose, a twist and a path of two legs in a random world, and what is known of it there."""
     rng = np.random.default_rng(seed)
     world = scattered(rng, discs=14, walls=8)
@@ -71,11 +72,8 @@ def plain_cost(candidate, pose, twist, path, arrives, regions, star) -> float:
         return min(max(away.min() - ROBOT.radius, 0.0), ZONE)
 
     def free(px, py):
-        return bool(segment_covered(*regions.arrays, px, py, px, py, 1.0)) or bool(
-            segment_covered(
-                star.center[None], np.array([star.bearing_0]), star.values[None], np.array([20.0]), px, py, px, py, 1.0
-            )
-        )
+        place = np.array([(px, py)])
+        return bool(regions.contains(place)[0] or star.alone.contains(place)[0])
 
     def bearing(start, end):
         return math.atan2(end[1] - start[1], end[0] - start[0])
@@ -180,7 +178,7 @@ def test_it_never_touches_anything_on_the_way_to_places_behind_walls(seed):
 @given(st.floats(-3.1, 3.1), st.floats(0.3, 3.0), st.booleans())
 def test_in_the_open_it_sets_out_at_once_and_in_the_right_direction(heading, away, arrives):
     path = away * np.array([[math.cos(heading), math.sin(heading)]])
-    guidance = Guidance(path, arrives, RegionStack.of([WIDE]))
+    guidance = Guidance(path, arrives, united([WIDE]))
     v, omega = proposed(ControllerInputs(np.zeros(3), np.zeros(2), guidance, OPEN)).twist
     assert v > 0.0 or omega * heading > 0.0
     assert omega * heading >= 0.0 or abs(heading) < 0.3
@@ -201,12 +199,12 @@ def test_a_hidden_way_point_is_reached_over_a_place_in_sight(seed):
     pose, _, path, regions, _ = situation(seed)
     seen = path_in_sight(pose[:2], path, regions)
     if seen is None:
-        assert not segment_covered(*regions.arrays, *pose[:2], *path[0], 0.05)
+        assert not in_view(regions, pose[:2], path[0])
         return
     np.testing.assert_array_equal(seen[-2:], path)
-    assert segment_covered(*regions.arrays, *pose[:2], *seen[0], 0.05)
+    assert in_view(regions, pose[:2], seen[0])
     if len(seen) > 2:
-        assert segment_covered(*regions.arrays, *seen[0], *path[0], 0.05)
+        assert in_view(regions, seen[0], path[0])
         center = regions.center[0]
         over = np.hypot(*(center - pose[:2])) + np.hypot(*(path[0] - center))
         assert np.hypot(*(seen[0] - pose[:2])) + np.hypot(*(path[0] - seen[0])) <= over + 1e-9

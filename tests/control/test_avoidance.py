@@ -12,8 +12,9 @@ from drake_starnav.control.motion import roll_out
 from drake_starnav.control.moving_certificate import MovingCertificate
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
-from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -53,11 +54,11 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
     )
 
 
-def known() -> tuple[RegionStack, SafetyStar]:
+def known() -> tuple[RegionUnion, SafetyStar]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
     star, _ = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, ROBOT.radius + 0.01, 1.2, (2.0, 1))
-    return RegionStack.of((scan_region(scan, pose, ROBOT.radius, MARGINS),)), star
+    return united((scan_region(scan, pose, ROBOT.radius, MARGINS),)), star
 
 
 def avoided(

@@ -29,7 +29,7 @@ from drake_starnav.control.avoidance_rollout import (
 )
 from drake_starnav.control.rollout import KnownSpace, times_left
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import Limits
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
@@ -43,7 +43,7 @@ NO_HITS = np.zeros((0, 2))
 def known() -> KnownSpace:
     """An empty floor, seen 5 m far."""
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
-    regions = RegionStack.of([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
+    regions = united([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
     return KnownSpace.of(regions, SafetyStar.none())
 
 

@@ -11,8 +11,8 @@ from drake_starnav.control import ControllerInputs, path_following
 from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OPEN_WAY, SAMPLES, STEP, free_heading
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import SafetyStar, ScanMemory, safety_star
-from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import stepped
@@ -44,7 +44,7 @@ def way_is_open(star: SafetyStar, position: np.ndarray, angle: float) -> bool:
 
 
 def free_direction(position: np.ndarray, direction: np.ndarray, star: SafetyStar) -> np.ndarray:
-    return np.array(free_heading(*position, *direction, star.center, star.bearing_0, star.values))
+    return np.array(free_heading(*position, *direction, star.alone))
 
 
 @settings(max_examples=200)
@@ -87,7 +87,7 @@ def test_one_short_hit_on_one_of_two_walls_does_not_stop_the_robot_between_them(
         polygons=[np.array(((a, b), (c, b), (c, d), (a, d))) for a, b, c, d in walls],
         bounds=(-3.0, -2.0, 7.0, 2.0),
     )
-    goal = Guidance(np.array(((5.0, 0.0),)), False, RegionStack.of(()))
+    goal = Guidance(np.array(((5.0, 0.0),)), False, RegionUnion.none())
 
     def driven() -> np.ndarray:
         pose, twist = np.zeros(3), np.zeros(2)

@@ -13,7 +13,7 @@ from drake_starnav.control.modulation import (
     modulated_direction,
     near_wall_direction,
 )
-from drake_starnav.regions.star_region import RegionStack, StarRegion
+from drake_starnav.regions.star_region import StarRegion, united
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
 ZONE = 0.1
@@ -46,7 +46,7 @@ def expected(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]
 
 
 def modulated(point: np.ndarray, direction: np.ndarray, regions: list[StarRegion]) -> np.ndarray:
-    return np.array(modulated_direction(*point, *direction, RegionStack.of(regions).with_slopes))
+    return np.array(modulated_direction(*point, *direction, united(regions)))
 
 
 def led_off_walls(direction: np.ndarray, hits: np.ndarray) -> np.ndarray:

@@ -21,12 +21,13 @@ from drake_starnav.control.path_following import (
     guiding_vector,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import LINE_STEP, RegionStack, scan_region, segment_covered
+from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist, stepped
-from tests.helpers.scans import MARGINS, RADIUS, cast, seeds, smooth_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, in_view, seeds, smooth_region
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
@@ -40,7 +41,7 @@ def step(
     pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), path=((5.0, 0.0),), arrives=False, star=OPEN
 ) -> tuple[np.ndarray, bool]:
     """The twist of the next period, and whether it is certified."""
-    guidance = Guidance(np.array(path).reshape(-1, 2), arrives, RegionStack.of(()))
+    guidance = Guidance(np.array(path).reshape(-1, 2), arrives, RegionUnion.none())
     return stepped(ControllerInputs(np.array(pose), np.array(twist), guidance, star), PARAMETERS, ROBOT)
 
 
@@ -70,7 +71,7 @@ def test_limited_twists_keep_all_limits_and_approach_what_is_desired(v, omega, p
 @given(seeds)
 def test_the_compiled_step_is_the_plain_one(seed):
     rng = np.random.default_rng(seed)
-    regions = RegionStack.of([smooth_region(rng, rng.uniform(-0.5, 0.5, 2)) for _ in range(3)])
+    regions = united([smooth_region(rng, rng.uniform(-0.5, 0.5, 2)) for _ in range(3)])
     pose = np.append(rng.uniform(-0.3, 0.3, 2), rng.uniform(-math.pi, math.pi))
     path = pose[:2] + rng.uniform(0.05, 1.0) * rng.uniform(-1.0, 1.0, (rng.integers(1, 4), 2))
     values = np.where(rng.random(360) < 0.9, rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.3, 360))
@@ -155,22 +156,22 @@ def test_the_guiding_vector_points_to_the_first_way_point_that_is_not_passed(see
     passed = position + rng.uniform(-0.7, 0.7, 2) * PASSED_DISTANCE
     ahead, later = position + rng.uniform(0.1, 0.2, 2), position + 5.0
     path = np.array((passed, ahead, later))
-    direction, distance = guiding_vector(position, path, RegionStack.of(()), NO_HITS, MARGINS, RADIUS)
+    direction, distance = guiding_vector(position, path, RegionUnion.none(), NO_HITS, MARGINS, RADIUS)
     assert distance == pytest.approx(np.hypot(*(ahead - position)))
     np.testing.assert_allclose(direction, (ahead - position) / distance)
-    last, left = guiding_vector(position, path[:1], RegionStack.of(()), NO_HITS, MARGINS, RADIUS)
+    last, left = guiding_vector(position, path[:1], RegionUnion.none(), NO_HITS, MARGINS, RADIUS)
     assert left == pytest.approx(np.hypot(*(passed - position)))
     np.testing.assert_allclose(last, (passed - position) / left)
 
 
 def test_at_the_last_way_point_there_is_nowhere_to_go():
-    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionStack.of(()), NO_HITS, MARGINS, RADIUS)
+    direction, distance = guiding_vector(np.ones(2), np.ones((1, 2)), RegionUnion.none(), NO_HITS, MARGINS, RADIUS)
     assert not direction.any() and distance == 0.0
 
 
 def test_modulation_ends_near_the_short_term_goal():
     region = smooth_region(np.random.default_rng(2), np.array((-1.0, 0.2)))
-    regions = RegionStack.of((region,))
+    regions = united((region,))
     for away, bent in ((MODULATION_DISTANCE - 0.01, False), (MODULATION_DISTANCE + 0.01, True)):
         path = away * np.array(((0.6, 0.8),))
         direction, _ = guiding_vector(np.zeros(2), path, regions, NO_HITS, MARGINS, RADIUS)
@@ -180,7 +181,7 @@ def test_modulation_ends_near_the_short_term_goal():
 def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
     post = World("post", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(0.5, 0.3, 0.02)], bounds=(-2.0, -2.0, 3.0, 2.0))
     pose = np.array((0.0, -0.1, 0.0))
-    regions = RegionStack.of((scan_region(cast(post, pose), pose, RADIUS, MARGINS),))
+    regions = united((scan_region(cast(post, pose), pose, RADIUS, MARGINS),))
     turns = []
 
     def turn(a, b):
@@ -193,7 +194,7 @@ def test_modulation_does_not_turn_a_free_way_to_the_other_side_of_a_corner():
         direction, _ = guiding_vector(*arguments)
         with patch.multiple(path_following, guided=guided.py_func, MAX_BEND=math.pi):  # constants are compiled in
             free, _ = guiding_vector(*arguments)
-        if segment_covered(*regions.arrays, *position, *aim, LINE_STEP):
+        if in_view(regions, position, aim):
             turns.append(turn(guide, free))
             assert np.hypot(*direction) == pytest.approx(1.0)
             assert turn(guide, direction) == pytest.approx(min(max(turns[-1], -MAX_BEND), MAX_BEND), abs=1e-9)
@@ -209,7 +210,7 @@ def test_where_the_certificate_ends_the_robot_is_led_off_the_wall(margin, toward
     wall = np.column_stack((along, np.full(201, -(RADIUS + margin))))
     margins = dataclasses.replace(MARGINS, safety=margin)
     path = 2.0 * np.array([(math.cos(towards), math.sin(towards))])
-    vector, _ = guiding_vector(np.zeros(2), path, RegionStack.of(()), wall, margins, RADIUS)
+    vector, _ = guiding_vector(np.zeros(2), path, RegionUnion.none(), wall, margins, RADIUS)
     assert vector[1] > 0.0
 
 

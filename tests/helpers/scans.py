@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from drake_starnav.geometry.se2 import composed, now_in
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.region_index import WORD, IndexedRegions, selection
 from drake_starnav.planning.roadmap import StarRoadmap, extended
 from drake_starnav.regions.erosion import FreeRange
 from drake_starnav.regions.margins import Margins
-from drake_starnav.regions.star_region import RegionStack, StarRegion, fit_region, scan_region
+from drake_starnav.regions.region_union import RegionUnion, first_gap
+from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25
@@ -182,7 +182,6 @@ def wandered(seed: int, nodes: int = 5, margins: Margins = MARGINS) -> tuple[Wor
     return world, explored(world, np.array(positions), margins)
 
 
-def unindexed(stack: RegionStack) -> IndexedRegions:
-    """The regions of a stack without a grid: each may cover any place."""
-    marks = np.full((1, 1, len(stack) // WORD + 1), 2**64 - 1, np.uint64)
-    return IndexedRegions(*stack.arrays, marks, np.zeros(2), math.inf, selection(np.ones(len(stack), bool)))
+def in_view(regions: RegionUnion, start: np.ndarray, end: np.ndarray) -> bool:
+    """Whether the straight segment between two places (2,) stays inside a union."""
+    return bool(first_gap(regions, tuple(start), tuple(end), 0.0) < 0.0)

@@ -3,11 +3,11 @@ import math
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.frontiers import NEAREST_STAND, PROBE_DISTANCE, Frontiers, edge_frontiers, uncovered
+from drake_starnav.planning.frontiers import NEAREST_STAND, PROBE_DISTANCE, Frontiers, edge_frontiers
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.regions.erosion import FreeRange
-from drake_starnav.regions.star_region import RegionStack, StarRegion, fit_region, scan_region
-from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, smooth_region
+from drake_starnav.regions.star_region import StarRegion, fit_region, scan_region
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds
 
 PARAMETERS = PlannerParameters()
 
@@ -66,29 +66,6 @@ def test_an_arc_without_obstacles_is_lined_with_stands_at_its_rim():
     assert gaps.min() >= 0.25 and gaps.max() < 0.25 + 2.0 * 2.0 * 2.0 * math.pi / 720
     hidden = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 4.0), 0.0), np.zeros(2), 0.0)
     assert len(edge_frontiers(hidden, 0)) == 0
-
-
-@settings(max_examples=25)
-@given(seeds)
-def test_uncovered_equals_a_look_at_every_region(seed):
-    rng = np.random.default_rng(seed)
-    regions = [smooth_region(rng, rng.uniform(-2.0, 2.0, 2)) for _ in range(5)]
-    points = rng.uniform(-5.0, 5.0, (300, 2))
-    inside = np.array([r.contains(points) for r in regions])
-    stack = RegionStack.of(regions)
-    assert (uncovered(points, stack.arrays) == ~inside.any(axis=0)).all()
-    last = len(regions) - 1
-    assert (uncovered(points, stack.arrays, skip=last) == ~inside[:last].any(axis=0)).all()
-    only = RegionStack.of(regions[:1])
-    assert uncovered(points, only.arrays, skip=0).all()
-
-
-def test_a_region_reaches_points_a_slack_beyond_its_boundary():
-    region = fit_region(FreeRange(np.full(720, 2.0), np.full(720, 5.0), 0.0), np.zeros(2), 0.0)
-    points = np.array([(1.99, 0.0), (2.05, 0.0), (0.0, -2.05), (2.11, 0.0)])
-    arrays = RegionStack.of([region]).arrays
-    assert uncovered(points, arrays).tolist() == [False, True, True, True]
-    assert uncovered(points, arrays, slack=0.1).tolist() == [False, False, False, True]
 
 
 def test_frontiers_join_and_select_in_order():

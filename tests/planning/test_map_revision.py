@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
-    _contested,
+    _near_hits,
     _remade,
     clear_of,
     cut_back,
@@ -114,7 +114,7 @@ def test_no_node_is_left_where_the_robot_would_touch_a_blocked_place():
     place = PLACES[1] + (0.1, 0.05)
     after = with_stall_point(roadmap, place, DROPPING, RADIUS)
     assert len(after) == len(roadmap) - 1 and after.stall_points.tolist() == [place.tolist()]
-    assert (np.hypot(*(after.stack.center - place).T) > RADIUS + MARGINS.preferred).all()
+    assert (np.hypot(*(after.union.center - place).T) > RADIUS + MARGINS.preferred).all()
 
 
 def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
@@ -158,7 +158,7 @@ def test_a_revision_equals_a_roadmap_made_anew(seed):
         anew = with_nodes(without_nodes(roadmap), kept, MARGINS, RADIUS, stamp=False)
         for name in ("edges", "lengths"):
             np.testing.assert_array_equal(getattr(revised, name), getattr(anew, name))
-        for ours, theirs in zip(revised.stack.arrays, anew.stack.arrays, strict=True):
+        for ours, theirs in zip(revised.union.rows, anew.union.rows, strict=True):
             np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
         for name in ("stand", "probe", "owner"):
             np.testing.assert_array_equal(getattr(revised.frontiers, name), getattr(anew.frontiers, name))
@@ -172,7 +172,7 @@ def test_hits_that_may_not_disagree_cut_nothing_back(seed):
     rng = np.random.default_rng(seed)
     for pose in (roadmap.scans[0][1], roadmap.scans[-1][1]):
         points, gaps = lasting_hits(cast(world, pose), pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2))
-        contested = _contested(roadmap, points, gaps, RADIUS)
+        contested = _near_hits(roadmap.union, points, RADIUS)
         for k, region in enumerate(roadmap.regions):
             if k not in contested:
                 radius = RADIUS + region.margin - CONTRADICTION

@@ -10,15 +10,11 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.monitoring import OUTSIDE_TOLERANCE, check_plan, points_ahead
 from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK
 from drake_starnav.planning.roadmap import StarRoadmap, impassable_points
-from drake_starnav.regions import Observation, RegionStack, StarRegion
-from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
-from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, wandered
+from drake_starnav.regions import Observation, StarRegion
+from drake_starnav.regions.star_region import scan_region, united
+from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
 
 PARAMETERS = PlannerParameters()
-
-
-def in_view(stack: RegionStack, position: np.ndarray, place: np.ndarray) -> bool:
-    return segment_covered(*stack.arrays, *position, *place, LINE_STEP)
 
 
 def seen_from(world, place: np.ndarray) -> tuple[StarRegion, PlannerInput]:
@@ -51,17 +47,17 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         rng = np.random.default_rng(seed)
         place = roadmap.regions[0].center + rng.uniform(-2.5, 2.5, 2) if seed % 2 else free_point(rng, world, RADIUS)
         region, now = seen_from(world, place)
-        state, stack = state_in(rng, roadmap, place), roadmap.stack
+        state, stack = state_in(rng, roadmap, place), roadmap.union
         check = check_plan(state, region, now)
         passed = 0
         for way_point, following in zip(state.path[:-1], state.path[1:], strict=True):
             if np.hypot(*(way_point - place)) >= PASSED_DISTANCE and not in_view(stack, place, following):
                 break
             passed += 1
-        inside = first_cover(*stack.arrays, *place) >= 0
+        inside = stack.contains(place[None])[0]
         hits = impassable_points(now.seen.scan, now.seen.pose, MARGINS, RADIUS)
         away = np.linalg.norm(state.optimistic_path[1::2, None] - hits[None], axis=2)
-        here = RegionStack.of([region])
+        here = united([region])
         ahead = [k for k, point in enumerate(state.next_segment) if in_view(here, place, point)]
         assert check.sees_probe == region.contains(state.target[1])
         assert not (check.outside and inside)

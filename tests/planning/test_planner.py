@@ -11,10 +11,10 @@ from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.planning.recovery import ARRIVAL_DISTANCE
 from drake_starnav.regions import Observation
-from drake_starnav.regions.star_region import LINE_STEP, first_cover, scan_region, segment_covered
+from drake_starnav.regions.star_region import scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view
 
 PARAMETERS = PlannerParameters()
 RING = np.linspace(0.0, 1.0, 5)[:, None, None] * [(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi, np.pi, 33)]
@@ -91,7 +91,7 @@ def test_equal_inputs_give_equal_states():
     for a, b in zip(one, other, strict=True):
         assert (a.status, a.plans, len(a.roadmap)) == (b.status, b.plans, len(b.roadmap))
         np.testing.assert_array_equal(a.path, b.path)
-        np.testing.assert_array_equal(a.roadmap.stack.values, b.roadmap.stack.values)
+        np.testing.assert_array_equal(a.roadmap.union.values, b.roadmap.union.values)
         np.testing.assert_array_equal(a.roadmap.frontiers.stand, b.roadmap.frontiers.stand)
         np.testing.assert_array_equal(a.roadmap.edges, b.roadmap.edges)
 
@@ -99,7 +99,7 @@ def test_equal_inputs_give_equal_states():
 def test_nodes_are_added_every_node_spacing():
     world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
     states = drive(world, PARAMETERS, steps=200)
-    centers = states[-1].roadmap.stack.center
+    centers = states[-1].roadmap.union.center
     assert len(centers) == 1 + int(4.0 / PARAMETERS.node_spacing)
     assert (np.hypot(*np.diff(centers, axis=0).T) > PARAMETERS.node_spacing).all()
 
@@ -116,7 +116,7 @@ def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is
     onward = dataclasses.replace(world, start=(0.0, 0, 0), goal=(18.0, 0.0))
     beyond = drive(onward, PARAMETERS, steps=700, begin=again[-1].with_new_goal())[-1]
     assert len(beyond.roadmap) > len(there.roadmap) + 5
-    assert (beyond.roadmap.stack.center[len(there.roadmap) :, 0] > 5.0).all()
+    assert (beyond.roadmap.union.center[len(there.roadmap) :, 0] > 5.0).all()
 
 
 def test_on_the_first_way_no_map_is_known_yet():
@@ -152,7 +152,7 @@ def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
 def test_a_new_goal_is_looked_for_without_doubt():
     given_up = drive(VAULT, PARAMETERS, steps=4000)[-1]
     assert given_up.status is PlannerStatus.UNREACHABLE and given_up.doubting
-    position = given_up.roadmap.stack.center[-1]
+    position = given_up.roadmap.union.center[-1]
     elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
     states = drive(elsewhere, PARAMETERS, steps=400, begin=given_up.with_new_goal())
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
@@ -177,7 +177,7 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
 def test_guidance_hands_on_the_path_and_the_regions():
     last = drive(BAFFLES, PARAMETERS, steps=400)[-1]
     assert last.guidance.path is last.path
-    assert last.guidance.regions is last.roadmap.stack
+    assert last.guidance.regions is last.roadmap.union
     assert len(PlannerState.initial(PARAMETERS, RADIUS).guidance.path) == 0
 
 
@@ -195,13 +195,13 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
 
 def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
     state = drive(BAFFLES, PARAMETERS, steps=30)[-1]
-    regions = state.roadmap.stack.arrays
+    regions = state.roadmap.union
 
     def sees_its_way_point(place: np.ndarray, path: np.ndarray) -> bool:
-        return segment_covered(*regions, *place, *path[0], LINE_STEP)
+        return in_view(regions, place, path[0])
 
     grid = np.linspace(-1.5, 1.5, 31)
-    places = (np.array((x, y)) for x in grid for y in grid if first_cover(*regions, x, y) >= 0)
+    places = (np.array((x, y)) for x in grid for y in grid if regions.contains(np.array([(x, y)]))[0])
     place = next(place for place in places if not sees_its_way_point(place, state.path))
     pose = np.array((*place, 0.0))
     scan = cast(BAFFLES, pose)
@@ -222,7 +222,7 @@ def test_a_target_that_was_driven_to_is_seen_or_given_up():
             if before.target is not None
             and len(after.roadmap) > len(before.roadmap)
             and not after.doubting
-            and distance_to(after.roadmap.stack.center[-1], before.target[0]) < ARRIVAL_DISTANCE
+            and distance_to(after.roadmap.union.center[-1], before.target[0]) < ARRIVAL_DISTANCE
         ]
         looked += len(changes)
         for probe, roadmap in changes:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.frontiers import uncovered
 from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
@@ -16,9 +15,10 @@ from drake_starnav.planning.roadmap import (
     rebuilt,
     uncovered_share,
 )
-from drake_starnav.regions.star_region import RegionStack, scan_region
+from drake_starnav.regions.region_union import RegionUnion
+from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, seeds, unindexed, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -30,13 +30,10 @@ def hits(roadmap: StarRoadmap) -> np.ndarray:
 def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
     for part in ("edges", "lengths", "blacklisted_targets"):
         np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
-    for part in ("stack", "frontiers"):
-        for field in dataclasses.fields(getattr(one, part)):
-            if field.name == "storage":  # where the rows lie does not matter
-                continue
-            np.testing.assert_array_equal(
-                getattr(getattr(one, part), field.name), getattr(getattr(other, part), field.name)
-            )
+    for name in RegionUnion._fields:
+        np.testing.assert_array_equal(getattr(one.union, name), getattr(other.union, name))
+    for name in ("stand", "probe", "owner"):
+        np.testing.assert_array_equal(getattr(one.frontiers, name), getattr(other.frontiers, name))
 
 
 @settings(max_examples=15)
@@ -45,7 +42,7 @@ def test_edges_are_free(seed):
     world, roadmap = wandered(seed, nodes=6)
     assert len(roadmap.edges) == len({tuple(e) for e in roadmap.edges.tolist()}) > 0
     for (i, j), length in zip(roadmap.edges, roadmap.lengths, strict=True):
-        a, b = roadmap.stack.center[i], roadmap.stack.center[j]
+        a, b = roadmap.union.center[i], roadmap.union.center[j]
         apart = float(np.hypot(*(b - a)))
         assert i < j
         if length == pytest.approx(apart):
@@ -72,11 +69,9 @@ def test_frontiers_are_uncovered_open_and_owned_by_the_region_they_stand_in(seed
     assert (roadmap.hits.distance(frontiers.probe) > RADIUS - PROBE_SLACK).all()
     for k in range(len(roadmap)):
         mine = frontiers.where(frontiers.owner == k)
-        assert uncovered(mine.probe, roadmap.stack.arrays, skip=-1)[
-            [not roadmap.regions[k].contains(p) for p in mine.probe]
-        ].all()
-        away = np.hypot(*(mine.stand - roadmap.stack.center[k]).T)
-        assert (away <= roadmap.stack.reach[k] + 1e-9).all() and (away > 0.12).all()
+        assert not roadmap.union.contains(mine.probe).any()
+        away = np.hypot(*(mine.stand - roadmap.union.center[k]).T)
+        assert (away <= roadmap.regions[k].reach + 1e-9).all() and (away > 0.12).all()
 
 
 def test_a_probe_that_another_region_covers_dies():
@@ -115,8 +110,8 @@ def test_blacklisted_places_stay_away(seed):
 def test_rebuilt_it_is_the_same(seed):
     _, roadmap = wandered(seed, nodes=4)
     again = rebuilt(roadmap, MARGINS, RADIUS)
-    for part in ("center", "bearing_0", "values", "slopes", "reach"):
-        np.testing.assert_array_equal(getattr(again.stack, part), getattr(roadmap.stack, part))
+    for part in ("center", "bearing_0", "values", "slopes", "marks"):
+        np.testing.assert_array_equal(getattr(again.union, part), getattr(roadmap.union, part))
     np.testing.assert_array_equal(again.edges, roadmap.edges)
     assert again.hits is roadmap.hits
 
@@ -167,6 +162,6 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
     points = region.center + rng.uniform(-region.reach, region.reach, (20000, 2))
     points = points[region.contains(points)]
     new = ~np.any([other.contains(points) for other in others], axis=0)
-    assert uncovered_share(region, unindexed(RegionStack.of(tuple(others)))) == pytest.approx(new.mean(), abs=0.03)
+    assert uncovered_share(region, united(others)) == pytest.approx(new.mean(), abs=0.03)
     assert uncovered_share(region, roadmap.union) == 0.0
-    assert uncovered_share(region, unindexed(RegionStack.of(()))) == 1.0
+    assert uncovered_share(region, RegionUnion.none()) == 1.0

@@ -26,7 +26,7 @@ def test_the_guidance_is_the_path_and_whether_it_ends_at_the_goal() -> None:
 
 
 def test_anticipated_guidance_precedes_the_path() -> None:
-    other = Guidance(PATH + 1.0, False, INITIAL.roadmap.stack)
+    other = Guidance(PATH + 1.0, False, INITIAL.roadmap.union)
     state = dataclasses.replace(INITIAL, path=PATH, anticipated=other)
     assert state.guidance is other
     assert state.with_new_goal().anticipated is None

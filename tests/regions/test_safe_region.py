@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.safe_region import NEAR_HIT_RANGE, SafetyStar, ScanMemory, safety_star
-from drake_starnav.regions.star_region import covers
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, scattered, seeds, segment_distance
 
@@ -34,7 +33,7 @@ def driven(seed: int, poses: int = 5, beams: int = 360) -> tuple[SafetyStar, Sca
 def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_there(seed, beams):
     star, memory, _, _ = driven(seed, beams=beams)
     points = star.center + np.random.default_rng(seed).uniform(-1.3, 1.3, (800, 2))
-    inside = np.array([covers(star.center, star.bearing_0, star.values, *p) for p in points])
+    inside = star.alone.contains(points)
     assert inside.any() and not inside.all()
     hits = memory.points
     assert segment_distance(hits[None], star.center, points[inside][:, None]).min() > SAFE - 1e-9
@@ -83,8 +82,7 @@ def test_outside_the_field_of_view_nothing_is_certified():
     scan = LaserScan(0.0, -math.pi / 2, math.pi / 180, 0.0, 5.0, np.full(181, np.inf))
     star, _ = safety_star(ScanMemory(), scan, scan.distances, pose, SAFE, REACH, KEPT)
     ahead, behind = (pose[:2] + r * np.array((math.cos(0.5), math.sin(0.5))) for r in (1.19, -0.01))
-    assert covers(star.center, star.bearing_0, star.values, *ahead)
-    assert not covers(star.center, star.bearing_0, star.values, *behind)
+    assert star.alone.contains(np.array((ahead, behind))).tolist() == [True, False]
 
 
 TURNS = {
@@ -109,7 +107,7 @@ def test_a_seam_is_no_edge_of_the_view_wherever_it_lies(turn, seed, first):
     )
     theta = np.linspace(-math.pi, math.pi, 500)
     along = np.column_stack((np.cos(theta), np.sin(theta)))
-    reached = [np.array([covers(s.center, s.bearing_0, s.values, *p) for p in 0.4 * along]) for s in (star, usual)]
+    reached = [s.alone.contains(0.4 * along) for s in (star, usual)]
     assert (reached[0] == reached[1]).mean() > 0.95
     samples = star.bearing_0 + 2.0 * math.pi / len(star.values) * np.arange(len(star.values))
     inside = star.values[:, None] * np.column_stack((np.cos(samples), np.sin(samples)))
@@ -123,9 +121,7 @@ def test_what_a_moving_obstacle_hides_at_the_seam_is_not_certified():
     star = safe_star(LaserScan(0.0, 0.0, step, 0.0, 5.0, ranges, motion=motion))
     theta = star.bearing_0 + np.radians(np.linspace(-0.9, 0.3, 50))
     assert star.values.max() == REACH
-    assert not any(
-        covers(star.center, star.bearing_0, star.values, 1.05 * math.cos(t), 1.05 * math.sin(t)) for t in theta
-    )
+    assert not star.alone.contains(1.05 * np.column_stack((np.cos(theta), np.sin(theta)))).any()
 
 
 def test_a_robot_too_close_to_a_hit_may_only_move_away():
@@ -174,7 +170,7 @@ def test_hits_know_how_far_apart_they_are() -> None:
 def test_no_scan_certifies_no_motion():
     star = SafetyStar.none()
     assert not star.seen
-    assert not covers(star.center, star.bearing_0, star.values, 0.001, 0.0)
+    assert not star.alone.contains(np.array([(0.001, 0.0)]))[0]
 
 
 def test_the_star_ends_before_the_edges_of_a_view() -> None:

@@ -1,4 +1,3 @@
-import dataclasses
 import math
 import warnings
 
@@ -10,13 +9,10 @@ from drake_starnav.geometry.se2 import placed
 from drake_starnav.regions.bearing_hits import half_gaps
 from drake_starnav.regions.erosion import FreeRange, free_range
 from drake_starnav.regions.star_region import (
-    RegionStack,
     StarRegion,
-    covers,
     fit_region,
-    least_outside,
     scan_region,
-    segment_covered,
+    united,
 )
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, smooth_region
 
@@ -102,9 +98,6 @@ def test_contained_points_have_the_clearance_that_the_region_states(seed):
     assert region.gamma(points[inside]).min() > 1.0 - 1e-2  # a cubic may sag between its samples
     assert np.mean(region.gamma(points[inside]) >= 1.0) > 0.99
     assert (np.hypot(*(points[inside] - region.center).T) <= region.reach).all()
-    assert [bool(covers(region.center, region.bearing_0, region.boundary.values, *p)) for p in points[:50]] == list(
-        region.contains(points[:50])
-    )
 
 
 @settings(max_examples=20)
@@ -142,75 +135,6 @@ def test_gamma_at_a_center_without_room_warns_of_nothing():
         assert region.gamma(np.ones(2)) == np.inf
 
 
-def regions(count: int, seed: int = 0) -> list[StarRegion]:
-    rng = np.random.default_rng(seed)
-    return [smooth_region(rng, rng.uniform(-4.0, 4.0, 2)) for _ in range(count)]
-
-
-def assert_stacks(stack: RegionStack, expected: list[StarRegion]) -> None:
-    reference = RegionStack.of(expected)
-    assert len(stack) == len(expected)
-    for field in dataclasses.fields(RegionStack)[:5]:  # the storage behind them does not matter
-        np.testing.assert_array_equal(getattr(stack, field.name), getattr(reference, field.name))
-
-
-def test_appended_stacks_hold_the_new_region_and_leave_the_old_stacks_unchanged():
-    many = regions(40)
-    stacks = [RegionStack.of(many[:1])]
-    for region in many[1:]:
-        stacks.append(stacks[-1].appended(region))
-    for n, stack in enumerate(stacks, start=1):
-        assert_stacks(stack, many[:n])
-
-
-def test_two_stacks_extended_from_one_snapshot_never_disturb_each_other():
-    many = regions(12)
-    snapshot = RegionStack.of(many[:1])
-    for region in many[1:6]:
-        snapshot = snapshot.appended(region)
-    one = snapshot.appended(many[6]).appended(many[7])
-    other = snapshot.appended(many[8]).appended(many[9])
-    third = snapshot.appended(many[10])
-    assert_stacks(one, [*many[:6], many[6], many[7]])
-    assert_stacks(other, [*many[:6], many[8], many[9]])
-    assert_stacks(third, [*many[:6], many[10]])
-    assert_stacks(snapshot, many[:6])
-
-
-def test_an_appended_stack_shares_memory_while_there_is_room():
-    many = regions(8)
-    stack = RegionStack.of(many[:1]).appended(many[1])
-    longer = stack.appended(many[2]).appended(many[3])
-    assert np.shares_memory(longer.values, stack.values)
-
-
-@settings(max_examples=30)
-@given(seeds)
-def test_a_covered_segment_has_all_its_samples_in_some_region(seed):
-    many = regions(6, seed)
-    stack = RegionStack.of(many)
-    rng = np.random.default_rng(seed)
-    for a, b in rng.uniform(-4.0, 4.0, (20, 2, 2)):
-        count = int(np.hypot(*(b - a)) / 0.05) + 1
-        line = a + (b - a) * np.linspace(0.0, 1.0, count + 1)[:, None]
-        expected = np.any([r.contains(line) for r in many], axis=0).all()
-        assert segment_covered(*stack.arrays, *a, *b, 0.05) == expected
-
-
-@settings(max_examples=30)
-@given(seeds)
-def test_the_region_a_place_is_least_outside_of(seed):
-    many = regions(6, seed)
-    stack = RegionStack.of(many)
-    for place in np.random.default_rng(seed).uniform(-6.0, 6.0, (20, 2)):
-        offset = place - stack.center
-        bearing, away = np.arctan2(offset[:, 1], offset[:, 0]), np.hypot(*offset.T)
-        samples = bearing[:, None] + STEP * np.linspace(-1.0, 1.0, 41)  # phi may fall steeply between two samples
-        low, high = zip(*((phi.min(), phi.max()) for phi in map(StarRegion.phi, many, samples)), strict=True)
-        chosen = least_outside(*stack.arrays[:3], *place)
-        assert away[chosen] - high[chosen] <= (away - low).min() + 1e-9
-
-
 @settings(max_examples=10)
 @given(seeds)
 def test_a_region_in_another_frame_contains_the_same_points(seed):
@@ -221,7 +145,7 @@ def test_a_region_in_another_frame_contains_the_same_points(seed):
     there = placed(frame, points)
     gamma = region.gamma(points)
     np.testing.assert_allclose(region.moved(frame).gamma(there), gamma, rtol=1e-6)
-    stack = RegionStack.of((region,)).moved(frame)
+    union = united((region,)).moved(frame)
     away = np.abs(gamma - 1.0) > 1e-2  # not where rounding decides
-    found = [covers(stack.center[0], stack.bearing_0[0], stack.values[0], *p) for p in there[away]]
-    assert np.mean(np.array(found) == region.contains(points[away])) > 0.99
+    found = union.contains(there[away])
+    assert np.mean(found == region.contains(points[away])) > 0.99

@@ -12,8 +12,8 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import RegionStack
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
@@ -24,7 +24,7 @@ from tests.helpers.scans import MARGINS
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
-AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionStack.of(()))
+AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionUnion.none())
 
 
 def inputs(guidance: Guidance = AHEAD, star: SafetyStar = WIDE, state=(0.0,) * 5) -> dict:
@@ -94,7 +94,7 @@ def test_with_a_wide_star_it_drives_to_the_short_term_goal_within_the_limits() -
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_turns_towards_the_short_term_goal(side: float) -> None:
-    controlling = controlling_of(Guidance(np.array([[0.0, 3.0 * side]]), False, RegionStack.of(())))
+    controlling = controlling_of(Guidance(np.array([[0.0, 3.0 * side]]), False, RegionUnion.none()))
     v, omega = controlling.update(100)
     assert omega == pytest.approx(side * ROBOT.max_yaw_rate)
     assert v == pytest.approx(0.0, abs=1e-6)

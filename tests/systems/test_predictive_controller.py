@@ -7,7 +7,7 @@ from pydrake.common.value import Value
 from drake_starnav.control import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import RegionStack
+from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
 from drake_starnav.systems.predictive_controller import PredictiveController
 from drake_starnav.systems.twist_shield import TwistShield
@@ -17,7 +17,7 @@ from tests.helpers.scans import MARGINS, smooth_region
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 PERIOD = 1.0 / PARAMETERS.rate
 WIDE = SafetyStar(np.zeros(2), 0.0, np.full(720, 5.0), np.zeros((0, 2)))
-REGIONS = RegionStack.of([smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)])
+REGIONS = united([smooth_region(np.random.default_rng(0), np.zeros(2), mean=8.0)])
 AHEAD = Guidance(np.array([[3.0, 0.5]]), False, REGIONS)
 
 

@@ -278,13 +278,13 @@ def test_a_snapshot_once_read_never_changes() -> None:
     planning.see(SCREEN)
     planning.update()
     before = planning.out("roadmap")
-    values, stand = before.roadmap.stack.values.copy(), before.roadmap.frontiers.stand.copy()
+    values, stand = before.roadmap.union.values.copy(), before.roadmap.frontiers.stand.copy()
     for step in (0.8, 1.6):
         planning.see(SCREEN, POSE + (0.0, step, 0.0))
         planning.update()
     assert len(planning.out("roadmap").roadmap) == 3
     assert len(before.roadmap) == 1
-    assert np.array_equal(before.roadmap.stack.values, values)
+    assert np.array_equal(before.roadmap.union.values, values)
     assert np.array_equal(before.roadmap.frontiers.stand, stand)
 
 

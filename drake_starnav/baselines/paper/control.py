@@ -19,6 +19,7 @@ from drake_starnav.baselines.paper import constants
 from drake_starnav.control.heading_controller import turning_law, wrapped_angle
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import boundary_at
+from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.robot import RobotParameters
 
 LARGEST_GAMMA = 1e6
@@ -30,7 +31,7 @@ def proposal(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     pose, _, guidance, star = inputs
     if not len(guidance.path):
         return Proposal(np.zeros(2), np.zeros(2))
-    vector = modulated_vector(pose[:2], guidance.path[0] - pose[:2], guidance.regions.with_slopes, constants.SIGMA)
+    vector = modulated_vector(pose[:2], guidance.path[0] - pose[:2], guidance.regions, constants.SIGMA)
     vector = blended_vector(pose[:2], vector, star.near_hits, robot.radius + constants.MARGIN)
     length = float(np.hypot(*vector))
     if length == 0.0:
@@ -39,7 +40,7 @@ def proposal(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     return Proposal(turning_law(heading, min(length, constants.SPEED, robot.max_speed), robot), vector / length)
 
 
-def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: tuple, sigma: float) -> np.ndarray:
+def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUnion, sigma: float) -> np.ndarray:
     """The guiding vector modulated by each region that contains the position, weighted by max(Gamma, 1).
 
     Without such a region, the guiding vector itself.
@@ -47,7 +48,7 @@ def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: tuple, s
     Args:
         position: p, shape (2,), W, m.
         vector: p~, shape (2,), W, m.
-        regions: as `RegionStack.with_slopes`.
+        regions: around it.
         sigma: exponent of Gamma.
 
     Source: paper, eq. (modulate) to (sum_weighted).
@@ -84,9 +85,9 @@ def blend_share(clearance: float) -> float:
 @njit(cache=True)
 def _modulated(x, y, ux, uy, regions, sigma):
     """`modulated_vector` as numbers."""
-    center, bearing_0, values, slopes, _ = regions
+    center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
     sum_x = sum_y = total = 0.0
-    for k in range(len(bearing_0)):
+    for k in range(len(center)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         distance = math.sqrt(dx * dx + dy * dy)
         phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))

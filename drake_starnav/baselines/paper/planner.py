@@ -72,7 +72,7 @@ def shortest_path(roadmap: StarRoadmap, goal: np.ndarray) -> tuple[np.ndarray, b
 
     Source: paper, eq. (optim_selection).
     """
-    center, count = roadmap.stack.center, len(roadmap)
+    center, count = roadmap.union.center, len(roadmap)
     graph = csr_array((roadmap.lengths, roadmap.edges.T), shape=(count, count))
     distance, previous = dijkstra(graph, directed=False, indices=count - 1, return_predecessors=True)
     inside = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])

@@ -13,7 +13,7 @@ from drake_starnav.control.heading_controller import HEADING_GAIN
 from drake_starnav.control.modulation import boundary_at
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.regions.safe_region import SafetyStar
-from drake_starnav.regions.star_region import RegionStack
+from drake_starnav.regions.star_region import united
 from drake_starnav.robot import RobotParameters
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
@@ -24,7 +24,7 @@ def unit(angle: float) -> np.ndarray:
 
 def modulation_matrix(region, point: np.ndarray, sigma: float) -> tuple[np.ndarray, float]:
     """M = E D E^-1 and Gamma by the region's boundary, as it is sampled, and NumPy's inverse."""
-    offset, stack = point - region.center, RegionStack.of([region])
+    offset, stack = point - region.center, united([region])
     theta, distance = math.atan2(offset[1], offset[0]), np.hypot(*offset)
     phi, slope = boundary_at(stack.values[0], stack.slopes[0], stack.bearing_0[0], theta)
     gamma = (phi / distance) ** sigma
@@ -45,13 +45,13 @@ def test_overlapping_regions_are_summed_with_the_weights_of_the_paper(seed):
     inside = [(matrix, max(gamma, 1.0)) for matrix, gamma in matrices if gamma > 1.0]
     weights = sum(weight for _, weight in inside)
     expected = sum(weight / weights * matrix @ guide for matrix, weight in inside) if inside else guide
-    found = modulated_vector(point, guide, RegionStack.of(regions).with_slopes, constants.SIGMA)
+    found = modulated_vector(point, guide, united(regions), constants.SIGMA)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 def test_at_its_reference_point_a_region_does_not_modulate():
     region = smooth_region(np.random.default_rng(3), np.array((0.4, -0.2)))
-    found = modulated_vector(region.center, np.array((1.5, 0.5)), RegionStack.of([region]).with_slopes, 2.0)
+    found = modulated_vector(region.center, np.array((1.5, 0.5)), united([region]), 2.0)
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 
@@ -60,12 +60,12 @@ def test_at_its_reference_point_a_region_does_not_modulate():
 def test_on_the_boundary_the_modulated_vector_is_tangent_to_it(seed):
     rng = np.random.default_rng(seed)
     region, theta = smooth_region(rng, np.zeros(2)), rng.uniform(-math.pi, math.pi)
-    stack = RegionStack.of([region])
+    stack = united([region])
     phi, slope = boundary_at(stack.values[0], stack.slopes[0], stack.bearing_0[0], theta)
     point = region.center + (1.0 - 1e-7) * phi * unit(theta)
     normal = phi * unit(theta) - slope * unit(theta + 0.5 * math.pi)
     guide = rng.uniform(-1.0, 1.0, 2)
-    outward = modulated_vector(point, guide, stack.with_slopes, 2.0) @ normal / np.hypot(*normal)
+    outward = modulated_vector(point, guide, stack, 2.0) @ normal / np.hypot(*normal)
     assert abs(outward) < 1e-5
 
 

@@ -87,7 +87,7 @@ def test_frontier_points_lie_in_no_older_region(seed: int) -> None:
 def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_chosen(seed: int) -> None:
     roadmap, goal = explored(seed), np.array((9.0, 4.0))
     path, arrives = shortest_path(roadmap, goal)
-    center, points = roadmap.stack.center, roadmap.frontiers.stand
+    center, points = roadmap.union.center, roadmap.frontiers.stand
     length = np.full((5, 5), np.inf)
     for (i, j), known in zip(roadmap.edges, roadmap.lengths, strict=True):
         length[i, j] = length[j, i] = known

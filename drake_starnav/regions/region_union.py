@@ -1,0 +1,234 @@
+"""A union of star-shaped regions as one record of arrays, and what everybody asks of it: is a place, a line free?"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.geometry.compiled import leaf
+from drake_starnav.geometry.se2 import placed
+
+LINE_STEP = 0.05
+"""Sample spacing on lines of sight inside a union, m."""
+ROUGH = 0.01
+"""The error of a rough bearing is less than this, in samples."""
+LEAP = 16
+"""So many samples of a line are first tried at once."""
+GAP_SAMPLES = 10
+"""Length of a gap between regions that is looked at, in samples."""
+CELL = 0.4
+"""Size of a cell of the index, m."""
+WORD = 64
+"""Regions in a word of the index."""
+
+
+class RegionUnion(NamedTuple):
+    """The union of n regions of M samples each, oldest first, for compiled functions. Immutable; W.
+
+    A place is in a region if it is no farther from its centre than the smaller of the two samples beside its bearing.
+    Compiled functions unpack the fields that they need before a loop: reading one costs more than what is done with it.
+
+    Attributes:
+        center: shape (n, 2), m.
+        bearing_0: bearing of sample 0, shape (n,), rad.
+        values, slopes: shape (n, M), Phi and Phi' at the samples, m and m/rad. Slopes of shape (n, 0): no modulation.
+        marks: index, shape (nx, ny, w), uint64: bit k % 64 of word k // 64 is set in each cell that region k touches;
+            see `region_index`. Shape (0, 0, 1): no index, as does for up to 200 regions.
+        corner: number of the cell of W that comes first, shape (2,), for both axes.
+    """
+
+    center: np.ndarray
+    bearing_0: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    marks: np.ndarray = np.zeros((0, 0, 1), np.uint64)
+    corner: np.ndarray = np.zeros(2, np.int64)
+
+    @staticmethod
+    def none() -> "RegionUnion":
+        """Without regions."""
+        return RegionUnion(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)))
+
+    @staticmethod
+    def alone(center: np.ndarray, bearing_0: float, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
+        """Of one region, whose arrays of shape (M,) it shares."""
+        return RegionUnion(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
+
+    @property
+    def size(self) -> int:
+        """Number of regions."""
+        return len(self.bearing_0)
+
+    @property
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The fields that have a row for each region."""
+        return self.center, self.bearing_0, self.values, self.slopes
+
+    def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
+        """Whether points in W are in the union, or up to `slack` (m) beyond a boundary; shape (n, 2) -> (n,), bool."""
+        return np.array([cover_at(self, x, y, slack) >= 0 for x, y in points.tolist()], bool)
+
+    def moved(self, frame: np.ndarray) -> "RegionUnion":
+        """The same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
+        return RegionUnion(placed(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
+
+
+@njit(cache=True)
+def cover_at(union, x, y, slack):
+    """Index of the newest region of a union that contains (x, y), or up to `slack` beyond its boundary, m; or -1.
+
+    With an index, the slack is less than `region_index.SLACK`.
+    """
+    return newest_cover(union.center, union.bearing_0, union.values, union.marks, union.corner, (x, y), slack)
+
+
+@njit(cache=True, error_model="numpy")
+def newest_cover(center, bearing_0, values, marks, corner, place, slack):
+    """As `cover_at`, of the fields of a union and a place (x, y), for loops."""
+    x, y = place
+    if marks.shape[0] == 0:
+        for k in range(len(bearing_0) - 1, -1, -1):
+            if covers(center, bearing_0, values, k, x, y, slack):
+                return k
+        return -1
+    i, j = int(math.floor(x / CELL)) - corner[0], int(math.floor(y / CELL)) - corner[1]
+    if i < 0 or j < 0 or i >= marks.shape[0] or j >= marks.shape[1]:
+        return -1
+    for w in range(marks.shape[2] - 1, -1, -1):
+        word = marks[i, j, w]
+        while word != 0:
+            bit = top_bit(word)
+            word ^= np.uint64(1) << np.uint64(bit)
+            if covers(center, bearing_0, values, w * WORD + bit, x, y, slack):
+                return w * WORD + bit
+    return -1
+
+
+@njit(cache=True)
+def first_gap(union, start, end, guess):
+    """How far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
+
+    Samples are LINE_STEP apart. The one at `guess` (m, 0: none) is tried first, and within a gap the middle one is
+    returned: other segments probably leave the union there, too. Of one region many samples are found at once.
+    """
+    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    (x0, y0), (x1, y1) = start, end
+    length = math.hypot(x1 - x0, y1 - y0)
+    count = int(length / LINE_STEP) + 1
+    if 0.0 < guess < length:
+        i = int(guess / length * count + 0.5)
+        place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+        if newest_cover(center, bearing_0, values, marks, corner, place, 0.0) < 0:
+            return max(length * i / count, 1e-9)
+    last, i, leap = -1, 0, 1
+    while i <= count:
+        place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+        before = last
+        if last < 0 or not covers(center, bearing_0, values, last, place[0], place[1], 0.0):
+            last = newest_cover(center, bearing_0, values, marks, corner, place, 0.0)
+        if last < 0:
+            break
+        if last != before:
+            leap = LEAP
+        i += 1
+        while leap > 1 and i <= count:
+            ahead = min(i + leap, count)
+            far = x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count
+            if _covers_segment(center, bearing_0, values, last, place, far):
+                i, place, leap = ahead + 1, far, 2 * leap
+            else:
+                leap //= 2
+    if i > count:
+        return -1.0
+    beyond = i + 1
+    while beyond <= min(count, i + GAP_SAMPLES):
+        place = x0 + (x1 - x0) * beyond / count, y0 + (y1 - y0) * beyond / count
+        if newest_cover(center, bearing_0, values, marks, corner, place, 0.0) >= 0:
+            break
+        beyond += 1
+    return max(length * ((i + beyond - 1) // 2) / count, 1e-9)
+
+
+@njit(cache=True)
+def least_outside(union, before, x, y):
+    """Index of the region, of those before one, whose boundary (x, y) exceeds least, along the ray from its centre.
+
+    Of equals the newest.
+    """
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    best, least = -1, np.inf
+    for k in range(before - 1, -1, -1):
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
+        outside = math.hypot(dx, dy) - min(values[k, left], values[k, right])
+        if outside < least:
+            best, least = k, outside
+    return best
+
+
+@leaf
+def covers(center, bearing_0, values, k, x, y, slack):
+    """Whether region k of a union with these fields contains (x, y), or up to `slack` beyond its boundary, m."""
+    dx, dy = x - center[k, 0], y - center[k, 1]
+    squared = dx * dx + dy * dy
+    if squared < 1e-12:  # the centre itself
+        return True
+    left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
+    bound = min(values[k, left], values[k, right]) + slack
+    return squared <= bound * bound
+
+
+@njit(cache=True)
+def _covers_segment(center, bearing_0, values, k, start, end):
+    """Whether region k certainly covers a segment: its values between the bearings of both ends are large enough."""
+    ax, ay, bx, by = start[0] - center[k, 0], start[1] - center[k, 1], end[0] - center[k, 0], end[1] - center[k, 1]
+    if ax * ax + ay * ay < 1e-12:  # no bearing
+        ax, ay = bx, by
+    farthest = math.sqrt(max(ax * ax + ay * ay, bx * bx + by * by)) + 1e-9
+    turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+    if not abs(turn) < 3.0:
+        return False
+    samples = values.shape[1]
+    step = 2.0 * math.pi / samples
+    begin = math.atan2(ay, ax) - bearing_0[k]
+    low, high = min(begin, begin + turn), max(begin, begin + turn)
+    for m in range(int(math.floor(low / step - 1e-6)), int(math.floor(high / step + 1e-6)) + 2):
+        if values[k, m % samples] < farthest:
+            return False
+    return True
+
+
+@njit(cache=True)
+def top_bit(word):
+    """Index of the highest bit that is set."""
+    bit = 0
+    for shift in (32, 16, 8, 4, 2, 1):
+        if word >> np.uint64(shift):
+            word >>= np.uint64(shift)
+            bit += shift
+    return bit
+
+
+@leaf
+def samples_beside(bearing_0, samples, dx, dy):
+    """Indices of the two samples beside the direction (dx, dy): by a polynomial for its bearing, exact up to 2e-5 rad.
+
+    It is several times faster than `atan2`, which decides where a direction is too near to a sample.
+    """
+    a, b = abs(dx), abs(dy)
+    z = min(a, b) / max(a, b) if a + b > 0.0 else 0.0
+    s = z * z
+    angle = z * (
+        0.99997726 + s * (-0.33262347 + s * (0.19354346 + s * (-0.11643287 + s * (0.05265332 - s * 0.0117212))))
+    )
+    if b > a:
+        angle = 0.5 * math.pi - angle
+    if dx < 0.0:
+        angle = math.pi - angle
+    turn = ((-angle if dy < 0.0 else angle) - bearing_0) / (2.0 * math.pi)
+    position = (turn - math.floor(turn)) * samples
+    left = int(position)
+    if not ROUGH < position - left < 1.0 - ROUGH:
+        left = int(math.floor((math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi))) % samples
+    return left, left + 1 if left + 1 < samples else 0
