@@ -134,6 +134,7 @@ def _checked(place, position, velocity, points, radius):
 
 @njit(cache=True)
 def _foa(x, y, vx, vy, points, radius):
+    """The modulated velocity (x, y) of a robot at (x, y) with a nominal one (vx, vy); see `foa_velocity`."""
     speed = math.hypot(vx, vy)
     directions, distances = _hits(x, y, points, radius)
     weights = _weights(distances, 1.0, math.inf)
@@ -152,6 +153,7 @@ def _foa(x, y, vx, vy, points, radius):
 
 @njit(cache=True)
 def _foa_cluster(x, y, vx, vy, points, labels, radius):
+    """The same by clusters: `labels` (n,) number those of the points, -1 for none; see `foa_cluster_velocity`."""
     speed = math.hypot(vx, vy)
     ux, uy = vx / speed, vy / speed
     directions, distances = _hits(x, y, points, radius)
@@ -219,6 +221,7 @@ def _hits(x, y, points, radius):
 
 @njit(cache=True)
 def _weights(distances, length, limit):
+    """Weights (n,) of hits at distances (n,) from the hull, divided by their sum, or the limit, where that is above 1."""
     shift = 0.0
     if len(distances) > 0 and distances.min() < MIN_DISTANCE:
         shift = MIN_DISTANCE - distances.min()

@@ -101,6 +101,7 @@ def _limited(velocity: np.ndarray, speed: float) -> np.ndarray:
 
 @njit(cache=True)
 def _repulsion(x, y, points, robot_radius, influence):
+    """The repulsion (x, y) at a place of points (n, 2) nearer to the hull than `influence`, without the gain."""
     sum_x = sum_y = total = strongest = 0.0
     for k in range(len(points)):
         dx, dy = x - points[k, 0], y - points[k, 1]

@@ -154,6 +154,7 @@ def rollout_costs(twists: np.ndarray, inputs: ControllerInputs, margins: Margins
 
 @njit(cache=True)
 def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
+    """The cost (n,) of each of the twists (n, 2), by the line to follow and what is left of it from each corner."""
     hits, star = known.hits, known.star
     center, bearing_0, values = star.center, star.bearing_0, star.values
     radius = settings.radius

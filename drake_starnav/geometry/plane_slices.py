@@ -126,6 +126,7 @@ def scan_planes(X_WF, X_WS, known):
 
 @leaf
 def _dot(a, b):
+    """The scalar product of two vectors (3,)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -138,6 +139,7 @@ def _along(point, axis, origin):
 
 @njit(cache=True)
 def _slice(plane, quadrics, vertices, face_starts, face_vertices):
+    """The rows (k, 14) of the slice of `Solids` by a plane (3, 3)."""
     a, b, normal = plane[0], plane[1], np.empty(3)
     normal[0], normal[1] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
     normal[2] = a[0] * b[1] - a[1] * b[0]
@@ -165,6 +167,7 @@ def _slice(plane, quadrics, vertices, face_starts, face_vertices):
 
 @njit(cache=True)
 def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
+    """Write the segment in which the plane cuts the face of corners first to last; returns the new count of rows."""
     x1 = y1 = x2 = y2 = 0.0
     found = 0
     for k in range(first, last):
@@ -185,6 +188,7 @@ def _slice_face(first, last, corners, vertices, heights, plane, rows, count):
 
 @leaf
 def _put_segment(x1, y1, x2, y2, rows, count):
+    """Write a segment between two points of the plane as a row; returns the new count of rows."""
     row = rows[count]
     row[0], row[1], row[2], row[3] = (x1 + x2) / 2.0, (y1 + y2) / 2.0, math.hypot(x2 - x1, y2 - y1) / 2.0, SEGMENT
     row[4], row[5], row[6], row[7] = x1, y1, x2, y2

@@ -136,6 +136,7 @@ def cast_grid(
 
 @njit(cache=True)
 def _bucket(i, j, buckets):
+    """The bucket of the grid cell (i, j)."""
     # Cells of one column i are consecutive; multiples of the golden ratio spread the columns evenly.
     return (i * (int(0.6180339887498949 * buckets) | 1) + j) & (buckets - 1)
 

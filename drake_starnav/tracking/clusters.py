@@ -65,6 +65,7 @@ def _chord(scan: LaserScan, run: np.ndarray) -> float:
 
 @njit(cache=True)
 def _runs(chosen, distance, hit, increment, wrap):
+    """First beams and lengths, each (k,), of the runs of chosen beams (n,) whose hits are connected."""
     n = len(chosen)
     first, count = [0], [0]
     start = 0

@@ -27,6 +27,7 @@ def occlusion_points(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def _occlusion_points(distance, increment, wrap, x, y, bearing_0):
+    """Points (k, 2) behind the edges between beams of distances (n,), of a sensor at (x, y)."""
     n = len(distance)
     places = []
     for k in range(n if wrap else n - 1):

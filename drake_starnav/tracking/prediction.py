@@ -39,6 +39,7 @@ def predicted_trajectories(
 
 @njit(cache=True)
 def _predicted_trajectories(position, velocity, radius, walls, steps):
+    """Positions (n, steps + 1, 2) of discs that bounce off the walls (k, 2)."""
     n = len(radius)
     out = np.empty((n, steps + 1, 2))
     for k in range(n):

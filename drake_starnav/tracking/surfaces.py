@@ -45,6 +45,7 @@ def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> 
 
 @njit(cache=True)
 def _large(distance, bearing, hit, wrap, width, notch):
+    """Which hits of beams of distances and bearings (n,) are on a surface wider than `width`, (n,) bool."""
     n = len(distance)
     out = np.zeros(n, np.bool_)
     joined = np.empty(n, np.bool_)  # whether beam k continues the surface of the one before

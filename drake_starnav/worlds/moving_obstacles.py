@@ -118,6 +118,7 @@ def there_and_back(way_points: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def _states(times: np.ndarray, way_points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (m, n, 2) at times (m,) on paths that begin at `first` (n + 1,) in way points."""
     count = len(first) - 1
     positions = np.empty((len(times), count, 2))
     velocities = np.empty((len(times), count, 2))

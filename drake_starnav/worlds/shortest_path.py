@@ -185,6 +185,7 @@ def _search_grid(
 
 @njit(cache=True)
 def _nearest_cell(x: float, y: float, origin: np.ndarray, resolution: float) -> tuple[int, int]:
+    """The grid point (i, j) nearest to a place."""
     return int(round((x - origin[0]) / resolution)), int(round((y - origin[1]) / resolution))
 
 
