@@ -221,7 +221,7 @@ def _hits(x, y, points, radius):
 
 @njit(cache=True)
 def _weights(distances, length, limit):
-    """Weights (n,) of hits at distances (n,) from the hull, divided by their sum, or the limit, where that is above 1."""
+    """Weights (n,) of hits at distances (n,) from the hull, divided by their sum or the limit if above 1."""
     shift = 0.0
     if len(distances) > 0 and distances.min() < MIN_DISTANCE:
         shift = MIN_DISTANCE - distances.min()

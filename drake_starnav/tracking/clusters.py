@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan, chord
-from drake_starnav.tracking.occupancy_history import connected
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.tracking.surfaces import joined, runs, scan_chord
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
@@ -33,18 +33,17 @@ def clusters(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, large
     """
     narrow, wide = [], np.zeros(len(doubtful), bool)
     for run in _split(scan, doubtful | may_start):
-        if _chord(scan, run) <= 2.0 * largest:
+        if scan_chord(scan, run) <= 2.0 * largest:
             narrow.append(run)
         else:
             wide[run] = True
-    narrow += [run for run in _split(scan, doubtful & wide) if _chord(scan, run) <= 2.0 * largest]
+    narrow += [run for run in _split(scan, doubtful & wide) if scan_chord(scan, run) <= 2.0 * largest]
     return [run for run in narrow if len(run) >= FEWEST_BEAMS]
 
 
 def _split(scan: LaserScan, chosen: np.ndarray) -> list[np.ndarray]:
-    first, count = _runs(chosen, scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
-    whole = [(start + np.arange(length)) % len(chosen) for start, length in zip(first, count, strict=True)]
-    return [part for run in whole for part in _parts(run, scan.distances[run])]
+    continues = joined(scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
+    return [part for run in runs(chosen & scan.hits, continues) for part in _parts(run, scan.distances[run])]
 
 
 def _parts(run: np.ndarray, distance: np.ndarray) -> list[np.ndarray]:
@@ -57,36 +56,6 @@ def _parts(run: np.ndarray, distance: np.ndarray) -> list[np.ndarray]:
         return [run]
     after = peak + 1
     return _parts(run[:after], distance[:after]) + _parts(run[after:], distance[after:])
-
-
-def _chord(scan: LaserScan, run: np.ndarray) -> float:
-    return chord(scan.distances[run[0]], scan.distances[run[-1]], (len(run) - 1) * scan.angle_increment)
-
-
-@njit(cache=True)
-def _runs(chosen, distance, hit, increment, wrap):
-    """First beams and lengths, each (k,), of the runs of chosen beams (n,) whose hits are connected."""
-    n = len(chosen)
-    first, count = [0], [0]
-    start = 0
-    if wrap:
-        for k in range(n):
-            if not (chosen[k] and chosen[k - 1] and connected(distance, hit, k - 1 if k else n - 1, k, increment)):
-                start = k
-                break
-    open_run = False
-    for step in range(n):
-        k = (start + step) % n
-        if not (chosen[k] and hit[k]):
-            open_run = False
-            continue
-        if open_run and (k > 0 or wrap) and connected(distance, hit, k - 1 if k else n - 1, k, increment):
-            count[-1] += 1
-        else:
-            first.append(k)
-            count.append(1)
-            open_run = True
-    return np.array(first[1:]), np.array(count[1:])
 
 
 def first_disc(

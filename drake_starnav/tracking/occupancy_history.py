@@ -15,8 +15,9 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan, chord
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.tracking.surfaces import joined, runs, scan_chord
 from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05
@@ -31,9 +32,6 @@ RANGE_SLACK = 0.05
 STANDING_AFTER = 2.0
 HIT_SHARE = 0.5
 """A cell hit for this long, s, counts as static if its first and last hit are at least this share of it apart."""
-CONNECTED = 0.15
-CONNECTED_PER_RANGE = 0.05
-"""Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
 _BESIDE = np.indices((3, 3)).reshape(2, 9) - 1  # rows and columns of a cell and its neighbours, from its own
 
 
@@ -95,7 +93,7 @@ class OccupancyHistory:
         stands[beams] = _stands(self.first_hit[near], self.last_hit[near], scan.time).any(axis=1)
         freed[beams] = self.seen_free[i, j] >= 0.0
         widest = 2.0 * parameters.max_radius
-        static = _on_static_surface(scan.distances, scan.hits, scan.angle_increment, scan.full_circle, widest, stands)
+        static = _on_static_surface(scan, widest, stands)
         dynamic, came = _in_pairs(freed & ~stands), _in_pairs(freed)
         unknown = scan.hits & ~stands & (freed | ~static)
         return np.where(dynamic, DYNAMIC, np.where(unknown, UNKNOWN, STATIC)), came
@@ -155,42 +153,12 @@ def _shifted(array: np.ndarray, di: int, dj: int) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
-def connected(distance, hit, k, j, increment):
-    """Whether the hits of two consecutive beams k and j lie on one surface."""
-    if not (hit[k] and hit[j]):
-        return False
-    a, b = distance[k], distance[j]
-    return chord(a, b, increment) <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
-
-
-@njit(cache=True)
-def _on_static_surface(distance, hit, increment, wrap, width, stands):
+def _on_static_surface(scan: LaserScan, width: float, stands: np.ndarray) -> np.ndarray:
     """Which hits are part of a run of connected ones that is wider than `width`, or of which one certainly `stands`."""
-    n = len(distance)
-    out = np.zeros(n, np.bool_)
-    start = -1
-    for k in range(n):
-        if not connected(distance, hit, k - 1 if k else n - 1, k, increment) or (k == 0 and not wrap):
-            start = k
-            break
-    if start < 0:  # one surface all around
-        return hit.copy()
-    first = start
-    for step in range(1, n + 1):
-        k = (start + step) % n
-        before = (start + step - 1) % n
-        seam = k == 0 and not wrap
-        if step < n and not seam and connected(distance, hit, before, k, increment):
-            continue
-        if hit[first]:
-            count = (before - first) % n
-            static = chord(distance[first], distance[before], count * increment) > width
-            for m in range(count + 1):
-                static = static or stands[(first + m) % n]
-            for m in range(count + 1):
-                out[(first + m) % n] = static
-        first = k
+    out = np.zeros(len(scan.hits), bool)
+    continues = joined(scan.distances, scan.hits, scan.angle_increment, scan.full_circle)
+    for run in runs(scan.hits, continues):
+        out[run] = continues.all() or scan_chord(scan, run) > width or stands[run].any()
     return out
 
 

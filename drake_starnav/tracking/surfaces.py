@@ -9,11 +9,14 @@ turns to the left. A surface wider than the largest dynamic obstacle is static.
 import math
 
 import numpy as np
-from numba import njit
+from scipy.spatial.distance import pdist
 
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.tracking.occupancy_history import connected
+from drake_starnav.geometry.polyline import simplified
+from drake_starnav.lidar.laser_scan import LaserScan, chord
 
+CONNECTED = 0.15
+CONNECTED_PER_RANGE = 0.05
+"""Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
 FLATNESS = 0.05
 NOISES = 5.0
 """A notch of less than this between two things is not seen, m; nor one of less than so many standard deviations of the
@@ -39,91 +42,69 @@ def on_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -> 
     distance = scan.distances[said]
     hit = (scan.ranges[said] < scan.range_max) & (distance * scan.angle_increment <= WIDEST_SPACING)
     notch = max(FLATNESS, NOISES * range_deviation)
-    out[said] = _large(distance, scan.bearings[said], hit, scan.full_circle, width, notch)
+    bearing = scan.bearings[said]
+    ends = distance[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    continues = joined(distance, hit, np.diff(bearing, prepend=bearing[-1:] - 2.0 * math.pi), scan.full_circle)
+    for run in runs(hit, continues):
+        whole = np.roll(run, -int(np.argmax(distance))) if continues.all() else run  # is cut at its farthest corner
+        out[said[whole]] = _on_wide_surface(ends[whole], width, notch)
     return out
 
 
-@njit(cache=True)
-def _large(distance, bearing, hit, wrap, width, notch):
-    """Which hits of beams of distances and bearings (n,) are on a surface wider than `width`, (n,) bool."""
-    n = len(distance)
-    out = np.zeros(n, np.bool_)
-    joined = np.empty(n, np.bool_)  # whether beam k continues the surface of the one before
-    for k in range(n):
-        angle = bearing[k] - bearing[k - 1] if k else bearing[0] - bearing[n - 1] + 2.0 * math.pi
-        joined[k] = (k > 0 or wrap) and connected(distance, hit, k - 1 if k else n - 1, k, angle)
-    start = 0
-    while start < n and joined[start]:
-        start += 1
-    if start == n:  # one outline all around is cut open at its farthest corner
-        start = int(np.argmax(distance))
-    first = start
-    while first < start + n:
-        last = first
-        while last + 1 < start + n and joined[(last + 1) % n]:
-            last += 1
-        if hit[first % n]:
-            _part(distance, bearing, first, last, width, notch, out)
-        first = last + 1
-    return out
+def joined(distance: np.ndarray, hit: np.ndarray, angle: float | np.ndarray, wrap: bool) -> np.ndarray:
+    """Which beams hit the surface that the beam before has hit, shape (n,), bool.
+
+    Args:
+        distance: shape (n,), m.
+        hit: shape (n,), bool.
+        angle: between each beam and the one before, one for all or of shape (n,), rad.
+        wrap: whether the last beam is the one before the first.
+    """
+    before = np.roll(distance, 1)
+    apart = np.sqrt(np.maximum(before * before + distance * distance - 2.0 * before * distance * np.cos(angle), 0.0))
+    near = apart <= np.maximum(CONNECTED, CONNECTED_PER_RANGE * np.minimum(before, distance))
+    near[0] &= wrap
+    return hit & np.roll(hit, 1) & near
 
 
-@njit(cache=True)
-def _part(distance, bearing, first, last, width, notch, out):
-    """Mark which of the connected hits first to last, modulo their number, are on a wide convex surface."""
-    n = len(distance)
-    count = last - first + 1
-    x, y = np.empty(count), np.empty(count)
-    for k in range(count):
-        b = (first + k) % n
-        x[k], y[k] = distance[b] * math.cos(bearing[b]), distance[b] * math.sin(bearing[b])
-    corner = _outline(x, y, notch)
+def runs(chosen: np.ndarray, continues: np.ndarray) -> list[np.ndarray]:
+    """The runs of chosen beams of which each continues the one before: beam numbers, in order.
+
+    Args:
+        chosen, continues: shape (n,), bool; the second as from `joined`.
+    """
+    begins = chosen & ~(continues & np.roll(chosen, 1))
+    first = np.flatnonzero(begins)
+    last = np.flatnonzero(chosen & np.roll(begins | ~chosen, -1))
+    if not len(first):  # none, or one all around
+        return [np.flatnonzero(chosen)] if chosen.any() else []
+    if last[0] < first[0]:
+        last = np.roll(last, -1)
+    return [
+        (start + np.arange((end - start) % len(chosen) + 1)) % len(chosen)
+        for start, end in zip(first, last, strict=True)
+    ]
+
+
+def scan_chord(scan: LaserScan, run: np.ndarray) -> float:
+    """Distance between the first and the last hit of a run of beams, m."""
+    return chord(scan.distances[run[0]], scan.distances[run[-1]], (len(run) - 1) * scan.angle_increment)
+
+
+def _on_wide_surface(points: np.ndarray, width: float, notch: float) -> np.ndarray:
+    """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
+    out = np.zeros(len(points), bool)
+    outline = simplified(points, notch)
+    corner = np.flatnonzero((points[:, None] == outline).all(axis=2).any(axis=1))
     begin = 0  # index of the corner that the present surface begins at
     for i in range(1, len(corner)):
-        receding = i == len(corner) - 1
-        if not receding:
-            a, b, c = corner[i - 1], corner[i], corner[i + 1]
-            receding = (x[b] - x[a]) * (y[c] - y[b]) - (y[b] - y[a]) * (x[c] - x[b]) > 0.0
-        if not receding:
-            continue
+        if i < len(corner) - 1:
+            (ax, ay), (bx, by) = np.diff(points[corner[i - 1 : i + 2]], axis=0)
+            if ax * by - ay * bx <= 0.0:
+                continue
         # a hit at a notch may be the neighbour's, across a step
-        low = corner[begin] + (1 if begin > 0 else 0)
-        high = corner[i] - (1 if i < len(corner) - 1 else 0)
-        if _extent(x, y, low, high) > width:
-            for k in range(corner[begin], corner[i] + 1):
-                out[(first + k) % n] = True
+        surface = points[corner[begin] + (begin > 0) : corner[i] + (i == len(corner) - 1)]
+        if pdist(surface).max(initial=0.0) > width:
+            out[corner[begin] : corner[i] + 1] = True
         begin = i
-
-
-@njit(cache=True)
-def _extent(x, y, low, high):
-    """Largest distance between two of the points low to high."""
-    most = 0.0
-    for i in range(low, high + 1):
-        for j in range(i + 1, high + 1):
-            most = max(most, (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2)
-    return math.sqrt(most)
-
-
-@njit(cache=True)
-def _outline(x, y, notch):
-    """Indices of the corners of a polygon no farther than `notch` from any of the points; the ends are two of them."""
-    count = len(x)
-    chosen = np.zeros(count, np.bool_)
-    chosen[0] = chosen[count - 1] = True
-    pending = [(0, count - 1)]
-    while len(pending) > 0:
-        a, b = pending.pop()
-        dx, dy = x[b] - x[a], y[b] - y[a]
-        square = max(dx * dx + dy * dy, 1e-12)
-        most, farthest = notch, -1
-        for k in range(a + 1, b):
-            along = min(max(((x[k] - x[a]) * dx + (y[k] - y[a]) * dy) / square, 0.0), 1.0)
-            away = math.hypot(x[k] - x[a] - along * dx, y[k] - y[a] - along * dy)
-            if away > most:
-                most, farthest = away, k
-        if farthest >= 0:
-            chosen[farthest] = True
-            pending.append((a, farthest))
-            pending.append((farthest, b))
-    return np.flatnonzero(chosen)
+    return out
