@@ -81,7 +81,8 @@ const starnav = (function () {
   }
   function resize() {
     viewer.set_3d_pane_size();
-    held = '';
+    if (!turned) look(view);
+    viewer.render();
   }
 
   // Where the pane shows a point of W, and the point of the floor that it shows somewhere, or null above the horizon.
@@ -125,7 +126,7 @@ const starnav = (function () {
   }
   const playing = (so) => play.classList.toggle('playing', so);
   function update() {
-    if (!turned && held !== stand()) look(view);  // the scene came later, or has another size
+    if (!turned && held !== stand()) look(view);  // the scene came later
     if (!settings.live) {
       clock.textContent = 't = ' + animator.time.toFixed(1) + ' s';
       bar.max = animator.duration;

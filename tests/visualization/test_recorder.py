@@ -425,6 +425,25 @@ def test_nothing_covers_the_scene_which_is_seen_as_a_whole(page, width):
     page.wait_for_timeout(300)
 
 
+def test_a_page_of_another_size_is_drawn_to_it_at_once(page):
+    """In the frame of the change: a picture may be taken of it."""
+    page.evaluate("""
+        () => {
+          window.frames_drawn = [];
+          const [resize, render] = [viewer.set_3d_pane_size.bind(viewer), viewer.render.bind(viewer)];
+          viewer.set_3d_pane_size = () => { resize(); frames_drawn.push('resized'); };
+          viewer.render = () => { render(); frames_drawn.push(viewer.camera.position.y); };
+          requestAnimationFrame(function next() { frames_drawn.push('frame'); requestAnimationFrame(next); });
+        }""")
+    page.set_viewport_size({"width": 800, "height": 800})
+    page.wait_for_timeout(300)
+    drawn = page.evaluate("frames_drawn")
+    last = max(k for k, what in enumerate(drawn) if what == "resized")
+    assert drawn[last + 1] == page.evaluate("viewer.camera.position.y")
+    page.set_viewport_size({"width": 1100, "height": 800})
+    page.wait_for_timeout(300)
+
+
 def test_the_legend_folds_and_its_rows_hide_and_show(page):
     legend = page.locator("#starnav-legend")
     assert legend.get_attribute("open") is not None and "robot" in legend.inner_text()
