@@ -1,8 +1,10 @@
 """Run cases and collect the trials' records, in a file that survives interruption."""
 
+import time
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
+from heapq import heapify, heapreplace
 from statistics import fmean
 
 from drake_starnav.errors import one_line
@@ -17,40 +19,51 @@ from drake_starnav.utils.progress import Progress
 class TimeLeft:
     """Estimates how long a batch takes yet, from the times of the trials that have ended."""
 
-    def __init__(self, jobs: Sequence[Job], workers: int) -> None:
+    def __init__(self, jobs: Sequence[Job], workers: int, clock: Callable[[], float] = time.monotonic) -> None:
         """
         Args:
             jobs: all trials of the batch.
             workers: number of trials that run at a time.
+            clock: tells the time, s.
         """
-        self._waiting = Counter(job.case for job in jobs)
+        self._waiting, self._clock = Counter(job.case for job in jobs), clock
+        self._begun = [clock()] * min(workers, len(jobs))  # of the trials under way
         self._workers, self._ended = workers, 0
         self._times: defaultdict[Case, list[float]] = defaultdict(list)
         self._first_times: defaultdict[Case, list[float]] = defaultdict(list)
 
     def add(self, job: Job, seconds: float) -> None:
         """A trial has ended, which took so long."""
+        now = self._clock()
         self._waiting[job.case] -= 1
+        self._begun.remove(min(self._begun, key=lambda begun: abs(now - seconds - begun)))
+        if self._waiting.total() > len(self._begun):
+            self._begun.append(now)
         self._ended += 1  # the first of a worker takes longer: it loads what is compiled
         (self._first_times if self._ended <= self._workers else self._times)[job.case].append(seconds)
 
-    @property
     def seconds(self) -> float | None:
         """The estimate, s: cases of which none has ended are as long as the others; None if none of any has."""
-        known = {case: fmean(self._times[case] or self._first_times[case]) for case in self._waiting if self._has(case)}
+        known = {case: self._times[case] or self._first_times[case] for case in self._waiting if self._has(case)}
         if not known:
             return None
-        usual = fmean(known.values())
-        work = sum(count * known.get(case, usual) for case, count in self._waiting.items())
-        count = self._waiting.total()
-        if count == 0:
-            return 0.0
-        under_way = min(self._workers, count)  # half done, on average
-        longest = max(known.get(case, usual) for case, waiting in self._waiting.items() if waiting)
-        return max(work * (1.0 - 0.5 * under_way / count) / under_way, 0.5 * longest)
+        lengths, usual = [length for times in known.values() for length in times], fmean(map(fmean, known.values()))
+        work = sum(count * fmean(known.get(case, (usual,))) for case, count in self._waiting.items())
+        mean, now = work / max(self._waiting.total(), 1), self._clock()
+        free = [_rest(now - begun, lengths) for begun in self._begun]  # when each worker is
+        heapify(free)
+        for _ in range(self._waiting.total() - len(free)):
+            heapreplace(free, free[0] + mean)
+        return max(free, default=0.0)
 
     def _has(self, case: Case) -> bool:
         return bool(self._times[case] or self._first_times[case])
+
+
+def _rest(age: float, lengths: list[float]) -> float:
+    """What a trial takes yet that has run for some time, s: as those that took longer; or else half as long again."""
+    longer = [length - age for length in lengths if length > age]
+    return fmean(longer) if longer else 0.5 * age
 
 
 def announcement(jobs: Sequence[Job], workers: int) -> str:

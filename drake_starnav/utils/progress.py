@@ -4,7 +4,7 @@ import multiprocessing
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
@@ -29,7 +29,7 @@ class Progress:
             label: of the task.
         """
         self._label, self._share, self._detail, self._bound = label, 0.0, "", "about"
-        self._end: float | None = None
+        self._left: Callable[[], float | None] = lambda: None
         self._begun = time.monotonic()
         self._gap, self._next = FIRST_LINE, self._begun + FIRST_LINE
         self._bar: Any = None
@@ -48,18 +48,25 @@ class Progress:
             self._draw()
         threading.Thread(target=self._tick, daemon=True).start()
 
-    def show(self, share: float, detail: str = "", left: float | None = None, at_most: bool = False) -> None:
+    def show(
+        self,
+        share: float,
+        detail: str = "",
+        left: float | Callable[[], float | None] | None = None,
+        at_most: bool = False,
+    ) -> None:
         """Report where the task is.
 
         Args:
             share: that is done, 0 to 1.
             detail: where it is, in words.
-            left: time that the rest takes, s; None if unknown.
+            left: time that the rest takes, s, or what tells it at any time; None if unknown.
             at_most: whether that is a bound and not an estimate.
         """
         with self._lock:
             self._share, self._detail, self._bound = share, detail, "at most" if at_most else "about"
-            self._end = None if left is None else time.monotonic() + left
+            end = time.monotonic() + left if isinstance(left, (int, float)) else None
+            self._left = left if callable(left) else lambda: None if end is None else end - time.monotonic()
             self._draw()
 
     def count(self, done: int, total: int) -> None:
@@ -115,8 +122,9 @@ class Progress:
             return
         now = time.monotonic()
         words = [f"{duration_text(now - self._begun)} so far"]
-        if self._end is not None:
-            words.append(f"{self._bound} {duration_text(max(self._end - now, 1.0))} left")
+        left = self._left()
+        if left is not None:
+            words.append(f"{self._bound} {duration_text(max(left, 1.0))} left")
         if self._bar is not None:
             self._bar.n = min(self._share, 1.0)
             self._bar.set_description_str(": ".join(filter(None, (self._label, self._detail))), refresh=False)

@@ -202,25 +202,42 @@ def test_the_size_of_a_batch_is_said() -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 2, 6])
-@pytest.mark.parametrize("spread", [1.0, 3.0])
-def test_the_time_that_is_left_is_known_within_a_factor_of_two(workers: int, spread: float) -> None:
-    """Two methods that take 1 and 12 s about, on workers that load for 3 s before their first trial."""
+@pytest.mark.parametrize(("usual", "spread", "trials"), [((1, 12), 1, 60), ((1, 12), 3, 60), ((25, 25), 1.8, 10)])
+def test_the_time_that_is_left_is_known_within_a_factor_of_two(
+    usual: tuple[float, float], spread: float, trials: int, workers: int
+) -> None:
+    """At any moment once both methods are known, on workers that load for 3 s before their first trial."""
     random = np.random.default_rng(4)
-    jobs = [Job(Case("forest", method, ""), k, k) for k in range(60) for method in ("star", "dwa")]
-    times = [{"star": 1.0, "dwa": 12.0}[job.case.method] * random.uniform(1 / spread, spread) for job in jobs]
-    starts, free = [], [0.0] * workers
+    jobs = [Job(Case("forest", method, ""), k, k) for k in range(trials) for method in ("star", "dwa")]
+    times = [usual[job.case.method == "dwa"] * random.uniform(1 / spread, spread) for job in jobs]
+    ends, free = [], [0.0] * workers
     for job, seconds in zip(jobs, times, strict=True):  # each to the worker that is free first
         worker = free.index(min(free))
         load = 3.0 if free[worker] == 0.0 else 0.0
         free[worker] += load + seconds
-        starts.append((free[worker], job, load + seconds))
-    left, total = TimeLeft(jobs, workers), max(free)
-    assert left.seconds is None
-    for now, job, seconds in sorted(starts, key=lambda end: end[0]):
-        left.add(job, seconds)
-        if 0.1 * total < now < 0.75 * total:
-            assert 0.5 * (total - now) < left.seconds < 2.0 * (total - now)
-    assert left.seconds == 0.0
+        ends.append((free[worker], job, load + seconds))
+    ends.sort(key=lambda end: end[0])
+    now, total = 0.0, max(free)
+    left = TimeLeft(jobs, workers, lambda: now)
+    assert left.seconds() is None
+    known = set()
+    for now in np.linspace(0.0, total, 1000):
+        while ends and ends[0][0] <= now:
+            _, job, seconds = ends.pop(0)
+            left.add(job, seconds)
+            known.add(job.case)
+        if 0.1 * total < now < 0.85 * total and len(known) == 2:
+            assert 0.5 * (total - now) < left.seconds() < 2.0 * (total - now), now / total
+    assert left.seconds() == 0.0
+
+
+def test_an_overdue_trial_takes_longer_yet() -> None:
+    now, job = 0.0, Job(Case("forest", "star", ""), 0, 0)
+    left = TimeLeft([job, job], 2, lambda: now)
+    now = 10.0
+    left.add(job, 10.0)
+    for now in (20.0, 60.0):
+        assert 0.25 * now < left.seconds() < now
 
 
 def test_an_interrupted_batch_reports_on_what_ended(tiny: Path, tmp_path: Path, monkeypatch, capsys) -> None:
