@@ -159,12 +159,13 @@ def _near_hits(union, points, reach):
     marks, corner = union.marks, union.corner
     near = np.zeros(marks.shape[2], np.uint64)
     for n in range(len(points)):
-        i, j = int(math.floor(points[n, 0] / CELL)) - corner[0], int(math.floor(points[n, 1] / CELL)) - corner[1]
-        around = int(math.ceil(reach / CELL))
-        for a in range(max(i - around, 0), min(i + around + 1, marks.shape[0])):
-            for b in range(max(j - around, 0), min(j + around + 1, marks.shape[1])):
+        x, y = points[n, 0], points[n, 1]
+        low, high = int(math.floor((x - reach) / CELL)) - corner[0], int(math.floor((x + reach) / CELL)) - corner[0]
+        left, right = int(math.floor((y - reach) / CELL)) - corner[1], int(math.floor((y + reach) / CELL)) - corner[1]
+        for i in range(max(low, 0), min(high + 1, marks.shape[0])):
+            for j in range(max(left, 0), min(right + 1, marks.shape[1])):
                 for w in range(len(near)):
-                    near[w] |= marks[a, b, w]
+                    near[w] |= marks[i, j, w]
     one = np.uint64(1)
     return np.array([k for k in range(len(union.center)) if near[k // WORD] >> np.uint64(k % WORD) & one], np.int64)
 

@@ -1,9 +1,10 @@
 """Search of the roadmap: which frontier to drive to next, and along which path."""
 
 import dataclasses
-import heapq
 import math
 from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -12,27 +13,19 @@ from drake_starnav.planning.approach import Approach, approach
 from drake_starnav.planning.cost_field import CostField, Origins, Terrain, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
-from drake_starnav.planning.optimistic_path import index_along, next_segment_of, optimistic_path_beyond
+from drake_starnav.planning.node_graph import entry_node, graph_distances, graph_lengths, node_path
+from drake_starnav.planning.optimistic_path import next_segment_of, optimistic_path_beyond
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.planning.string_pulling import string_pulled
-from drake_starnav.regions.region_union import cover_at, covers, first_gap, least_outside
+from drake_starnav.planning.virtual_frontiers import is_blacklisted, virtual_frontier, virtual_frontier_in_sight
+from drake_starnav.regions.region_union import cover_at, first_gap
 from drake_starnav.regions.star_region import StarRegion
 
 HYSTERESIS = 0.5
 """Bonus of the current target, against oscillation between targets, m."""
-OFF_MAP_PENALTY = 0.1
-"""Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
 VIRTUAL_FRONTIER_ADVANTAGE = 0.25
-"""A gate opens only if the optimistic path is shorter than the way over the best frontier by this much, m."""
-VIRTUAL_FRONTIER_LENGTH = 0.2
-"""The optimistic path leaves the regions where it stays outside for this length, m."""
-VIRTUAL_FRONTIER_INSET = 0.95
-"""A gate at the edge of the latest region stands at this fraction of the distance from its centre."""
-VIRTUAL_FRONTIER_BEARINGS = 180
-"""Number of bearings at which such gates are considered."""
-VIRTUAL_FRONTIER_DETOUR = 0.15
-"""Such a gate may lengthen the way by no more than this, m."""
+"""A virtual frontier is used only if the optimistic path is shorter than the way over the best frontier by this, m."""
 MOST_BLACKLISTED = 4
 """Largest number of places closed in one search."""
 BLACKLIST_SLACK = 0.02
@@ -41,9 +34,6 @@ MARGINS_IN_DOUBT = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
 SIGHT_BEARINGS = 360
 """Lines of sight are tested first where another one near the same of so many bearings was blocked."""
-
-
-NOWHERE_TO_GO = np.zeros((0, 2))
 
 
 @dataclass(frozen=True)
@@ -67,6 +57,30 @@ class Route:
     blacklisted_probes: np.ndarray | None = None
 
 
+class Kind(Enum):
+    """Of a candidate: the goal, which a region contains or known space leads to, or a frontier."""
+
+    GOAL = auto()
+    FRONTIER = auto()
+    VIRTUAL = auto()
+
+
+class Candidate(NamedTuple):
+    """A place to drive to.
+
+    Attributes:
+        cost: of the way to it and on to the goal, m.
+        kind: what it is.
+        target: a frontier, one row; none if it is the goal.
+        path: shape (k, 2), way points from after the robot to it, W, m.
+    """
+
+    cost: float
+    kind: Kind
+    target: Frontiers
+    path: np.ndarray
+
+
 def find_route(
     roadmap: StarRoadmap,
     here: StarRegion,
@@ -75,14 +89,16 @@ def find_route(
     *,
     doubting: bool = False,
 ) -> Route | None:
-    """A route to the goal if a region contains it, else to the frontier of least cost g + h.
+    """A route to the cheapest candidate: the goal if a region contains it, else a frontier or a virtual one.
 
     None if the hits leave no way to the goal even if all unknown space were free.
 
     For a goal beside a wall, the target is the place nearest to it that a region contains; see `approach`.
 
-    g is the length in the graph from the robot to the frontier (or the straight line, where it stays inside the
-    union of regions), h the optimistic cost-to-go from the frontier's probe to the goal.
+    The cost of a frontier is g + h, where g is the length in the graph from the robot to it (or the straight line,
+    where it stays inside the union of regions), and h the optimistic cost-to-go from its probe to the goal. A virtual
+    frontier costs what the optimistic path does, and VIRTUAL_FRONTIER_ADVANTAGE. If it is where a target was given up,
+    the way that was tried in vain is still open: that place is closed, and all candidates are ranked anew.
 
     Args:
         roadmap: the snapshot.
@@ -94,57 +110,95 @@ def find_route(
 
     Source: paper, section III-D; ranking of frontiers: this project.
     """
-    position = now.position
-    goal, places = goal_approach(roadmap, now)
-    distance, previous = graph_distances(roadmap, here, position)
-    for place in places:
-        if cover_at(here.alone, place[0], place[1], 0.0) >= 0:
-            return Route(place[None, :].copy(), Frontiers.none())
-        goal_node = entry_node(roadmap, distance, place)
-        if goal_node >= 0:
-            # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
-            direct = first_gap(roadmap.union, tuple(position), tuple(place), 0.0) < 0.0
-            path = place[None, :].copy() if direct else node_path(roadmap, previous, goal_node, place)
-            return Route(_pulled(roadmap, position, path), Frontiers.none())
-    target, enabled, tries, inside = Frontiers.none(), True, 0, NOWHERE_TO_GO
+    position, ways = now.position, graph_distances(roadmap, here, now.position)
+    arrival = _arrival(roadmap, here, now, ways)
+    if arrival is not None:
+        return Route(_pulled(roadmap, position, arrival.path), arrival.target)
     if doubting:
         roadmap = dataclasses.replace(roadmap, frontiers=Frontiers.none())
-    while True:
-        best, cost, direct, to_go = _cheapest(roadmap, distance, now, goal, current, enabled, doubting)
-        if not enabled or not to_go.at(position[None, :])[0] < cost - VIRTUAL_FRONTIER_ADVANTAGE:
+    for closed in range(MOST_BLACKLISTED + 1):
+        ranked, to_go = _ranked(roadmap, now, ways, current, doubting, closed < MOST_BLACKLISTED)
+        if not ranked or ranked[0].kind is not Kind.VIRTUAL or not is_blacklisted(roadmap, ranked[0].target.stand)[0]:
             break
-        optimistic = to_go.path(position)
-        frontier, path = virtual_frontier(roadmap, optimistic)
-        if not len(frontier) or tries == MOST_BLACKLISTED:
-            inside = NOWHERE_TO_GO if len(frontier) else optimistic
-            enabled = False  # the search may have ended at the robot, where the frontiers' costs are lower bounds
-        elif _is_blacklisted(roadmap, frontier.stand)[0]:  # the way that was tried in vain there is still open
-            probes = np.vstack((roadmap.blacklisted_probes, frontier.probe))
-            roadmap = dataclasses.replace(roadmap, blacklisted_probes=probes)
-            tries += 1
-        else:
-            target, path = virtual_frontier_in_sight(roadmap, here, to_go, frontier, path)
-            break
-    if not len(target) and best < 0:  # the regions may lead to the goal all the same, but for noise at their edges
-        return Route(_pulled(roadmap, position, inside), target) if len(inside) else None
-    if not len(target):
-        target = roadmap.frontiers.where(np.arange(len(roadmap.frontiers)) == best)
-        path = target.stand if direct else node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
-    optimistic_path = optimistic_path_beyond(to_go, target)
-    next_segment = next_segment_of(optimistic_path, to_go, position)
-    return Route(
-        _pulled(roadmap, position, path),
-        target,
-        optimistic_path,
-        next_segment,
-        roadmap.blacklisted_probes,
-    )
+        probes = np.vstack((roadmap.blacklisted_probes, ranked[0].target.probe))
+        roadmap = dataclasses.replace(roadmap, blacklisted_probes=probes)
+    if not ranked:
+        return None
+    _, kind, target, path = ranked[0]
+    if kind is Kind.GOAL:
+        return Route(_pulled(roadmap, position, path), target)
+    if kind is Kind.VIRTUAL:
+        target, path = virtual_frontier_in_sight(roadmap, here, to_go, target, path)
+    beyond = optimistic_path_beyond(to_go, target)
+    next_segment = next_segment_of(beyond, to_go, position)
+    return Route(_pulled(roadmap, position, path), target, beyond, next_segment, roadmap.blacklisted_probes)
 
 
-def _is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
-    """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
-    away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
-    return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
+def _arrival(
+    roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, ways: tuple[np.ndarray, np.ndarray]
+) -> Candidate | None:
+    """The goal, or the place nearest to it where the robot may arrive, if a region contains it."""
+    distance, previous = ways
+    for place in goal_approach(roadmap, now).places:
+        path = place[None, :].copy()
+        if cover_at(here.alone, *place, 0.0) >= 0:
+            return Candidate(0.0, Kind.GOAL, Frontiers.none(), path)
+        node = entry_node(roadmap, distance, place)
+        if node >= 0:
+            # Where nodes are added on the way, the way over the nodes would lead back to the one behind again and again
+            if first_gap(roadmap.union, tuple(now.position), tuple(place), 0.0) > 0.0:
+                path = node_path(roadmap, previous, node, place)
+            return Candidate(0.0, Kind.GOAL, Frontiers.none(), path)
+    return None
+
+
+def _ranked(
+    roadmap: StarRoadmap,
+    now: PlannerInput,
+    ways: tuple[np.ndarray, np.ndarray],
+    current: np.ndarray | None,
+    doubting: bool,
+    virtual: bool,
+) -> tuple[list[Candidate], CostField]:
+    """The best candidate of each kind, cheapest first, and the cost-to-go.
+
+    With `virtual`, the cost-to-go is exact only where a candidate may be the cheapest. A path to the goal that lies in
+    the regions, though none of them contains the goal, comes last: noise at their edges may hide it.
+    """
+    to_go, frontier = _best_frontier(roadmap, now, ways, current, doubting, virtual)
+    hoped = float(to_go.at(now.position[None, :])[0]) + VIRTUAL_FRONTIER_ADVANTAGE if virtual else math.inf
+    if not hoped < (frontier[0].cost if frontier else math.inf):
+        return frontier, to_go
+    optimistic = to_go.path(now.position)
+    target, path = virtual_frontier(roadmap, optimistic)
+    if len(target):
+        return [Candidate(hoped, Kind.VIRTUAL, target, path), *frontier], to_go
+    to_go, frontier = _best_frontier(roadmap, now, ways, current, doubting, False)
+    known = [Candidate(math.inf, Kind.GOAL, target, optimistic)] if len(optimistic) else []
+    return [*frontier, *known], to_go
+
+
+def _best_frontier(
+    roadmap: StarRoadmap,
+    now: PlannerInput,
+    ways: tuple[np.ndarray, np.ndarray],
+    current: np.ndarray | None,
+    doubting: bool,
+    at_robot: bool,
+) -> tuple[CostField, list[Candidate]]:
+    """The cost-to-go, and the frontier of least g + h, if any leads to the goal; arguments as for `optimistic_cost`."""
+    frontiers, (distance, previous) = roadmap.frontiers, ways
+    graph = graph_lengths(roadmap, distance)
+    to_go = optimistic_cost(roadmap, now, graph, at_robot, doubting)
+    ahead = estimates(to_go, frontiers, goal_approach(roadmap, now).goal)
+    if current is not None:
+        ahead = ahead - HYSTERESIS * (np.hypot(*(frontiers.stand - current).T) < 1e-9)
+    best, cost, direct = cheapest_frontier(roadmap, now.position, graph, ahead)
+    if best < 0:
+        return to_go, []
+    target = frontiers.where(np.arange(len(frontiers)) == best)
+    path = target.stand if direct else node_path(roadmap, previous, int(target.owner[0]), target.stand[0])
+    return to_go, [Candidate(cost, Kind.FRONTIER, target, path)]
 
 
 def goal_approach(roadmap: StarRoadmap, now: PlannerInput) -> Approach:
@@ -156,59 +210,6 @@ def cost_at_robot(roadmap: StarRoadmap, now: PlannerInput) -> float:
     """The optimistic cost-to-go at the robot, m; infinity without a way. The search ends there."""
     alone = dataclasses.replace(roadmap, frontiers=Frontiers.none())
     return float(optimistic_cost(alone, now, np.zeros(0)).at(now.position[None, :])[0])
-
-
-def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
-
-    The robot is connected to nodes whose region contains it and to nodes inside the latest region. If there are none,
-    it is connected to the node whose region it is the least outside of.
-    """
-    first = _visible_nodes(roadmap.union, here.alone, *position)
-    length = np.hypot(*(roadmap.union.center[first] - position).T)
-    if not len(first):
-        first = np.array([least_outside(roadmap.union, len(roadmap), *position)])
-        length = np.hypot(*(roadmap.union.center[first] - position).T) + OFF_MAP_PENALTY
-    return _dijkstra(len(roadmap), roadmap.edges, roadmap.lengths, first, length)
-
-
-def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
-    """The node whose region contains the goal and through which the way is shortest, or -1."""
-    inside = _containing(roadmap.union, goal[0], goal[1])
-    if not len(inside):
-        return -1
-    cost = distance[inside] + np.hypot(*(roadmap.union.center[inside] - goal).T)
-    best = int(np.argmin(cost))
-    return int(inside[best]) if np.isfinite(cost[best]) else -1
-
-
-def graph_lengths(roadmap: StarRoadmap, distance: np.ndarray) -> np.ndarray:
-    """Length of the way over the nodes and across each frontier, shape (n,), m."""
-    frontiers = roadmap.frontiers
-    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.union.center[frontiers.owner]).T)
-    return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
-
-
-def _cheapest(
-    roadmap: StarRoadmap,
-    distance: np.ndarray,
-    now: PlannerInput,
-    goal: np.ndarray,
-    current: np.ndarray | None,
-    at_robot: bool,
-    doubting: bool,
-) -> tuple[int, float, bool, CostField]:
-    """The frontier of least g + h.
-
-    Returns:
-        Its index or -1, that sum, whether the straight line leads there, and the cost-to-go.
-    """
-    graph = graph_lengths(roadmap, distance)
-    to_go = optimistic_cost(roadmap, now, graph, at_robot, doubting)
-    ahead = estimates(to_go, roadmap.frontiers, goal)
-    if current is not None:
-        ahead = ahead - HYSTERESIS * (np.hypot(*(roadmap.frontiers.stand - current).T) < 1e-9)
-    return *cheapest_frontier(roadmap, now.position, graph, ahead), to_go
 
 
 def cheapest_frontier(
@@ -302,141 +303,5 @@ def estimates(field: CostField, frontiers: Frontiers, goal: np.ndarray) -> np.nd
     return np.maximum(field.at(frontiers.probe), np.hypot(*(frontiers.probe - goal).T))
 
 
-def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
-    """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
-
-    Edge frontiers appear where the boundary of a region jumps. A gap that is seen at a slant, or is thinner than the
-    fit resolves, has none although the hits leave it open. The way to a frontier over nodes may also be a detour.
-
-    Args:
-        roadmap: its regions.
-        path: shape (k, 2), from the robot to the goal in small steps, W, m.
-    """
-    union = roadmap.union
-    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
-    last, outside = 0, 0.0  # the robot itself may stand a little outside
-    for i in range(1, len(path)):
-        if cover_at(union, *path[i], 0.0) >= 0:
-            last, outside = i, 0.0
-        else:
-            outside += float(np.hypot(*(path[i] - path[i - 1])))
-            if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
-                stand, probe = path[last], path[i]
-                owner = cover_at(union, *stand, 0.0) if last else len(roadmap) - 1
-                frontier = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
-                return frontier, path[: last + 1]
-    return Frontiers.none(), path[:0]
-
-
-def virtual_frontier_in_sight(
-    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, frontier: Frontiers, path: np.ndarray
-) -> tuple[Frontiers, np.ndarray]:
-    """The gate, or one at the edge of the latest region if that leads farther without a detour; and the path there.
-
-    The optimistic path cuts corners as closely as the cells allow. It may leave the regions beside the robot although
-    they lead on.
-
-    Args:
-        roadmap: its retired places.
-        here: region of the latest scan.
-        to_go: the cost-to-go.
-        frontier, path: as from `virtual_frontier`.
-    """
-    places = here.center + VIRTUAL_FRONTIER_INSET * (here.outline(VIRTUAL_FRONTIER_BEARINGS) - here.center)
-    cost, least = to_go.at(places), float(to_go.at(frontier.stand)[0])
-    known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
-    detour = np.hypot(*(places - path[0]).T) + cost - known
-    cost = np.where((detour <= VIRTUAL_FRONTIER_DETOUR) & ~_is_blacklisted(roadmap, places), cost, np.inf)
-    best = int(np.argmin(cost))
-    if not cost[best] < least - VIRTUAL_FRONTIER_LENGTH:
-        return frontier, path
-    stand = places[best]
-    beyond = to_go.path(stand)
-    probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
-    owner = max(cover_at(roadmap.union, *stand, 0.0), 0)
-    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
-
-
-def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
-    """Way points from the first node to `node` and on to `end`."""
-    chain = [node]
-    while previous[chain[-1]] >= 0:
-        chain.append(int(previous[chain[-1]]))
-    return np.vstack((roadmap.union.center[chain[::-1]], end[None, :]))
-
-
 def _pulled(roadmap: StarRoadmap, position: np.ndarray, path: np.ndarray) -> np.ndarray:
     return path if len(path) < 2 else string_pulled(path, position, roadmap.union)
-
-
-@njit(cache=True)
-def _inside_where_possible(path, half_cell, union):
-    """The path with each point moved to a covered place in its cell, if there is one."""
-    out = path.copy()
-    for i in range(len(path)):
-        for k in range(9):  # the centre, then around it
-            turn = 0.25 * math.pi * (k - 1)
-            x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
-            y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
-            if cover_at(union, x, y, 0.0) >= 0:
-                out[i, 0], out[i, 1] = x, y
-                break
-    return out
-
-
-@njit(cache=True)
-def _dijkstra(count, edges, lengths, first, first_length):
-    """Shortest distances from the robot over an undirected graph, and predecessors (-1: the robot, or none)."""
-    degree = np.zeros(count + 1, np.int64)
-    for e in range(len(lengths)):
-        degree[edges[e, 0] + 1] += 1
-        degree[edges[e, 1] + 1] += 1
-    start = np.cumsum(degree)
-    fill = start[:-1].copy()
-    neighbour = np.empty(2 * len(lengths), np.int64)
-    weight = np.empty(2 * len(lengths))
-    for e in range(len(lengths)):
-        for a, b in ((edges[e, 0], edges[e, 1]), (edges[e, 1], edges[e, 0])):
-            neighbour[fill[a]], weight[fill[a]] = b, lengths[e]
-            fill[a] += 1
-    distance = np.full(count, np.inf)
-    previous = np.full(count, -1, np.int64)
-    queue = [(0.0, -1)]
-    queue.pop()
-    for i in range(len(first)):
-        distance[first[i]] = first_length[i]
-        heapq.heappush(queue, (first_length[i], first[i]))
-    while len(queue) > 0:
-        d, node = heapq.heappop(queue)
-        if d > distance[node]:
-            continue
-        for k in range(start[node], start[node + 1]):
-            candidate = d + weight[k]
-            if candidate < distance[neighbour[k]]:
-                distance[neighbour[k]] = candidate
-                previous[neighbour[k]] = node
-                heapq.heappush(queue, (candidate, neighbour[k]))
-    return distance, previous
-
-
-@njit(cache=True)
-def _containing(union, x, y):
-    """Indices of the regions of a union that contain (x, y)."""
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    return np.array([k for k in range(len(center)) if covers(center, bearing_0, values, k, x, y, 0.0)], np.int64)
-
-
-@njit(cache=True)
-def _visible_nodes(union, here, x, y):
-    """Nodes whose region contains (x, y), or whose centre the region `here` contains."""
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    own_center, own_bearing_0, own_values = here.center, here.bearing_0, here.values
-    out = np.empty(len(center), np.int64)
-    n = 0
-    for k in range(len(out)):
-        if covers(center, bearing_0, values, k, x, y, 0.0) or covers(
-            own_center, own_bearing_0, own_values, 0, center[k, 0], center[k, 1], 0.0
-        ):
-            out[n] = k
-            n += 1
-    return out[:n].copy()

@@ -11,23 +11,21 @@ from hypothesis import strategies as st
 from drake_starnav.planning import search
 from drake_starnav.planning.cost_field import STRIDE
 from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.node_graph import graph_distances
 from drake_starnav.planning.optimistic_path import NEXT
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, blacklist_target
 from drake_starnav.planning.search import (
     HYSTERESIS,
-    VIRTUAL_FRONTIER_LENGTH,
     estimates,
     find_route,
-    graph_distances,
     optimistic_cost,
-    virtual_frontier,
 )
 from drake_starnav.planning.state import PlannerInput
 from drake_starnav.regions.observation import Observation
 from drake_starnav.regions.star_region import StarRegion, scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, free_point, in_view, length, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, in_view, length, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 HALF_CELL = 0.5 * STRIDE * PARAMETERS.grid_resolution
@@ -53,41 +51,6 @@ def here(world: World, position: np.ndarray) -> StarRegion:
 def moment(position: np.ndarray, goal: np.ndarray) -> PlannerInput:
     """What the search is given of the robot at a place: no scan, for it looks at the roadmap alone."""
     return PlannerInput(Observation.none(), position, goal, 0.0, PARAMETERS, MARGINS, RADIUS)
-
-
-def floyd_warshall(roadmap: StarRoadmap) -> np.ndarray:
-    cost = np.full((len(roadmap), len(roadmap)), np.inf)
-    np.fill_diagonal(cost, 0.0)
-    for (i, j), edge in zip(roadmap.edges, roadmap.lengths, strict=True):
-        cost[i, j] = cost[j, i] = min(cost[i, j], edge)
-    for k in range(len(roadmap)):
-        cost = np.minimum(cost, cost[:, k, None] + cost[None, k])
-    return cost
-
-
-@settings(max_examples=15)
-@given(seeds)
-def test_graph_distances_match_floyd_warshall(seed):
-    world, roadmap = wandered(seed, nodes=7)
-    position = free_point(np.random.default_rng(seed + 1), world, RADIUS + 0.05)
-    region = here(world, position)
-    distances, previous = graph_distances(roadmap, region, position)
-    centers = roadmap.union.center
-    entries = [k for k, r in enumerate(roadmap.regions) if r.contains(position) or region.contains(centers[k])]
-    direct = np.hypot(*(centers - position).T)
-    expected = (direct[entries, None] + floyd_warshall(roadmap)[entries]).min(axis=0)
-    np.testing.assert_allclose(distances, expected)
-    for node, before in enumerate(previous):
-        edge = [n for n, e in zip(roadmap.lengths, roadmap.edges.tolist(), strict=True) if set(e) == {node, before}]
-        cost = direct[node] if before < 0 else distances[before] + edge[0]
-        assert distances[node] == pytest.approx(cost)
-
-
-def test_off_the_map_the_nearest_node_is_the_way_in():
-    world = World("wall", (0, 0, 0), (3, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
-    roadmap = explored(world, np.array(((0.0, 0.0), (-1.0, 0.0))))
-    distances, previous = graph_distances(roadmap, here(world, np.array((2.0, 0.0))), np.array((2.0, 0.0)))
-    assert distances.tolist() == pytest.approx([2.1, 3.1]) and previous.tolist() == [-1, 0]
 
 
 @settings(max_examples=15)
@@ -155,29 +118,6 @@ def test_the_cheapest_frontier_is_chosen(seed, virtual_frontiers):
         np.testing.assert_allclose(route.path[-1], route.target.stand[0], atol=1e-12)
 
 
-@settings(max_examples=15)
-@given(seeds)
-def test_a_virtual_frontier_is_where_a_path_leaves_the_regions_for_good(seed):
-    world, roadmap = wandered(seed, nodes=3)
-    start, angle = roadmap.union.center[0], np.random.default_rng(seed).uniform(-np.pi, np.pi)
-    path = start + np.arange(0.0, 12.0, 0.1)[:, None] * (np.cos(angle), np.sin(angle))
-    frontier, way = virtual_frontier(roadmap, path)
-    assert len(frontier) == 1 and roadmap.regions[frontier.owner[0]].contains(frontier.stand[0])
-    away = np.hypot(*(path - frontier.stand[0]).T)
-    assert away.min() < HALF_CELL + 1e-9
-    after = np.argmin(away) + 1
-    last = np.argmin(np.hypot(*(path - frontier.probe[0]).T))
-    around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
-    beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
-    assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
-    assert (
-        VIRTUAL_FRONTIER_LENGTH - HALF_CELL
-        <= np.hypot(*(frontier.probe[0] - frontier.stand[0]))
-        < VIRTUAL_FRONTIER_LENGTH + 0.1 + HALF_CELL + 1e-9
-    )
-    np.testing.assert_array_equal(way[-1], frontier.stand[0])
-
-
 def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
     # seen flat from (0, 0), the gap between the wall and the post is no jump of the free range
     wall = [(1.0, 0.45), (6.0, 0.45), (6.0, 0.55), (1.0, 0.55)]
@@ -195,21 +135,6 @@ def test_a_gap_that_shows_no_frontier_is_entered_by_a_virtual_frontier():
     tried = blacklist_target(bare, route.target.stand[0], 0.2, route.target.probe[0])
     other = find_route(tried, region, moment(position, goal))
     assert other is None or np.hypot(*(other.target.stand - route.target.stand).T)[0] > 0.2
-
-
-def test_a_virtual_frontier_may_be_where_the_robot_stands_just_outside_of_the_regions():
-    _, roadmap = wandered(1, nodes=1)
-    direction = np.array((1.0, 0.0))
-    edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
-    for outside in (0.01, HALF_CELL + 0.01):
-        path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-        frontier, way = virtual_frontier(roadmap, path)
-        if outside > HALF_CELL:
-            np.testing.assert_array_equal(frontier.stand, path[:1])
-        else:  # a place in the robot's cell is inside
-            assert roadmap.regions[0].contains(frontier.stand[0])
-            assert np.hypot(*(frontier.stand[0] - path[0])) == pytest.approx(HALF_CELL)
-        assert len(way) == 1 and frontier.owner.tolist() == [0]
 
 
 def test_the_optimistic_path_begins_at_the_probe_and_follows_the_optimistic_path():

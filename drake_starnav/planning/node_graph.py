@@ -1,0 +1,83 @@
+"""Shortest ways over the nodes of a roadmap."""
+
+import numpy as np
+from numba import njit
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.regions.region_union import covers, least_outside
+from drake_starnav.regions.star_region import StarRegion
+
+OFF_MAP_PENALTY = 0.1
+"""Extra length if the robot is outside all regions and must first drive to the nearest node, m."""
+LEAST_LENGTH = 1e-12
+"""Of an edge, m: SciPy takes 0 for no edge."""
+
+
+def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length of the shortest way from the robot to every node, shape (n,), m, and each node's predecessor or -1.
+
+    The robot is connected to nodes whose region contains it and to nodes inside the latest region. If there are none,
+    it is connected to the node whose region it is the least outside of.
+    """
+    first = _visible_nodes(roadmap.union, here.alone, *position)
+    length = np.hypot(*(roadmap.union.center[first] - position).T)
+    if not len(first):
+        first = np.array([least_outside(roadmap.union, len(roadmap), *position)])
+        length = np.hypot(*(roadmap.union.center[first] - position).T) + OFF_MAP_PENALTY
+    robot = len(roadmap)  # as one more node
+    ends = np.concatenate((roadmap.edges, np.column_stack((first, np.full(len(first), robot)))))
+    lengths = np.maximum(np.concatenate((roadmap.lengths, length)), LEAST_LENGTH)
+    graph = csr_array((lengths, tuple(ends.T)), shape=(robot + 1, robot + 1))
+    distance, previous = dijkstra(graph, directed=False, indices=robot, return_predecessors=True)
+    previous = np.where((previous == robot) | (previous < 0), -1, previous)
+    return distance[:robot], previous[:robot]
+
+
+def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
+    """The node whose region contains the goal and through which the way is shortest, or -1."""
+    inside = _containing(roadmap.union, goal[0], goal[1])
+    if not len(inside):
+        return -1
+    cost = distance[inside] + np.hypot(*(roadmap.union.center[inside] - goal).T)
+    best = int(np.argmin(cost))
+    return int(inside[best]) if np.isfinite(cost[best]) else -1
+
+
+def graph_lengths(roadmap: StarRoadmap, distance: np.ndarray) -> np.ndarray:
+    """Length of the way over the nodes and across each frontier, shape (n,), m."""
+    frontiers = roadmap.frontiers
+    to_stand = distance[frontiers.owner] + np.hypot(*(frontiers.stand - roadmap.union.center[frontiers.owner]).T)
+    return to_stand + np.hypot(*(frontiers.probe - frontiers.stand).T)
+
+
+def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.ndarray) -> np.ndarray:
+    """Way points from the first node to `node` and on to `end`."""
+    chain = [node]
+    while previous[chain[-1]] >= 0:
+        chain.append(int(previous[chain[-1]]))
+    return np.vstack((roadmap.union.center[chain[::-1]], end[None, :]))
+
+
+@njit(cache=True)
+def _containing(union, x, y):
+    """Indices of the regions of a union that contain (x, y)."""
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    return np.array([k for k in range(len(center)) if covers(center, bearing_0, values, k, x, y, 0.0)], np.int64)
+
+
+@njit(cache=True)
+def _visible_nodes(union, here, x, y):
+    """Nodes whose region contains (x, y), or whose centre the region `here` contains."""
+    center, bearing_0, values = union.center, union.bearing_0, union.values
+    own_center, own_bearing_0, own_values = here.center, here.bearing_0, here.values
+    out = np.empty(len(center), np.int64)
+    n = 0
+    for k in range(len(out)):
+        if covers(center, bearing_0, values, k, x, y, 0.0) or covers(
+            own_center, own_bearing_0, own_values, 0, center[k, 0], center[k, 1], 0.0
+        ):
+            out[n] = k
+            n += 1
+    return out[:n].copy()

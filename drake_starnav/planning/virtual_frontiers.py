@@ -1,0 +1,99 @@
+"""Virtual frontiers: places where the optimistic path leaves the regions though no region shows a frontier."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.planning.cost_field import CostField
+from drake_starnav.planning.distance_grid import STRIDE
+from drake_starnav.planning.frontiers import Frontiers
+from drake_starnav.planning.optimistic_path import index_along
+from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.regions.region_union import cover_at
+from drake_starnav.regions.star_region import StarRegion
+
+VIRTUAL_FRONTIER_LENGTH = 0.2
+"""The optimistic path leaves the regions where it stays outside for this length, m."""
+VIRTUAL_FRONTIER_INSET = 0.95
+"""A virtual frontier at the edge of the latest region stands at this fraction of the distance from its centre."""
+VIRTUAL_FRONTIER_BEARINGS = 180
+"""Number of bearings at which such frontiers are considered."""
+VIRTUAL_FRONTIER_DETOUR = 0.15
+"""Such a frontier may lengthen the way by no more than this, m."""
+
+
+def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers, np.ndarray]:
+    """Where the optimistic path leaves the union of regions, as a frontier of one row, and the path up to there.
+
+    Edge frontiers appear where the boundary of a region jumps. A gap that is seen at a slant, or is thinner than the
+    fit resolves, has none although the hits leave it open. The way to a frontier over nodes may also be a detour.
+
+    Args:
+        roadmap: its regions.
+        path: shape (k, 2), from the robot to the goal in small steps, W, m.
+    """
+    union = roadmap.union
+    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
+    last, outside = 0, 0.0  # the robot itself may stand a little outside
+    for i in range(1, len(path)):
+        if cover_at(union, *path[i], 0.0) >= 0:
+            last, outside = i, 0.0
+        else:
+            outside += float(np.hypot(*(path[i] - path[i - 1])))
+            if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
+                stand, probe = path[last], path[i]
+                owner = cover_at(union, *stand, 0.0) if last else len(roadmap) - 1
+                frontier = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
+                return frontier, path[: last + 1]
+    return Frontiers.none(), path[:0]
+
+
+def virtual_frontier_in_sight(
+    roadmap: StarRoadmap, here: StarRegion, to_go: CostField, frontier: Frontiers, path: np.ndarray
+) -> tuple[Frontiers, np.ndarray]:
+    """The virtual frontier, or one at the edge of the latest region if that leads farther; and the path there.
+
+    The optimistic path cuts corners as closely as the cells allow. It may leave the regions beside the robot although
+    they lead on.
+
+    Args:
+        roadmap: its retired places.
+        here: region of the latest scan.
+        to_go: the cost-to-go.
+        frontier, path: as from `virtual_frontier`.
+    """
+    places = here.center + VIRTUAL_FRONTIER_INSET * (here.outline(VIRTUAL_FRONTIER_BEARINGS) - here.center)
+    cost, least = to_go.at(places), float(to_go.at(frontier.stand)[0])
+    known = float(np.hypot(*np.diff(path, axis=0).T).sum()) + least
+    detour = np.hypot(*(places - path[0]).T) + cost - known
+    cost = np.where((detour <= VIRTUAL_FRONTIER_DETOUR) & ~is_blacklisted(roadmap, places), cost, np.inf)
+    best = int(np.argmin(cost))
+    if not cost[best] < least - VIRTUAL_FRONTIER_LENGTH:
+        return frontier, path
+    stand = places[best]
+    beyond = to_go.path(stand)
+    probe = beyond[min(index_along(beyond, VIRTUAL_FRONTIER_LENGTH) + 1, len(beyond) - 1)]
+    owner = max(cover_at(roadmap.union, *stand, 0.0), 0)
+    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), stand[None, :].copy()
+
+
+def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
+    """Which places of shape (n, 2) in W lie in a blacklisted disc, shape (n,)."""
+    away = np.hypot(*(places[:, None] - roadmap.blacklisted_targets[:, :2]).T)
+    return (away <= roadmap.blacklisted_targets[:, 2:]).any(axis=0)
+
+
+@njit(cache=True)
+def _inside_where_possible(path, half_cell, union):
+    """The path with each point moved to a covered place in its cell, if there is one."""
+    out = path.copy()
+    for i in range(len(path)):
+        for k in range(9):  # the centre, then around it
+            turn = 0.25 * math.pi * (k - 1)
+            x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
+            y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
+            if cover_at(union, x, y, 0.0) >= 0:
+                out[i, 0], out[i, 1] = x, y
+                break
+    return out
