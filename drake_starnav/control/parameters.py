@@ -5,11 +5,6 @@ from dataclasses import dataclass
 from drake_starnav.errors import StarnavError
 from drake_starnav.parameters import check_parameters, parameter
 
-CERTIFIED = ("star", "mpc")
-"""Kinds of controllers that certify what they send."""
-GUIDED = (*CERTIFIED, "star_paper")
-"""Kinds of controllers that follow the planner's guidance; the others are baselines that head for the goal alone."""
-
 
 @dataclass(frozen=True)
 class ControllerParameters:
@@ -41,8 +36,3 @@ class ControllerParameters:
             raise StarnavError(
                 f"controller.delay is {self.delay:g} s; allowed: at most one control period, {1.0 / self.rate:g} s"
             )
-
-    @property
-    def certifies(self) -> bool:
-        """Whether its twists are certified."""
-        return self.kind in CERTIFIED

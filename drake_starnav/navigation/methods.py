@@ -35,14 +35,12 @@ class Needs(NamedTuple):
     @property
     def method(self) -> "Method":
         """How the scenario is driven."""
-        return METHODS[self.scenario.controller.kind]
+        return BY_KIND[self.scenario.controller.kind]
 
     @property
     def obstacles(self) -> DynamicObstacleParameters | None:
-        """What is declared of moving obstacles, where they are tracked and avoided; the paper's world is static."""
-        tracked = (
-            self.scenario.obstacles.max_speed > 0.0 and self.plans and self.scenario.controller.kind != "star_paper"
-        )
+        """What is declared of moving obstacles, where they are tracked and avoided."""
+        tracked = self.scenario.obstacles.max_speed > 0.0 and self.plans and self.method.tracks
         return self.scenario.obstacles if tracked else None
 
     @property
@@ -71,6 +69,7 @@ class Method(NamedTuple):
         perceive, step: perception and planner, where there is a planner.
         guided: whether it follows the planner's guidance.
         shielded: whether its twists are certified; not those of the methods to compare with, as published.
+        tracks: whether it tracks and avoids what moves; the paper's world is static.
     """
 
     controller: Callable[[Needs], System]
@@ -78,6 +77,7 @@ class Method(NamedTuple):
     step: PlanStep = plan_step
     guided: bool = True
     shielded: bool = True
+    tracks: bool = True
 
 
 def _guided(kind: type[DsmController]) -> Callable[[Needs], System]:
@@ -100,10 +100,12 @@ def _baseline(needs: Needs) -> System:
     return BaselineController(scenario.robot, getattr(scenario, scenario.controller.kind), stopwatch=needs.stopwatch)
 
 
-METHODS = {
+BY_KIND = {
     "star": Method(_guided(DsmController)),
     "mpc": Method(_guided(PredictiveController)),
-    "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False),
+    "star_paper": Method(_paper, paper.perceive, paper.plan_step, shielded=False, tracks=False),
     **dict.fromkeys(("dsm", "foa", "dwa", "apf"), Method(_baseline, guided=False, shielded=False)),
 }
-"""By `controller.kind`."""
+"""The methods by `controller.kind`."""
+SHIELDED = ", ".join(kind for kind, method in BY_KIND.items() if method.shielded)
+"""Kinds of those that are certified, as messages list them."""

@@ -2,8 +2,8 @@
 
 import dataclasses
 
-from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError
+from drake_starnav.navigation.methods import BY_KIND
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import check_view
 from drake_starnav.robot import Limits
@@ -46,7 +46,7 @@ def validated_margins(scenario: Scenario) -> Margins:
     """The margins of a scenario; a `StarnavError` where the guarantees of its controller would not hold."""
     controller, lidar = scenario.controller, scenario.lidar
     margins = derive_margins(scenario)
-    if controller.kind not in CERTIFIED:
+    if not BY_KIND[controller.kind].shielded:
         return margins
     budget = error_budget(scenario).symbols
     _check_beams(scenario, budget["D"])

@@ -4,10 +4,9 @@ import dataclasses
 
 from pydrake.systems.framework import DiagramBuilder, System
 
-from drake_starnav.control.parameters import CERTIFIED
 from drake_starnav.errors import StarnavError, check_kind
 from drake_starnav.localization.scan_matching import OdometryError
-from drake_starnav.navigation.methods import METHODS, Needs
+from drake_starnav.navigation.methods import BY_KIND, SHIELDED, Needs
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts
 from drake_starnav.navigation.sources import control_sources, own_sources
 from drake_starnav.navigation.validation import check_interface, validated_margins
@@ -87,13 +86,11 @@ def add_navigation(
 
 def _check_parts(scenario: Scenario, parts: Parts) -> None:
     """Raise a `StarnavError` where a scenario excludes systems of the user's."""
-    settings, method = scenario.controller, METHODS[scenario.controller.kind]
+    settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
     if (parts.controller is not None or certificates) and not method.shielded:
         what = "a controller" if parts.controller is not None else "certificates"
-        raise StarnavError(
-            f"controller.kind is {settings.kind} with {what} of your own; allowed: {', '.join(CERTIFIED)}"
-        )
+        raise StarnavError(f"controller.kind is {settings.kind} with {what} of your own; allowed: {SHIELDED}")
     if parts.planner is not None and not method.guided and settings.target != "short_term_goal":
         raise StarnavError(
             f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
@@ -155,7 +152,7 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
         scenario.robot,
         needs.margins,
         lidar,
-        certifies=scenario.controller.certifies,
+        certifies=needs.method.shielded,
         perceive=needs.method.perceive,
         stopwatch=needs.stopwatch,
     )

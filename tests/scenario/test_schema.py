@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.control.parameters import GUIDED
 from drake_starnav.errors import StarnavError
+from drake_starnav.navigation.methods import BY_KIND
 from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
 from drake_starnav.scenario.schema import SECTIONS, differences, scenario_text
 
@@ -53,8 +53,8 @@ def test_method_options_are_real_parameters(method: str) -> None:
 def test_every_kind_of_controller_is_some_method_s_and_has_its_section() -> None:
     fields = {field.name: field for field in dataclasses.fields(ControllerParameters)}
     kinds = fields["kind"].metadata["choices"]
-    assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds)
-    assert set(kinds) - set(GUIDED) <= set(SECTIONS)
+    assert {load_scenario("room", method=method).controller.kind for method in METHODS} == set(kinds) == set(BY_KIND)
+    assert {kind for kind, method in BY_KIND.items() if not method.guided} <= set(SECTIONS)
 
 
 @pytest.mark.parametrize(
