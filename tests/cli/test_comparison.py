@@ -35,6 +35,7 @@ def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
             assert image[plotted(film, place, picture)] == pytest.approx(actor.color, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_browser_shows_them_there_too(recorded) -> None:
     film, html = recorded
     if browser_missing() is not None:

@@ -48,6 +48,7 @@ def test_without_a_browser(recorded, k: int, time: float) -> None:
         assert image[plotted(film, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1])
 def test_in_a_browser(recorded, k: int) -> None:
     if browser_missing() is not None:

@@ -72,6 +72,7 @@ def run(example: Path, folder: Path, *arguments: str | Path) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example_comes_out_as_it_should_and_draws_it(example: Path, tmp_path: Path) -> None:
     printed = run(example, tmp_path, "--png", "out/picture.png")

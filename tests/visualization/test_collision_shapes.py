@@ -44,6 +44,7 @@ def test_our_own_worlds_have_a_look_for_each_shape() -> None:
     assert len(names) == len(world.discs) + len(world.polygons) + 4 * (world.bounds is not None)
 
 
+@pytest.mark.slow
 def test_a_browser_shows_an_obstacle_without_a_visual_shape(tmp_path: Path, monkeypatch) -> None:
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")

@@ -47,6 +47,7 @@ FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(
 """Let the page draw."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bounds", "turned"), [((-1, -2, 5, 2), False), ((-2, -1, 2, 5), True)])
 def test_clicks_and_arrow_keys_move_the_goal_as_the_screen_shows_the_floor(bounds, turned: bool) -> None:
     api = pytest.importorskip("playwright.sync_api")
@@ -107,6 +108,7 @@ def test_clicks_and_arrow_keys_move_the_goal_as_the_screen_shows_the_floor(bound
     run.page.close()
 
 
+@pytest.mark.slow
 def test_a_browser_starts_pauses_and_sees_the_run(run) -> None:
     api = pytest.importorskip("playwright.sync_api")
     if browser_missing() is not None:

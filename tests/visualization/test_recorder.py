@@ -202,20 +202,24 @@ def pixel(x, y):
     return projected(np.array([x, y, 0.0]), *camera_pose(EXTENT))
 
 
+@pytest.mark.slow
 def test_no_error_and_no_network(page):
     assert page.complaints == []
     assert [url[:80] for url in page.requests if not url.startswith(("file:", "data:", "blob:"))] == []
 
 
+@pytest.mark.slow
 def test_the_animation_lasts_as_long_as_the_run(page):
     assert page.evaluate("viewer.animator.duration") == pytest.approx(DURATION, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [0.0, 1.5, 4.0])
 def test_the_robot_is_where_it_was(page, time):
     assert np.hypot(*(magenta(picture(page, time)) - pixel(SPEED * time, 0.0))) < 5.0
 
 
+@pytest.mark.slow
 def test_each_layer_shows_and_hides(page):
     time = 1.5
     shown = picture(page, time)
@@ -229,6 +233,7 @@ def test_each_layer_shows_and_hides(page):
     assert np.array_equal(picture(page, time), shown)
 
 
+@pytest.mark.slow
 def test_hidden_scans_stay_hidden_while_the_recording_moves_on(page):
     def red(image):
         near = np.abs(image[:, int(PANEL_WIDTH) :] - LAYERS["scan"].color).max(axis=2) < 0.08
@@ -241,6 +246,7 @@ def test_hidden_scans_stay_hidden_while_the_recording_moves_on(page):
     assert red(picture(page, 3.0)) > 50
 
 
+@pytest.mark.slow
 def test_caption_clock_and_legend_are_read(page):
     picture(page, 2.0)
     text = page.inner_text("#starnav-panel") + page.inner_text("#starnav-bar")
@@ -249,6 +255,7 @@ def test_caption_clock_and_legend_are_read(page):
     assert all(layer.label in text for layer in LAYERS.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", VIEWS)
 def test_each_view_shows_the_robot_where_its_camera_looks(page, view):
     page.get_by_role("button", name=view).click()
@@ -263,6 +270,7 @@ def test_each_view_shows_the_robot_where_its_camera_looks(page, view):
     page.get_by_role("button", name="top").click()
 
 
+@pytest.mark.slow
 def test_the_following_camera_may_be_turned_by_hand_and_follows_on(page):
     page.evaluate("starnav.look('follow'); starnav.show(1.0)")
     stand = "viewer.camera.position.clone().sub(viewer.controls.target).toArray()"
@@ -284,6 +292,7 @@ def seconds(page):
     return float(page.inner_text("#starnav-clock").removeprefix("t = ").removesuffix(" s"))
 
 
+@pytest.mark.slow
 def test_the_clock_holds_at_the_end(page):
     page.evaluate("starnav.show(3.8)")
     page.click("#starnav-play")
@@ -293,6 +302,7 @@ def test_the_clock_holds_at_the_end(page):
     assert page.evaluate("document.getElementById('starnav-time').valueAsNumber") == DURATION
 
 
+@pytest.mark.slow
 def test_the_button_plays_pauses_and_starts_again_at_the_end(page):
     page.evaluate("starnav.show(1.0)")
     page.click("#starnav-play")
@@ -307,6 +317,7 @@ def test_the_button_plays_pauses_and_starts_again_at_the_end(page):
     page.click("#starnav-play")
 
 
+@pytest.mark.slow
 def test_the_button_s_sign_is_drawn_and_needs_no_font(page):
     def sign() -> np.ndarray:
         picture = Image.open(io.BytesIO(page.locator("#starnav-play").screenshot())).convert("L")
@@ -327,6 +338,7 @@ def test_the_button_s_sign_is_drawn_and_needs_no_font(page):
     assert np.count_nonzero(np.diff(columns.astype(int)) == 1) == 2  # two bars
 
 
+@pytest.mark.slow
 def test_what_has_ended_moves_again_after_a_seek(page):
     page.evaluate(f"starnav.show({DURATION})")
     page.click("#starnav-play")
@@ -338,6 +350,7 @@ def test_what_has_ended_moves_again_after_a_seek(page):
     assert at[1] == pytest.approx(SPEED * at[0], abs=0.05)
 
 
+@pytest.mark.slow
 def test_the_time_bar_seeks(page):
     page.evaluate("starnav.show(0.5); viewer.animator.play()")
     box = page.locator("#starnav-time").bounding_box()
@@ -363,6 +376,7 @@ SHOWN = """(layer) => {
 }"""
 
 
+@pytest.mark.slow
 def test_path_and_short_term_goal_never_come_apart(page):
     page.evaluate("starnav.show(0)")
     seen = 0
@@ -378,6 +392,7 @@ def test_path_and_short_term_goal_never_come_apart(page):
     assert seen > 20
 
 
+@pytest.mark.slow
 def test_the_newest_region_is_the_brightest_in_every_frame(page):
     most = 0
     for k in range(round(20 * DURATION) + 1):
@@ -393,6 +408,7 @@ BOXES = """() => Object.fromEntries(['meshcat-pane', 'starnav-panel', 'starnav-b
   'starnav-scale'].map(id => [id, document.getElementById(id).getBoundingClientRect().toJSON()]))"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1600, 1100, 420])
 def test_nothing_covers_the_scene_which_is_seen_as_a_whole(page, width):
     page.set_viewport_size({"width": width, "height": 800})
@@ -425,6 +441,7 @@ def test_nothing_covers_the_scene_which_is_seen_as_a_whole(page, width):
     page.wait_for_timeout(300)
 
 
+@pytest.mark.slow
 def test_a_page_of_another_size_is_drawn_to_it_at_once(page):
     """In the frame of the change: a picture may be taken of it."""
     page.evaluate("""
@@ -444,6 +461,7 @@ def test_a_page_of_another_size_is_drawn_to_it_at_once(page):
     page.wait_for_timeout(300)
 
 
+@pytest.mark.slow
 def test_the_legend_folds_and_its_rows_hide_and_show(page):
     legend = page.locator("#starnav-legend")
     assert legend.get_attribute("open") is not None and "robot" in legend.inner_text()
@@ -459,6 +477,7 @@ def test_the_legend_folds_and_its_rows_hide_and_show(page):
     assert page.evaluate(SHOWN, "scan")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1600, 1100, 420])
 def test_meshcat_s_controls_unfold_inside_the_panel(page, width):
     page.set_viewport_size({"width": width, "height": 800})
@@ -476,6 +495,7 @@ def test_meshcat_s_controls_unfold_inside_the_panel(page, width):
     page.wait_for_timeout(300)
 
 
+@pytest.mark.slow
 def test_the_scale_bar_is_as_long_as_it_says(page):
     page.evaluate("starnav.look('top'); starnav.show(1)")
     box = page.locator("#starnav-scale").bounding_box()

@@ -89,6 +89,7 @@ def test_a_still_shows_the_user_s_bodies_where_they_were(recorded, time: float) 
     assert recorded.film.actors[0].motion.at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
 
 
+@pytest.mark.slow
 def test_in_a_browser_the_floor_is_white_and_the_bodies_have_their_colours(recorded) -> None:
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")

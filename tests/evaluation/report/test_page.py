@@ -45,11 +45,13 @@ def page(text, tmp_path_factory):
         browser.close()
 
 
+@pytest.mark.slow
 def test_no_error_and_no_network(page) -> None:
     assert page.complaints == []
     assert [url for url in page.requests if not url.startswith(("file:", "data:"))] == []
 
 
+@pytest.mark.slow
 def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") <= 1100
     widths = page.evaluate("[...document.images].map(image => image.complete && image.naturalWidth)")
@@ -57,6 +59,7 @@ def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
     assert all(width > 900 for width in widths)
 
 
+@pytest.mark.slow
 def test_on_a_narrow_screen_pictures_and_tables_scroll_and_keep_their_size(page) -> None:
     page.set_viewport_size({"width": 420, "height": 800})
     assert page.evaluate("document.documentElement.scrollWidth") <= 420
@@ -66,11 +69,13 @@ def test_on_a_narrow_screen_pictures_and_tables_scroll_and_keep_their_size(page)
     assert max(heights) < 100
 
 
+@pytest.mark.slow
 def test_every_part_is_there_and_linked(page) -> None:
     assert page.evaluate("[...document.querySelectorAll('section')].map(s => s.id)") == SECTIONS
     assert page.evaluate("[...document.querySelectorAll('nav a')].map(a => a.hash)") == [f"#{s}" for s in SECTIONS]
 
 
+@pytest.mark.slow
 def test_tables_have_the_numbers(page, report) -> None:
     rows = page.evaluate("[...document.querySelectorAll('#success tbody tr')].map(r => r.innerText.split('\\t'))")
     results = report.results
@@ -80,6 +85,7 @@ def test_tables_have_the_numbers(page, report) -> None:
         assert int(row[3]) == sum(r["outcome"] == "reached" for r in results.of(*case))
 
 
+@pytest.mark.slow
 def test_chosen_trials_are_linked_or_say_how_to_see_them(page, report) -> None:
     rows = page.query_selector_all("#trials tbody tr")
     assert len(rows) == len(report.recordings)
@@ -89,6 +95,7 @@ def test_chosen_trials_are_linked_or_say_how_to_see_them(page, report) -> None:
     assert report.results.trial_command(report.recordings[1].record) in rows[1].inner_text()
 
 
+@pytest.mark.slow
 def test_it_says_how_to_reproduce_it(page, report) -> None:
     text = page.inner_text("#reproduce")
     assert report.results.commands()[0] in text

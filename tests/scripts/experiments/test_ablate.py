@@ -42,6 +42,7 @@ def current(names: Iterable[str]) -> list[object]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [row for row in ABLATIONS if row.replaced], ids=lambda row: row.name)
 def test_a_trial_of_a_row_differs_from_the_full_method_s(row: Ablation, tmp_path: Path) -> None:
     """In a worker of a pool; a room in which each part matters within a few seconds is rare, so some reach the goal."""
