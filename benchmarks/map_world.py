@@ -18,7 +18,8 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, write_map
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
+from scripts.maintenance.draw_map import write_map
 
 
 def warehouse(rng: np.random.Generator, rows: int = 1000, columns: int = 1700) -> np.ndarray:

@@ -160,11 +160,6 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 """Head and rows."""
 
 
-def summary_tables(summaries: Sequence[Summary]) -> str:
-    """Two Markdown tables, of outcomes and of costs, which are also readable as plain text."""
-    return f"{markdown_table(*outcome_table(summaries))}\n\n{markdown_table(*cost_table(summaries))}"
-
-
 def outcome_table(summaries: Sequence[Summary]) -> Table:
     """Outcomes of the trials."""
     others = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))

@@ -27,8 +27,7 @@ from drake_starnav.regions.star_region import Fit
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.worlds.view import View
-from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
+from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 
 FIXED = (4, 8, 16, 32, 64)
 SLOPE_CHANGE = 0.02 * math.pi

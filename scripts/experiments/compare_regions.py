@@ -26,8 +26,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.visualization.world_figure import draw_world
-from drake_starnav.worlds.view import View
-from scripts.experiments.scan_sample import Measured, sample_text, sample_views, scan_experiment
+from scripts.experiments.scan_sample import Measured, View, sample_text, sample_views, scan_experiment
 
 EXAMPLES = 3
 """Number of scans in the picture, each of another kind of world."""

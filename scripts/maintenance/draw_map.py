@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, write_map
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 
 RESOLUTION = 0.05
 """Side of a cell, m."""
@@ -40,6 +40,21 @@ PILLARS = ((3.4, 5.6, 0.22), (11.6, 4.4, 0.25), (8.8, 7.6, 0.3), (3.9, 8.0, 0.15
 """Round things: x, y, radius, m."""
 NOISE = 0.03
 """Share of the cells at a wall that a scan blurred."""
+
+
+def write_map(grid: OccupancyMap, path: Path) -> None:
+    """Write a map as a YAML file and, beside it, a PGM image, with the values that map_saver uses."""
+    rows, columns = grid.cells.shape
+    pixels = np.full((rows, columns), 205, np.uint8)
+    pixels[grid.cells == OCCUPIED], pixels[grid.cells == FREE] = 0, 254
+    image = path.with_suffix(".pgm")
+    image.write_bytes(f"P5\n{columns} {rows}\n255\n".encode() + pixels[::-1].tobytes())
+    origin = ", ".join(repr(float(value)) for value in grid.origin)
+    path.write_text(
+        f"image: {image.name}\nmode: trinary\nresolution: {grid.resolution!r}\norigin: [{origin}]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        encoding="utf-8",
+    )
 
 
 def draw_studio() -> OccupancyMap:

@@ -4,7 +4,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.evaluation.summary import compare, markdown_table, summarise, summary_tables, wilson_interval
+from drake_starnav.evaluation.summary import (
+    compare,
+    cost_table,
+    markdown_table,
+    outcome_table,
+    summarise,
+    wilson_interval,
+)
+
+
+def tables_of(summaries) -> str:
+    """The tables of outcomes and of costs, as Markdown."""
+    return f"{markdown_table(*outcome_table(summaries))}\n\n{markdown_table(*cost_table(summaries))}"
 
 
 def record(trial: int, outcome: str = "reached", **fields) -> dict:
@@ -69,7 +81,7 @@ def test_nothing_to_tell_is_a_dash() -> None:
     error = {"scenario": "maze", "method": "star", "trial": 0, "seed": 0, "outcome": "error", "message": "no world"}
     (summary,) = summarise([error])
     assert summary.path_mean is summary.time_s is summary.speed_mps is summary.wall_ratio is None
-    tables = summary_tables([summary])
+    tables = tables_of([summary])
     assert "0.0 % (0.0 to 79.3)" in tables
     assert tables.splitlines()[-1].count(" - ") >= 8
 
@@ -78,25 +90,25 @@ def test_score_is_the_mean_over_all_trials_of_a_benchmark() -> None:
     error = {"scenario": "forest", "method": "star", "trial": 2, "seed": 2, "outcome": "error", "message": "no world"}
     (summary,) = summarise([record(0, score=0.5), record(1, "collision", score=0.0), error, record(3, score=0.25)])
     assert summary.score == pytest.approx(0.75 / 4)
-    assert "| score  |" in summary_tables([summary])
-    assert "0.1875" in summary_tables([summary])
+    assert "| score  |" in tables_of([summary])
+    assert "0.1875" in tables_of([summary])
     (summary,) = summarise([record(0, score=None), record(1)])
     assert summary.score is None
-    assert "score" not in summary_tables([summary])
+    assert "score" not in tables_of([summary])
 
 
 def test_an_outcome_of_later_days_has_its_column() -> None:
     (summary,) = summarise([record(0), record(1, "abducted")])
     assert summary.failures["abducted"] == 1
     assert summary.trials == 2
-    assert "abducted" in summary_tables([summary])
+    assert "abducted" in tables_of([summary])
 
 
 def test_struck_has_a_column_where_a_robot_was_struck() -> None:
     (summary,) = summarise([record(0), record(1, "struck"), record(2, "collision")])
     assert (summary.failures["struck"], summary.failures["collision"]) == (1, 1)
-    assert "| struck |" in summary_tables([summary])
-    assert "struck" not in summary_tables(summarise([record(0), record(1, "collision")]))
+    assert "| struck |" in tables_of([summary])
+    assert "struck" not in tables_of(summarise([record(0), record(1, "collision")]))
 
 
 def test_unsupported_trials_are_counted_apart() -> None:
@@ -107,7 +119,7 @@ def test_unsupported_trials_are_counted_apart() -> None:
     assert summary.failures["unsupported"] == 1
     (never,) = summarise([unsupported])
     assert (never.trials, never.interval) == (0, (0.0, 1.0))
-    assert "| unsupported" in summary_tables([summary, never])
+    assert "| unsupported" in tables_of([summary, never])
 
 
 def test_comparison_uses_trials_that_both_reached() -> None:

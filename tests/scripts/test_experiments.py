@@ -11,8 +11,9 @@ from benchmarks.kinematic_drive import ROBOT, Drive, drive
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.regions.piecewise_cubic import TOLERANCE
 from drake_starnav.worlds import Forest, Maze, Room, World, make_world
-from drake_starnav.worlds.view import View, scan_from, visible_shapes
+from drake_starnav.worlds.view import scan_from, visible_shapes
 from scripts.experiments import ablate_segments, compare_regions
+from scripts.experiments.scan_sample import View
 from tests.helpers.scans import MARGINS
 
 BEARINGS = 2.0 * math.pi / 720 * np.arange(720)

@@ -8,7 +8,8 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds import Forest, Maze, Room, World, clearance, make_world
-from drake_starnav.worlds.view import random_free_pose, random_views, scan_from, visible_shapes
+from drake_starnav.worlds.view import scan_from, visible_shapes
+from scripts.experiments.scan_sample import random_free_pose, random_views
 from tests.helpers.scans import cast
 
 EXACT = LidarParameters(noise=0.0, range_min=0.0)

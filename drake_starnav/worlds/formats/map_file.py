@@ -171,21 +171,6 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         raise StarnavError(f"map image {path} cannot be read: {error}; {allowed}") from None
 
 
-def write_map(grid: OccupancyMap, path: Path) -> None:
-    """Write a map as a YAML file and, beside it, a PGM image, with the values that map_saver uses."""
-    rows, columns = grid.cells.shape
-    pixels = np.full((rows, columns), 205, np.uint8)
-    pixels[grid.cells == OCCUPIED], pixels[grid.cells == FREE] = 0, 254
-    image = path.with_suffix(".pgm")
-    image.write_bytes(f"P5\n{columns} {rows}\n255\n".encode() + pixels[::-1].tobytes())
-    origin = ", ".join(repr(float(value)) for value in grid.origin)
-    path.write_text(
-        f"image: {image.name}\nmode: trinary\nresolution: {grid.resolution!r}\norigin: [{origin}]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-        encoding="utf-8",
-    )
-
-
 def _brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:
     if image.mode == "P" or "transparency" in image.info:
         image = image.convert("RGBA")

@@ -9,8 +9,8 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
 from drake_starnav.worlds.formats import ros_map
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map, write_map
-from scripts.maintenance.draw_map import draw_studio
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map
+from scripts.maintenance.draw_map import draw_studio, write_map
 
 RADIUS = 0.25
 RESOLUTION = 0.1
