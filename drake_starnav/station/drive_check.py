@@ -5,7 +5,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.robot_model import drive_geometry, wheel_rates
+from drake_starnav.station.robot_geometry import drive_geometry, wheel_rates
 
 SPAN = 2.0
 """Motion is compared with its command over two spans of this length, one after the other, s."""

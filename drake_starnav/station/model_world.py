@@ -35,7 +35,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.mesh_files import is_hollow, mesh_triangles
 from drake_starnav.station.parser_warnings import none_skipped
-from drake_starnav.station.robot_model import massless_links
+from drake_starnav.station.robot_geometry import massless_links
 from drake_starnav.station.scene_slices import SURFACE, read_solids
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds import make_world

@@ -15,7 +15,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.model_world import floor_geometries
 from drake_starnav.station.planar_localization import PlanarLocalization
-from drake_starnav.station.robot_model import drive_geometry, lidar_pose, robot_reach
+from drake_starnav.station.robot_geometry import drive_geometry, lidar_pose, robot_reach
 from drake_starnav.station.wheel_servo import WheelServo
 from drake_starnav.station.wheel_slip import WheelSlip
 from drake_starnav.station.wheel_speed_command import WheelSpeedCommand

@@ -6,7 +6,8 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain, Multiplexer
 
-from drake_starnav.station.robot_model import WHEEL_GAIN, wheel_rates
+from drake_starnav.station.robot_geometry import wheel_rates
+from drake_starnav.station.robot_model import WHEEL_GAIN
 
 
 class WheelServo(Diagram):
