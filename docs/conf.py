@@ -16,6 +16,8 @@ OUTSIDE = {
     "numpy": "https://numpy.org/doc/stable/reference/generated/{name}.html",
 }
 """Where the types of other packages are described."""
+SHOWN: set[str] = set()
+"""Names of the package that the site has."""
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)")
 
 project = "drake_starnav"
@@ -84,13 +86,20 @@ def on_docstring(app: Any, what: str, name: str, thing: object, options: object,
     lines[:] = out
 
 
+def on_member(app: Any, what: str, name: str, thing: object, skip: bool, options: object) -> bool | None:
+    """Autodoc has found a member: a room does not show again what the package has shown."""
+    if what != "module" or name not in drake_starnav.__all__:
+        return None
+    if name in SHOWN:
+        return True
+    SHOWN.add(name)
+    return None
+
+
 def on_missing_reference(app: Any, env: Any, node: Any, content: Any) -> Any:
-    """A type in a signature is not where it is defined, but where it is public; or it is another package's."""
+    """A type in a signature is another package's."""
     target = node.get("reftarget", "")
     module, _, name = target.rpartition(".")
-    if node.get("refdomain") == "py" and name in drake_starnav.__all__ and module != "drake_starnav":
-        domain, public = env.get_domain("py"), f"drake_starnav.{name}"
-        return domain.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], public, node, content)
     address = OUTSIDE.get(target.partition(".")[0])
     if address is None:
         return None
@@ -99,6 +108,7 @@ def on_missing_reference(app: Any, env: Any, node: Any, content: Any) -> Any:
 
 def setup(app: Any) -> None:
     """Sphinx calls this once."""
+    app.connect("autodoc-skip-member", on_member)
     app.connect("missing-reference", on_missing_reference)
     app.connect("source-read", on_page)
     app.connect("include-read", on_include)

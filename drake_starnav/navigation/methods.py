@@ -6,7 +6,8 @@ from typing import NamedTuple
 from pydrake.systems.framework import System
 
 from drake_starnav.baselines import paper
-from drake_starnav.planning import PlanStep, plan_step
+from drake_starnav.planning import plan_step
+from drake_starnav.planning.state import PlanStep
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.perception import Perceive, perceive
 from drake_starnav.scenario import Scenario

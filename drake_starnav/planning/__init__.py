@@ -1,13 +1,14 @@
 """Regions -> where to go next."""
 
 import drake_starnav.utils.compilation  # noqa: F401  (shows what is compiled)
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.planner import plan_step
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus, PlanStep
+from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus
 
 __all__ = [
-    "PlanStep",
+    "Guidance",
     "PlannerInput",
     "PlannerParameters",
     "PlannerState",

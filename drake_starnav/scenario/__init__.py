@@ -5,11 +5,25 @@ from typing import TYPE_CHECKING, Any
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 
 if TYPE_CHECKING:
-    from drake_starnav.scenario.schema import Scenario, load_scenario, parse_scenario, save_scenario
+    from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
+    from drake_starnav.scenario.margins import derive_margins
+    from drake_starnav.scenario.recording import RecordingParameters
+    from drake_starnav.scenario.schema import (
+        Scenario,
+        SimulationParameters,
+        load_scenario,
+        parse_scenario,
+        save_scenario,
+    )
 
 __all__ = [
     "METHODS",
+    "DriveParameters",
+    "LocalizationParameters",
+    "RecordingParameters",
     "Scenario",
+    "SimulationParameters",
+    "derive_margins",
     "load_scenario",
     "parse_scenario",
     "save_scenario",
@@ -21,6 +35,6 @@ def __getattr__(name: str) -> Any:
     """The schema knows the parameters of everything, whose kernels take a second to import: when first used."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from drake_starnav.scenario import schema
+    from drake_starnav.scenario import margins, schema
 
-    return getattr(schema, name)
+    return getattr(margins if name == "derive_margins" else schema, name)

@@ -1,1 +1,20 @@
 """The simulated robot and its world, which drivers can replace."""
+
+from drake_starnav.station.navigation_station import Station, StationInterface, add_station
+from drake_starnav.station.plant import plant_config
+from drake_starnav.station.robot_interface import connect_robot
+from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station.wheel_speed_command import WheelSpeedCommand
+from drake_starnav.station.world_geometry import add_ground, add_world
+
+__all__ = [
+    "Station",
+    "StationInterface",
+    "WheelSpeedCommand",
+    "add_ground",
+    "add_robot",
+    "add_station",
+    "add_world",
+    "connect_robot",
+    "plant_config",
+]

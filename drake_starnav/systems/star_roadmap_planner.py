@@ -9,10 +9,10 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlanStep, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.monitoring import distance_to
-from drake_starnav.planning.state import PlannerStatus
+from drake_starnav.planning.state import PlannerStatus, PlanStep
 from drake_starnav.regions import Observation
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.obstruction import obstruction

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav import draw_goal, draw_robot, load_scenario, make_world, run_trial, save_figure, world_axes
+from drake_starnav import load_scenario, make_world, run_trial
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 SEED = 1

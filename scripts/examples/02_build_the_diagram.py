@@ -28,11 +28,8 @@ from drake_starnav import (
     TwistShield,
     World,
     derive_margins,
-    draw_goal,
-    draw_robot,
-    save_figure,
-    world_axes,
 )
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
 
 BLUE = "#0072B2"
 

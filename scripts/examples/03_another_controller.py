@@ -17,17 +17,8 @@ from pydrake.systems.controllers import PidController
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Multiplexer
 
-from drake_starnav import (
-    ArrivalMonitor,
-    CollisionMonitor,
-    Parts,
-    add_navigation,
-    draw_goal,
-    draw_robot,
-    parse_scenario,
-    save_figure,
-    world_axes,
-)
+from drake_starnav import ArrivalMonitor, CollisionMonitor, Parts, add_navigation, parse_scenario
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 MAX_SPEED = 0.5  # m/s

@@ -25,12 +25,9 @@ from drake_starnav import (
     TwistShield,
     World,
     derive_margins,
-    draw_goal,
-    draw_robot,
     load_scenario,
-    save_figure,
-    world_axes,
 )
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 ANGLE = np.linspace(0.6, 6.1, 200)

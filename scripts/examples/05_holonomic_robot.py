@@ -32,16 +32,12 @@ from drake_starnav import (
     LidarSensor,
     StarPerception,
     StarRoadmapPlanner,
-    add_world,
     derive_margins,
-    draw_goal,
-    draw_robot,
     load_scenario,
     make_world,
-    plant_config,
-    save_figure,
-    world_axes,
 )
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station import add_world, plant_config
 
 BLUE = "#0072B2"
 STEP = 0.005  # of the plant, s

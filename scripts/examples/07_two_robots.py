@@ -19,24 +19,9 @@ from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav import (
-    CollisionMonitor,
-    Parts,
-    RobotInterface,
-    World,
-    add_ground,
-    add_navigation,
-    add_robot,
-    add_world,
-    connect_robot,
-    draw_goal,
-    draw_robot,
-    make_simulator,
-    parse_scenario,
-    plant_config,
-    save_figure,
-    world_axes,
-)
+from drake_starnav import CollisionMonitor, Parts, RobotInterface, World, add_navigation, make_simulator, parse_scenario
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.station import add_ground, add_robot, add_world, connect_robot, plant_config
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 SCENARIO = parse_scenario(

@@ -13,7 +13,8 @@ import gymnasium
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_starnav import draw_goal, draw_robot, draw_world, parse_scenario
+from drake_starnav import parse_scenario
+from drake_starnav.plotting import draw_goal, draw_robot, draw_world
 
 BLUE = "#0072B2"
 SEEDS = range(6)

@@ -11,23 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav import (
-    LoggedScan,
-    Observation,
-    PlannerInput,
-    PlannerState,
-    RobotParameters,
-    Scenario,
-    World,
-    derive_margins,
-    draw_goal,
-    draw_robot,
-    plan_step,
-    read_scan_log,
-    save_figure,
-    scan_region,
-    world_axes,
-)
+from drake_starnav import RobotParameters, Scenario, World, derive_margins
+from drake_starnav.lidar import LoggedScan, read_scan_log
+from drake_starnav.planning import PlannerInput, PlannerState, plan_step
+from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.regions import Observation, scan_region
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 

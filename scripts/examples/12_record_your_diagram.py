@@ -16,7 +16,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav import Motion, Parts, Recorder, World, add_navigation, load_scenario
+from drake_starnav import Parts, Recorder, World, add_navigation, load_scenario
+from drake_starnav.plotting import Motion
 
 ROUND = np.array([(2.5, 0.0), (2.5, 2.5), (0.0, 2.5), (0.0, 0.0)])
 NEAR, DURATION = 0.4, 30.0

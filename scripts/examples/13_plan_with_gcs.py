@@ -23,21 +23,17 @@ from drake_starnav import (
     ArrivalMonitor,
     CollisionMonitor,
     FixedPath,
-    Motion,
     Parts,
     Recorder,
     Scenario,
-    StarRegion,
     World,
     add_navigation,
-    convex_cover,
-    draw_goal,
-    draw_robot,
     load_scenario,
     make_world,
-    save_figure,
-    world_axes,
 )
+from drake_starnav.plotting import Motion, draw_goal, draw_robot, save_figure, world_axes
+from drake_starnav.regions import StarRegion
+from drake_starnav.systems import convex_cover
 
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
 SEED, SETS = 7, 2

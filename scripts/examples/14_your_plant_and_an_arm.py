@@ -29,14 +29,10 @@ from drake_starnav import (
     Recorder,
     RobotInterface,
     World,
-    add_ground,
     add_navigation,
-    add_robot,
-    add_world,
-    connect_robot,
     parse_scenario,
-    plant_config,
 )
+from drake_starnav.station import add_ground, add_robot, add_world, connect_robot, plant_config
 
 SCENARIO = parse_scenario("world: !Obstacles {}", name="your plant")
 WORLD = World("hall", start=(0.0, 0.0, 0.0), goal=(5.4, 0.3), bounds=(-0.6, -1.7, 6.0, 1.7))

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav import InlinePage, StarnavError
+from drake_starnav import StarnavError
+from drake_starnav.plotting import InlinePage
 
 PAGE = '<!doctype html><p title="quoted">a &amp; b</p>'
 
