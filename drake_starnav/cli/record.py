@@ -22,7 +22,8 @@ from drake_starnav.cli.options import (
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.evaluation.trial_file import PACKED, read_trials
 from drake_starnav.scenario import METHODS, Scenario, load_scenario, parse_scenario, scenario_names
-from drake_starnav.scenario.schema import in_world, scenario_path
+from drake_starnav.scenario.scenario_file import scenario_path
+from drake_starnav.scenario.schema import in_world
 from drake_starnav.scenario.source_files import source_files
 from drake_starnav.utils.files import check_outputs, file_name, read_bytes, reason_of
 from drake_starnav.utils.progress import Progress

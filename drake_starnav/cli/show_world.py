@@ -16,7 +16,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _work(options: argparse.Namespace) -> int:
-    from drake_starnav.scenario.schema import load_scenario
+    from drake_starnav.scenario.scenario_file import load_scenario
     from drake_starnav.scenario.source_files import input_files
     from drake_starnav.worlds import make_world
 

@@ -57,7 +57,7 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _simulate(options: argparse.Namespace) -> int:
-    from drake_starnav.scenario.schema import load_scenario, scenario_text
+    from drake_starnav.scenario.scenario_file import load_scenario, scenario_text
     from drake_starnav.scenario.source_files import input_files
     from drake_starnav.worlds import make_world
 

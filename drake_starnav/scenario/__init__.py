@@ -8,13 +8,8 @@ if TYPE_CHECKING:
     from drake_starnav.scenario.faults import DriveParameters, LocalizationParameters
     from drake_starnav.scenario.margins import derive_margins
     from drake_starnav.scenario.recording import RecordingParameters
-    from drake_starnav.scenario.schema import (
-        Scenario,
-        SimulationParameters,
-        load_scenario,
-        parse_scenario,
-        save_scenario,
-    )
+    from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, save_scenario
+    from drake_starnav.scenario.schema import Scenario, SimulationParameters
 
 __all__ = [
     "METHODS",
@@ -35,6 +30,6 @@ def __getattr__(name: str) -> Any:
     """The schema knows the parameters of everything, whose kernels take a second to import: when first used."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from drake_starnav.scenario import margins, schema
+    from drake_starnav.scenario import margins, scenario_file, schema
 
-    return getattr(margins if name == "derive_margins" else schema, name)
+    return next(getattr(module, name) for module in (schema, scenario_file, margins) if hasattr(module, name))

@@ -5,7 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario.schema import Scenario, scenario_path
+from drake_starnav.scenario.scenario_file import scenario_path
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.formats.map_file import image_path
 from drake_starnav.worlds.formats.model import Model

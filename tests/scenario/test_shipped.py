@@ -6,7 +6,7 @@ import sys
 import pytest
 import yaml
 
-from drake_starnav.scenario.schema import scenario_path
+from drake_starnav.scenario.scenario_file import scenario_path
 from drake_starnav.scenario.shipped import METHODS, scenario_names
 
 

@@ -1,0 +1,88 @@
+"""Model directives in a scenario, and the files that world and robot name, whose paths begin at its folder."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.scenario.tagged_yaml import Loader, Tagged, TaggedDumper
+from drake_starnav.utils.files import reason_of
+from drake_starnav.utils.yaml_text import load_yaml
+from drake_starnav.worlds import WORLD_KINDS, Model
+from drake_starnav.worlds.formats.world_file import shipped_file
+
+
+def move_directives(sections: dict[str, Any], place: str) -> None:
+    """Move `directives` of a scenario into its world, which must be a `!Model`."""
+    directives, world = sections.pop("directives"), sections.get("world")
+    if not isinstance(directives, list):
+        raise StarnavError(f"directives in {place} is {shown(directives)}; allowed: a list of Drake's model directives")
+    if not isinstance(world, Tagged):
+        raise _misplaced(place, "no world" if world is None else f"world: {shown(world)}")
+    if world.tag != Model.__name__ or world.get("directives"):
+        raise _misplaced(place, f"world: !{world.tag}" if world.tag != Model.__name__ else "world.directives")
+    world["directives"] = directives
+
+
+def _misplaced(place: str, beside: str) -> StarnavError:
+    allowed = "beside world: !Model {start: [x, y, yaw], goal: [x, y]}"
+    return StarnavError(f"directives in {place} beside {beside}; allowed: {allowed}")
+
+
+def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
+    """Let the paths of world and robot, as read from YAML, begin at a folder.
+
+    Absolute ones, package:// and the names of what is shipped stay.
+    """
+    world, robot = sections.get("world"), sections.get("robot")
+    if isinstance(world, Tagged) and world.tag in WORLD_KINDS:
+        for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):
+            if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
+                _make_absolute(world, "world", field_.name, folder)
+        if world.tag == Model.__name__ and "directives" in world:
+            world["directives"] = with_absolute_files(world["directives"], folder)
+    if isinstance(robot, dict) and str(robot.get("model")).endswith(".urdf"):  # else it names a shipped robot
+        _make_absolute(robot, "robot", "model", folder)
+
+
+def with_absolute_files(directives: Any, folder: Path) -> Any:
+    """Model directives, a list or a text that holds one, whose relative paths begin at a folder: Drake takes only URIs.
+
+    What is neither stays as it is, and so does a text without such paths.
+    """
+    entries = directives
+    if isinstance(directives, str) and "\n" in directives:
+        try:
+            entries = load_yaml(directives, "directives", Loader)["directives"]
+        except (StarnavError, TypeError, KeyError):  # Drake says what is wrong
+            return directives
+    found = [
+        entry[kind]
+        for entry in (entries if isinstance(entries, list) else [])
+        if isinstance(entry, dict)
+        for kind in ("add_model", "add_directives")
+        if isinstance(entry.get(kind), dict)
+    ]
+    relative = [part for part in found if isinstance(part.get("file"), str) and "://" not in part["file"]]
+    for part in relative:
+        _make_absolute(part, "directives", "file", folder)
+        part["file"] = f"file://{part['file']}"
+    return directives_text(entries) if relative else directives
+
+
+def directives_text(directives: list[Any]) -> str:
+    """Directives as the text of a file of Drake's."""
+    return yaml.dump({"directives": directives}, Dumper=TaggedDumper, sort_keys=False)
+
+
+def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
+    value = mapping.get(key)
+    if isinstance(value, str) and value and "://" not in value and "\n" not in value:
+        try:
+            mapping[key] = str((folder / Path(value).expanduser()).resolve())
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
+            raise StarnavError(
+                f"{section}.{key} is {shown(value)} ({reason_of(error)}); allowed: the path of a file"
+            ) from None

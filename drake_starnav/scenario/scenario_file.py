@@ -1,0 +1,181 @@
+"""Scenarios: typed parameters <-> YAML."""
+
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_starnav.errors import StarnavError, shown
+from drake_starnav.parameters import build, declared, unknown_name
+from drake_starnav.scenario.directives import directives_text, make_paths_absolute, move_directives
+from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, SECTIONS, Scenario, check_known
+from drake_starnav.scenario.shipped import METHODS, scenario_names
+from drake_starnav.scenario.tagged_yaml import Loader, SectionDumper, Tagged, read_mapping, section
+from drake_starnav.utils.files import read_text, reason_of, write_text
+from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.yaml_text import LARGEST_TEXT, load_yaml
+from drake_starnav.worlds import WORLD_KINDS, Model
+
+
+def scenario_path(name_or_path: str | Path) -> Path:
+    """The file of a shipped scenario, or the one at a path; a `StarnavError` if there is neither."""
+    path, name_or_path = Path(name_or_path), str(name_or_path)
+    if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
+        return path
+    if name_or_path not in scenario_names():
+        known = [*scenario_names(), "a path to a YAML file"]
+        raise unknown_name(f"scenario {shown(name_or_path)}", name_or_path, known)
+    return model_path("scenarios", f"{name_or_path}.yaml")
+
+
+def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
+    """A shipped scenario by name, or one from a YAML file by path.
+
+    Args:
+        name_or_path: e.g. "forest", or "my/world.yaml".
+        method: whose settings the scenario's own keys are laid over; see `METHODS`.
+        overrides: "dotted.key=value" texts, laid over the scenario's keys.
+
+    Raises:
+        StarnavError: no such scenario or method, broken YAML, unknown key, or a value that is not allowed.
+    """
+    path = scenario_path(name_or_path)
+    try:
+        text = read_text(path, LARGEST_TEXT)
+    except OSError as error:
+        raise StarnavError(
+            f"scenario file {path} cannot be read: {reason_of(error)}; allowed: a UTF-8 YAML file"
+        ) from None
+    return parse_scenario(
+        text, name=_name_of(path), place=str(path), method=method, overrides=overrides, folder=path.absolute().parent
+    )
+
+
+def _name_of(path: Path) -> str:
+    """The name of a scenario file; bytes in it that are not UTF-8 are replaced."""
+    return os.fsencode(path.stem).decode("utf-8", errors="replace")
+
+
+def parse_scenario(
+    text: str,
+    *,
+    name: str,
+    place: str = "scenario",
+    method: str = "star",
+    overrides: Sequence[str] = (),
+    folder: str | Path | None = None,
+) -> Scenario:
+    """A scenario from YAML text.
+
+    Args:
+        text, name, method, overrides: as for `load_scenario`.
+        place: names the text in messages.
+        folder: that the paths of world and robot in the text are relative to; those of the overrides, and all if it
+            is None, are relative to the working directory.
+    """
+    sections = read_mapping(text, place, (*KEYS, "directives"))
+    if "directives" in sections:
+        move_directives(sections, place)
+    if folder is not None:
+        make_paths_absolute(sections, Path(folder))
+    for override in overrides:
+        _override(sections, override)
+    make_paths_absolute(sections, Path.cwd())
+    check_known(method)
+    for key in sections:
+        if key not in KEYS:
+            raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
+    parts = {
+        key: build(cls, sections.get(key), key, base=build(cls, METHODS[method].get(key), key))
+        for key, cls in SECTIONS.items()
+    }
+    configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
+    return Scenario(name=name, world=_world(sections.get("world"), place), **parts, **configs)
+
+
+def save_scenario(scenario: Scenario, path: str | Path) -> None:
+    """Write a scenario to a YAML file; `load_scenario` reads back an equal one if the file has the scenario's name.
+
+    Raises:
+        StarnavError: the file cannot be written.
+    """
+    write_text(Path(path), scenario_text(scenario))
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
+    sections = {"world": section(_declared(scenario.world), type(scenario.world).__name__)}
+    sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
+    sections |= {key: section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
+    return yaml.dump(
+        sections, Dumper=SectionDumper, default_flow_style=None, sort_keys=False, width=math.inf, allow_unicode=True
+    )
+
+
+def differences(text: str, other: str, sections: Sequence[str], place: str = "scenario") -> list[str]:
+    """Where two texts as of `scenario_text` differ in some sections: "robot.radius 0.3 and 0.25".
+
+    Keys of only one of them (from another version) and the folders of the files that they name are ignored.
+    """
+    both, found = [read_mapping(part, place, (*KEYS, "directives")) for part in (text, other)], []
+    for name in sections:
+        ours, theirs = ({} if sides.get(name) is None else sides[name] for sides in both)
+        tags = [getattr(side, "tag", "") for side in (ours, theirs)]
+        if tags[0] != tags[1]:
+            found.append(f"{name} !{tags[0]} and !{tags[1]}")
+        elif isinstance(ours, dict) and isinstance(theirs, dict):
+            pairs = [(key, ours[key], theirs[key]) for key in ours if key in theirs]
+            found += [f"{name}.{key} {a} and {b}" for key, a, b in pairs if _without_folder(a) != _without_folder(b)]
+    return found
+
+
+def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
+    if mapping is None:
+        return {}
+    if not isinstance(mapping, dict) or not all(
+        isinstance(name, str) and isinstance(value, (bool, int, float, str)) for name, value in mapping.items()
+    ):
+        raise StarnavError(f"{key} is {shown(mapping)}; allowed: a mapping of names to numbers, texts, true and false")
+    return dict(mapping)
+
+
+def _without_folder(value: Any) -> Any:
+    return Path(value).name if isinstance(value, str) else value
+
+
+def _declared(part: Any) -> dict[str, Any]:
+    return {field.name: getattr(part, field.name) for field in declared(part)}
+
+
+def _override(sections: dict[str, Any], text: str) -> None:
+    key, separator, value = text.partition("=")
+    names = key.split(".")
+    if not separator or len(names) != 2 or not all(names):
+        raise StarnavError(f"override {shown(text)}; allowed: section.key=value, e.g. robot.radius=0.3")
+    part, name = names
+    if part not in KEYS:
+        raise unknown_name(f"key {key}", part, KEYS)
+    try:
+        parsed = load_yaml(value, key, Loader)
+    except StarnavError:
+        raise StarnavError(
+            f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
+        ) from None
+    if not isinstance(sections.get(part), dict):
+        sections[part] = {}
+    sections[part][name] = parsed
+
+
+def _world(mapping: Any, place: str) -> Any:
+    if not isinstance(mapping, Tagged):
+        tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
+        raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
+    if mapping.tag not in WORLD_KINDS:
+        raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, WORLD_KINDS)
+    values = dict(mapping)
+    if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
+        values["directives"] = directives_text(values["directives"])
+    return build(WORLD_KINDS[mapping.tag], values, "world")

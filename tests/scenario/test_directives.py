@@ -1,0 +1,111 @@
+"""Model directives in scenarios, and the files that these name."""
+
+import dataclasses
+import re
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import load_scenario, parse_scenario
+from drake_starnav.scenario.scenario_file import scenario_text
+
+DIRECTIVES = """
+directives:
+- add_model: {name: barrel, file: "package://drake_starnav/worlds/barrel.urdf"}
+- add_weld: {parent: world, child: "barrel::barrel", X_PC: {translation: [3, 2, 0], rotation: !Rpy {deg: [0, 0, 30]}}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["Barn", "DynaBarn"])
+def test_files_of_worlds_are_found_beside_the_scenario(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"world: !{kind} {{file: worlds.json, id: 1}}\n")
+    assert load_scenario(str(file)).world.file == str(tmp_path / "worlds.json")
+    monkeypatch.chdir(tmp_path)
+    given = load_scenario(kind.lower(), overrides=["world.file=other.json"])
+    assert given.world.file == str(tmp_path / "other.json")
+    assert load_scenario(kind.lower()).world.file == f"{kind.lower()}_like"
+
+
+def test_directives_at_the_top_are_those_of_the_model(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("world: !Model {goal: [4, 0]}" + DIRECTIVES)
+    scenario = load_scenario(file, overrides=["world.start=[0, 1, 0]"])
+    inside = "world: !Model" + DIRECTIVES.replace("\n", "\n  ") + "\n  start: [0, 1, 0]\n  goal: [4, 0]"
+    assert scenario == parse_scenario(inside, name="mine")
+    assert parse_scenario(scenario_text(scenario), name="mine") == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (DIRECTIVES, r" beside no world; allowed: beside world: !Model \{start: \[x, y, yaw\], goal: \[x, y\]\}"),
+        ("world: !Forest {}" + DIRECTIVES, " beside world: !Forest; allowed: beside world: !Model"),
+        ("world: {goal: [4, 0]}" + DIRECTIVES, r" beside world: \{'goal': \[4, 0\]\}; allowed: beside world: !Model"),
+        ("world: !Model {goal: [4, 0], directives: a.sdf}" + DIRECTIVES, " beside world.directives; allowed: "),
+        ("world: !Model {goal: [4, 0]}\ndirectives: a.sdf", " is 'a.sdf'; allowed: a list of Drake's model directives"),
+    ],
+)
+def test_directives_at_the_top_that_no_model_takes_are_refused(text: str, message: str) -> None:
+    with pytest.raises(StarnavError, match="directives in scenario" + message):
+        parse_scenario(text, name="x")
+
+
+@pytest.mark.parametrize("form", ["at the top", "a list of the world", "a text of the world"])
+def test_files_of_embedded_directives_are_found_beside_the_scenario(
+    form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = "- add_model: {name: a, file: parts/crate.sdf}\n- add_directives: {file: more.dmd.yaml}\n"
+    entries += "- add_model: {name: b, file: 'package://mine/b.sdf'}\n"
+    text = {
+        "at the top": f"world: !Model {{goal: [4, 0]}}\ndirectives:\n{entries}",
+        "a list of the world": f"world: !Model\n  goal: [4, 0]\n  directives:\n{textwrap.indent(entries, '  ')}",
+        "a text of the world": "world: !Model\n  goal: [4, 0]\n  directives: |\n    directives:\n"
+        + textwrap.indent(entries, "    "),
+    }[form]
+    (tmp_path / "mine.yaml").write_text(text)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    scenario = load_scenario(tmp_path / "mine.yaml")
+    files = re.findall(r"file: (.*)$|file: (.*)[,}]", scenario.world.directives, re.MULTILINE)
+    assert [a or b for a, b in files] == [
+        f"file://{tmp_path}/parts/crate.sdf",
+        f"file://{tmp_path}/more.dmd.yaml",
+        "package://mine/b.sdf",
+    ]
+    assert parse_scenario(scenario_text(scenario), name="mine") == scenario  # a worker may run elsewhere
+
+
+def test_directives_are_not_overridden() -> None:
+    with pytest.raises(StarnavError, match="unknown key directives.file"):
+        parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x", overrides=["directives.file=a.sdf"])
+
+
+def test_directives_are_written_as_they_would_be_by_hand() -> None:
+    text = scenario_text(parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x"))
+    lines = [line.strip() for line in text.splitlines()]
+    for line in ("- add_model:", "name: barrel", "- add_weld:", "rotation: !Rpy", "goal: [4, 0]"):
+        assert line in lines
+    assert next(line for line in lines if line.startswith("robot:")).startswith("robot: {model: starbot, ")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "directives:\n# a table of 1 m\u00b2\n\n- add_model: {name: a, file: package://mine/\u00e4.sdf}\n",
+        "directives: []\n\n\n",
+        "directives:\n- add_model:\n    name: a",
+        "  directives: []\n  # indented\n",
+        "\ndirectives: []\n...\n",
+    ],
+)
+def test_directives_as_text_are_written_as_they_are(text: str) -> None:
+    scenario = parse_scenario("world: !Model {goal: [4, 0]}", name="x")
+    scenario = dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, directives=text))
+    written = scenario_text(scenario)
+    assert all(line in map(str.strip, written.splitlines()) for line in map(str.strip, text.splitlines()))
+    assert parse_scenario(written, name="x") == scenario

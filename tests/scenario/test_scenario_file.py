@@ -1,0 +1,148 @@
+"""Scenario files: what they may hold, and that they read back equal."""
+
+from pathlib import Path
+
+import pytest
+
+from drake_starnav.errors import StarnavError
+from drake_starnav.scenario import METHODS, load_scenario, parse_scenario, scenario_names
+from drake_starnav.scenario.scenario_file import differences, scenario_text
+
+
+def test_shipped_scenarios_load_with_every_method() -> None:
+    assert {"forest", "room"} <= set(scenario_names())
+    for name in scenario_names():
+        for method in METHODS:
+            assert load_scenario(name, method=method).name == name
+
+
+def test_text_of_a_scenario_reads_back_equal() -> None:
+    scenario = load_scenario("room", overrides=["robot.radius=0.3", "localization.matching=false"])
+    assert parse_scenario(scenario_text(scenario), name="room") == scenario
+
+
+def test_explicit_obstacles_read_back_equal() -> None:
+    text = "world: !Obstacles {cylinders: [[2, 0, 0.5]], polygons: [[[4, 4], [5, 4], [5, 5]]], goal: [4, 0]}"
+    scenario = parse_scenario(text, name="mine")
+    assert scenario.world.cylinders == [[2, 0, 0.5]]
+    assert parse_scenario(scenario_text(scenario), name="mine") == scenario
+
+
+def test_precedence_is_method_then_file_then_override() -> None:
+    text = "world: !Room {}\nplanner: {comfort: 0.07}\ncontroller: {rate: 60}"
+    scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])
+    assert scenario.controller.kind == "star_paper"  # of the method
+    assert scenario.planner.comfort == 0.07  # of the file
+    assert parse_scenario(text, name="x", method="star_paper").controller.rate == 60.0  # the file wins over the method
+    assert scenario.controller.rate == 80.0  # the override wins over the file
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("world: !Forest {}\nrobot: {radios: 0.3}", ["robot.radios", "radius"]),
+        ("world: !Forest {}\nrobots: {}", ["robots", "robot"]),
+        ("world: !Forrest {}", ["Forrest", "Forest"]),
+        ("world: !Forest {widht: 3}", ["world.widht", "width"]),
+        ("world: {}", ["world", "!Forest"]),
+        ("robot: {radius: 0.3}", ["world", "!Forest"]),
+        ("world: !Forest {}\nrobot: {radius: -1}", ["robot.radius", "-1", "0.01 <= x"]),
+        ("world: !Forest {}\nrobot: {radius: .nan}", ["robot.radius", "nan"]),
+        ("world: !Forest {}\nrobot: {radius: big}", ["robot.radius", "big", "number"]),
+        ("world: !Forest {}\nlidar: {beams: 0}", ["lidar.beams", "0", "3 <= x"]),
+        ("world: !Forest {}\nlidar: {range_min: 6}", ["range_min", "6"]),
+        (
+            "world: !Forest {}\ncontroller: {kind: dwb}",
+            ["controller.kind", "dwb", "star, mpc, star_paper, dsm"],
+        ),
+        ("world: !Forest {}\ndwa: {margin: -1}", ["dwa.margin", "0 <= x"]),
+        ("world: !Forest {}\nlocalization: {matching: 3}", ["localization.matching", "true or false"]),
+        ("world: !Forest {}\nrobot: 3", ["robot", "3", "mapping"]),
+        ("world: !Forest {}\nrobot: {radius: 0.2, radius: 0.4}", ["line 2", "key radius is repeated"]),
+        ("world: !Forest {}\nrobot: {}\nrobot: {radius: 0.4}", ["line 3", "key robot is repeated"]),
+        ("world: !Forest {width: 20, width: 21}", ["line 1", "key width is repeated"]),
+        ("world: !Forest [1]", ["Forest", "mapping"]),
+        ("world: !Forest {a: [}", ["line 1", "YAML"]),
+        ("- 1", ["mapping"]),
+        ("", ["mapping"]),
+        ("world: !!python/object/apply:os.system ['true']", ["YAML"]),
+    ],
+)
+def test_bad_text_is_refused_in_one_sentence(text: str, words: list[str]) -> None:
+    with pytest.raises(StarnavError) as error:
+        parse_scenario(text, name="x", place="x.yaml")
+    message = str(error.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("robot.radius", ["section.key=value"]),
+        ("radius=0.3", ["section.key=value"]),
+        ("robto.radius=0.3", ["robto", "robot"]),
+        ("robot.radus=0.3", ["radus", "radius"]),
+        ("robot.radius=[", ["YAML"]),
+        ("robot.radius=1e9", ["robot.radius", "1000000000", "0.01 <= x"]),
+    ],
+)
+def test_bad_override_is_refused(override: str, words: list[str]) -> None:
+    with pytest.raises(StarnavError) as error:
+        load_scenario("forest", overrides=[override])
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("3e-1", 0.3), ("1.5E-1", 0.15), (".2e0", 0.2), ("2.5e-1", 0.25), ("+1_0e-2", 0.1)]
+)
+def test_numbers_with_an_exponent_are_numbers(text: str, value: float) -> None:
+    assert parse_scenario(f"world: !Forest {{}}\nrobot: {{radius: {text}}}", name="x").robot.radius == value
+    assert load_scenario("forest", overrides=[f"robot.radius={text}"]).robot.radius == value
+    world = parse_scenario(f"world: !Obstacles {{goal: [{text}, 0]}}", name="x").world
+    assert world.goal == [value, 0]
+
+
+def test_unknown_names_suggest_the_nearest() -> None:
+    with pytest.raises(StarnavError, match="did you mean forest"):
+        load_scenario("forrest")
+    with pytest.raises(StarnavError, match="did you mean star"):
+        load_scenario("forest", method="str")
+    with pytest.raises(StarnavError, match="cannot be read"):
+        load_scenario("no/such/file.yaml")
+
+
+def test_paths_are_relative_to_the_file_that_names_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("scenarios", "maps", "here"):
+        (tmp_path / name).mkdir()
+    file = tmp_path / "scenarios" / "mine.yaml"
+    file.write_text("world: !RosMap {file: ../maps/mine.yaml}\nrobot: {model: ../robots/mine.urdf}\n")
+    monkeypatch.chdir(tmp_path / "here")
+    assert load_scenario(str(file)).robot.model == str(tmp_path / "robots" / "mine.urdf")
+    assert load_scenario(str(file), overrides=["robot.model=starbot"]).robot.model == "starbot"
+    assert load_scenario(str(file)).world.file == str(tmp_path / "maps" / "mine.yaml")
+    monkeypatch.chdir(tmp_path)
+    assert load_scenario("scenarios/mine.yaml").world.file == str(tmp_path / "maps" / "mine.yaml")
+    given = load_scenario("scenarios/mine.yaml", overrides=["world.file=maps/other.yaml"])
+    assert given.world.file == str(tmp_path / "maps" / "other.yaml")
+    assert parse_scenario(scenario_text(given), name="mine") == given  # a worker may run elsewhere
+    assert parse_scenario("world: !RosMap {file: a.yaml}", name="x").world.file == str(tmp_path / "a.yaml")
+
+
+def test_names_that_are_too_long_are_unknown() -> None:
+    with pytest.raises(StarnavError, match="unknown scenario"):
+        load_scenario("a" * 300)
+    assert load_scenario("barn", overrides=[f"world.file={'a' * 300}"]).world.file.endswith("a" * 300)
+
+
+def test_paths_of_shipped_files_stay_as_they_are(tmp_path: Path) -> None:
+    assert load_scenario("map").world.file == "package://drake_starnav/maps/studio.yaml"
+    assert load_scenario("map", overrides=[f"world.file={tmp_path}/m.yaml"]).world.file == f"{tmp_path}/m.yaml"
+    assert parse_scenario("world: !Model {}", name="x").world.directives == ""
+
+
+def test_worlds_of_one_kind_do_not_differ_where_one_of_them_says_nothing() -> None:
+    assert differences("world: !Room {}", "world: !Room {width: 6.0}", ["world"]) == []
+    assert differences("world: !Room {}", "world: !Maze {}", ["world"]) == ["world !Room and !Maze"]
