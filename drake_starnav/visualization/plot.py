@@ -15,12 +15,13 @@ from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
 from drake_starnav.visualization.camera import PAGE, around_robot, check_view
 from drake_starnav.visualization.film import Film
-from drake_starnav.visualization.scene_plot import ROW_HEIGHT, draw_legend, draw_scene
+from drake_starnav.visualization.scene_plot import draw_scene, legend_handles
 from drake_starnav.visualization.world_figure import figure_pixels
 
-WIDTH, SYMBOLS, LABELS, BORDER, MARGIN = 504.0, 24.0, 170.0, 46.0, 18.0
-"""Of the scene, the legend's symbols and texts, the border with the axes' numbers, and that elsewhere, points of 1/72
-inch."""
+WIDTH, LEGEND, BORDER, MARGIN = 504.0, 190.0, 46.0, 18.0
+"""Of the scene, the legend, the border with the axes' numbers, and that elsewhere, points of 1/72 inch."""
+ROW_HEIGHT = 15.0
+"""Of the legend, points."""
 POINT = 72.0
 """Points an inch."""
 DPI = 200
@@ -42,9 +43,9 @@ def moment_figure(film: Film, time: float, view: str = "top", title: str = "") -
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(film.actors[0].motion.at(time)) if view == "follow" else np.add(film.extent, walls)
     x0, y0, x1, y1 = extent
-    rows = sum(map(film.caption.shows, film.caption.legend))
+    handles = legend_handles(film.caption)
     height = WIDTH * (y1 - y0) / (x1 - x0)
-    size = BORDER + WIDTH + MARGIN + SYMBOLS + LABELS, MARGIN + max(height + BORDER, ROW_HEIGHT * rows)
+    size = BORDER + WIDTH + MARGIN + LEGEND, MARGIN + max(height + BORDER, ROW_HEIGHT * len(handles))
     figure = Figure(figsize=(size[0] / POINT, size[1] / POINT))
     top = 1.0 - (MARGIN + height) / size[1]
     axes = figure.add_axes((BORDER / size[0], top, WIDTH / size[0], height / size[1]), xlim=(x0, x1), ylim=(y0, y1))
@@ -56,10 +57,10 @@ def moment_figure(film: Film, time: float, view: str = "top", title: str = "") -
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
     draw_scene(axes, film, time)
-    place = (BORDER + WIDTH + MARGIN) / size[0], 0.0, SYMBOLS / size[0], 1.0
-    legend = figure.add_axes(place, xlim=(0.0, SYMBOLS), ylim=(size[1], 0.0))  # a longer text makes a file wider
-    legend.set_axis_off()
-    draw_legend(legend, film.caption, 0.0, MARGIN + 0.5 * ROW_HEIGHT, size=TEXT_SIZE)
+    place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "frameon": False}  # a longer text makes a file wider
+    legend = axes.legend(handles=handles, fontsize=TEXT_SIZE, labelspacing=0.6, **place)
+    for text in legend.get_texts():
+        text.set_parse_math(False)
     return figure
 
 

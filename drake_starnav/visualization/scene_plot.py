@@ -1,10 +1,13 @@
 """Draws moments of a recorded run with Matplotlib, from straight above."""
 
 import math
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
@@ -14,7 +17,6 @@ from drake_starnav.visualization.meshes import (
     DECK_COLOR,
     HEADING_COLOR,
     LIDAR_COLOR,
-    SPEED_COLORS,
     Layer,
 )
 from drake_starnav.visualization.page import ROOT, Caption
@@ -23,8 +25,7 @@ from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Shape
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 
-TEXT_COLOR = "#222222"
-SOLID_ORDER, ON_TOP, PANEL_ORDER = 100.0, 300.0, 1000.0
+SOLID_ORDER, ON_TOP = 100.0, 300.0
 """Drawing order; flat layers have the order of their height in cm, solid shapes that of their top and SOLID_ORDER."""
 ROBOT_ORDER = SOLID_ORDER + 100.0 * ROBOT_HEIGHT
 DOTS = 0.58
@@ -35,8 +36,11 @@ MOST_OUTLINES = 300
 """More obstacles are drawn as pixels in vector graphics, to keep them small."""
 SEAM = 0.5
 """Width of rims that close the seams between the faces of an opaque line, points."""
-ROW_HEIGHT = 21.0
-"""Of the legend, points."""
+MARKERS = {
+    "disc": ("o", 9.0), "square": ("s", 6.0), "dot": ("o", 4.5), "ring": ("o", 9.0), "cross": ("x", 7.0),
+    "star": ("*", 13.0), "robot": ("o", 10.0),
+}  # fmt: skip
+"""Of the legend's symbols that are points: Matplotlib's marker and its size, points."""
 
 
 def draw_scene(axes: Axes, film: Film, time: float) -> None:
@@ -49,22 +53,21 @@ def draw_scene(axes: Axes, film: Film, time: float) -> None:
         _draw_robot(axes, actor, time)
 
 
-def draw_legend(axes: Axes, caption: Caption, x: float, top: float, size: float = 12.0) -> None:
-    """Draw the shown rows of the legend into axes whose units are points, the y axis pointing down.
+def legend_handles(caption: Caption) -> list[Artist]:
+    """What Matplotlib's legend shows for the shown rows of a caption's."""
+    return [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
 
-    Args:
-        axes, caption: to draw into, and what.
-        x, top: left edge and middle of the first row.
-        size: of the text.
-    """
-    rows = [layer for name, layer in caption.legend.items() if caption.shows(name)]
-    for k, layer in enumerate(rows):
-        y = top + ROW_HEIGHT * k
-        _draw_symbol(axes, layer, x + 12.0, y)
-        axes.text(
-            x + 31.0, y, layer.label.replace(" (newest bright)", ""), size=size, zorder=PANEL_ORDER,
-            verticalalignment="center", color=TEXT_COLOR, parse_math=False,
-        )  # fmt: skip
+
+def _handle(layer: Layer) -> Artist:
+    look: dict[str, Any] = {"label": layer.label.replace(" (newest bright)", ""), "color": layer.color}
+    if layer.symbol == "area":
+        return Rectangle((0.0, 0.0), 1.0, 1.0, alpha=0.45, **look)
+    if layer.symbol in ("line", "gradient"):
+        return Line2D([], [], linewidth=3.0, **look)
+    marker, size = MARKERS[layer.symbol]
+    face, edge = ("none", 2.5) if layer.symbol in ("ring", "cross", "robot") else (layer.color, 0.0)
+    look |= {"marker": marker, "markersize": size, "markerfacecolor": face, "markeredgewidth": edge}
+    return Line2D([], [], linestyle="none", **look)
 
 
 def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
@@ -112,32 +115,3 @@ def _draw_robot(axes: Axes, actor: Actor, time: float) -> None:
     bar = np.array([x, y]) + actor.radius * np.array([a * ahead + b * left for a, b in corners])
     axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
     axes.add_artist(Circle((x, y), 0.24 * actor.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
-
-
-def _draw_symbol(axes: Axes, layer: Layer, x: float, y: float) -> None:
-    """The layer's symbol in the legend, about a point of the page."""
-    if layer.symbol == "area":
-        color = (*layer.color, 0.45)
-        axes.add_artist(
-            Rectangle((x - 9.0, y - 5.0), 18.0, 10.0, facecolor=color, edgecolor=layer.color, zorder=PANEL_ORDER)
-        )
-    elif layer.symbol == "robot":
-        for radius, part in ((6.5, layer.color), (4.5, DECK_COLOR)):
-            axes.add_artist(Circle((x, y), radius, facecolor=part, zorder=PANEL_ORDER))
-        axes.plot((x, x + 5.0), (y, y), color=HEADING_COLOR, linewidth=2.6, solid_capstyle="butt", zorder=PANEL_ORDER)
-    elif layer.symbol in ("line", "gradient"):
-        colors = SPEED_COLORS if layer.symbol == "gradient" else np.array([layer.color])
-        at = np.linspace(x - 10.0, x + 10.0, len(colors) + 1)
-        for left, right, color in zip(at[:-1], at[1:], colors, strict=True):
-            axes.plot((left, right), (y, y), color=color, linewidth=3.0, solid_capstyle="butt", zorder=PANEL_ORDER)
-    else:
-        marker, size = {
-            "disc": ("o", 9.0), "square": ("s", 6.0), "dot": ("o", 4.5), "ring": ("o", 10.0), "cross": ("x", 8.0),
-            "star": ("*", 13.0),
-        }[layer.symbol]  # fmt: skip
-        face = "none" if layer.symbol == "ring" else layer.color
-        width = 2.5 if layer.symbol in ("ring", "cross") else 0.0
-        axes.plot(
-            x, y, marker=marker, markersize=size, markerfacecolor=face, markeredgecolor=layer.color,
-            markeredgewidth=width, zorder=PANEL_ORDER,
-        )  # fmt: skip
