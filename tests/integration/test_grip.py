@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation.validation import validate
+from drake_starnav.navigation.validation import validated_margins
 from drake_starnav.regions.safe_region import SafetyStar
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario import Scenario, load_scenario
@@ -74,5 +74,5 @@ def test_robots_do_not_slide_by_what_is_certified(model, radius, acceleration):
 
 def test_a_robot_that_brakes_harder_than_wheels_grip_is_refused():
     with pytest.raises(StarnavError, match=r"robot.max_acceleration is 8 m/s\^2, .* at most 6 m/s\^2"):
-        validate(load_scenario("room", overrides=["robot.max_acceleration=8"]))
-    validate(load_scenario("room", method="star_paper", overrides=["robot.max_acceleration=8"]))
+        validated_margins(load_scenario("room", overrides=["robot.max_acceleration=8"]))
+    validated_margins(load_scenario("room", method="star_paper", overrides=["robot.max_acceleration=8"]))

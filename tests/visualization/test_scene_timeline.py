@@ -48,7 +48,7 @@ def recorded(tmp_path_factory):
     plant.SetDefaultFloatingBaseBodyPose(ball, RigidTransform([1.0, -1.5, 50.0]))  # it falls, seen from above
     model = add_robot(plant, scene_graph, SCENARIO.robot, WORLD.start)
     plant.Finalize()
-    robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, SCENARIO.lidar))
+    robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, SCENARIO))
     connect_robot(builder, plant, scene_graph, model, robot)
     ahead = builder.AddSystem(ConstantVectorSource([SPEED, 0.0]))
     builder.Connect(ahead.get_output_port(), robot.GetInputPort("drive.twist_command"))
