@@ -122,7 +122,7 @@ class Soak:
             outcome=outcome,
             shortest_path_m=round(float(way[0]), 3),
             time_s=round(root.get_time() - start, 3),
-            nodes=len(navigation.planner.GetOutputPort("roadmap").Eval(planner).roadmap),
+            nodes=len(navigation.planner.GetOutputPort("planner_state").Eval(planner).roadmap),
             plans=len(plans),
             plan_p50_ms=round(float(np.median(plans)) * 1e3, 3) if len(plans) else 0.0,
             memory_mb=round(memory_mb(), 1),

@@ -253,7 +253,7 @@ def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> N
     assert navigation.localization("state").get_system() is navigation.matcher
     assert navigation.certificate.get_system() is navigation.matcher
     exports = make_diagram(scenario)
-    assert {f"matcher.{name}" for name in ("star", "state", "pose", "scan_pose", "guidance", "certificate")} < {
+    assert {f"matcher.{name}" for name in ("observation", "state", "pose", "scan_pose", "guidance", "certificate")} < {
         exports.get_output_port(k).get_name() for k in range(exports.num_output_ports())
     }
     without = posts(overrides=["localization.drift=0.02", "localization.matching=false"])
@@ -302,7 +302,7 @@ def test_python_systems_live_as_long_as_the_diagram() -> None:
     del diagram, station
     gc.collect()
     context = planner.CreateDefaultContext()
-    planner.GetInputPort("star").FixValue(context, Value(Observation.none()))
+    planner.GetInputPort("observation").FixValue(context, Value(Observation.none()))
     planner.GetInputPort("goal").FixValue(context, np.zeros(2))
     assert planner.GetOutputPort("status").Eval(context) is PlannerStatus.WAITING
 

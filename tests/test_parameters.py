@@ -183,7 +183,7 @@ def test_a_name_without_a_near_one_gets_no_suggestion():
         (lambda: RobotParameters(radius=-1.0), "robot.radius is -1"),
         (lambda: RobotParameters(max_acceleration=math.nan), "robot.max_acceleration is nan"),
         (lambda: ControllerParameters(kind="dwb"), "controller.kind is 'dwb'"),
-        (lambda: PlannerParameters(comfort=-0.2), "planner.comfort is -0.2"),
+        (lambda: PlannerParameters(preferred_clearance=-0.2), "planner.preferred_clearance is -0.2"),
         (lambda: DriveParameters(delay=-1.0), "drive.delay is -1"),
         (lambda: LocalizationParameters(drift=7.0), "localization.drift is 7"),
         (lambda: LidarParameters(quantisation=2.0), "lidar.quantisation is 2"),

@@ -18,7 +18,6 @@ from drake_starnav.station.model_world import floor_geometries, make_world_with_
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT, add_still_obstacles
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
-from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, quiet_meshcat
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
@@ -30,6 +29,7 @@ from drake_starnav.visualization.meshes import (
     Layer,
 )
 from drake_starnav.visualization.page import Cameras, Caption
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
 from drake_starnav.visualization.recorder import (
     WORLD_PREFIX,
     finish_recording,
@@ -39,7 +39,7 @@ from drake_starnav.visualization.recorder import (
 )
 from drake_starnav.visualization.scene_timeline import SceneTimeline, Solid
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
-from drake_starnav.visualization.timeline import Tee, Timeline, Track
+from drake_starnav.visualization.timeline import Broadcast, Timeline, Track
 from drake_starnav.worlds.footprints import cylinder_vertices
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
@@ -81,7 +81,7 @@ def record_comparison(
     view: str = "top",
     shown: frozenset[str] | None = None,
     progress: Callable[[float, float], None] | None = None,
-) -> Film:
+) -> RecordedRun:
     """Let each method drive the same world alone, then record all their robots in one scene.
 
     The robots do not interact: each repeats its own run and stays at the pose where that ended.
@@ -97,38 +97,38 @@ def record_comparison(
     Raises:
         StarnavError: as of `run_trial`, or unknown view.
     """
-    actors: dict[str, Actor] = {}
+    robots: dict[str, RobotTrack] = {}
     trails: dict[str, Layer] = {}
     for k, (method, scenario) in enumerate(scenarios.items()):
         witness, color = _Witness(), COLORS[k % len(COLORS)]
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        actors[method] = Actor(witness.motion, scenario.robot.radius, color, DECK)
+        robots[method] = RobotTrack(witness.motion, scenario.robot.radius, color, DECK)
         trails[f"trail/{method}"] = Layer(f"{method}: {witness.outcome}", color, "robot", 0.1 - 0.005 * k)
     scenario = next(iter(scenarios.values()))
     parameters, radius = scenario.recording, scenario.robot.radius
     world = make_world_with_footprints(scenario.world, seed, radius)
     layers = meshes.with_scene({**trails, "goal": LAYERS["goal"]}, world)
     del layers["robot"]  # there are several, each with a row of its own
-    caption = Caption(scenario.name, (f"{len(actors)} method{'s' * (len(actors) > 1)}, seed {seed}",), layers, shown)
-    paths = {method: f"{ROBOT_PATH}/{method}" for method in actors}
+    caption = Caption(scenario.name, (f"{len(robots)} method{'s' * (len(robots) > 1)}, seed {seed}",), layers, shown)
+    paths = {method: f"{ROBOT_PATH}/{method}" for method in robots}
     cameras = Cameras(world.extent, view, next(iter(paths.values())), world.start[:2])
     meshcat, timeline = quiet_meshcat(), Timeline()
     set_look(meshcat)
     frame_camera(meshcat, world.extent)
     scene = _publish_world(meshcat, world)
-    stage = MeshcatStage(Tee(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
+    stage = MeshcatStage(Broadcast(meshcat, timeline), "/starnav", 1.0 / parameters.frames_per_second, layers)
     stage.prepare("goal", meshes.five_pointed_star(np.zeros(2), 0.9 * radius, layers["goal"].height))
-    for k, (method, actor) in enumerate(actors.items()):
-        _add_robot(meshcat, paths[method], actor, STACKED * (len(actors) - k))
+    for k, (method, robot) in enumerate(robots.items()):
+        _add_robot(meshcat, paths[method], robot, STACKED * (len(robots) - k))
     start_recording(meshcat, parameters)
     stage.move("goal", np.array(world.goal), 0.0)
-    film = Film(caption, world.extent, scene, timeline, tuple(actors.values()))
-    _play_moving_obstacles(meshcat, scene, world, film.duration, parameters)
-    for method, actor in actors.items():
+    recorded = RecordedRun(caption, world.extent, scene, timeline, tuple(robots.values()))
+    _play_moving_obstacles(meshcat, scene, world, recorded.duration, parameters)
+    for method, robot in robots.items():
         trail = f"trail/{method}"
-        _play(meshcat, stage, actor.motion, paths[method], (trail, layers[trail].height), parameters)
+        _play(meshcat, stage, robot.motion, paths[method], (trail, layers[trail].height), parameters)
     finish_recording(meshcat, html, caption, cameras)
-    return film
+    return recorded
 
 
 def _play(
@@ -186,12 +186,12 @@ def _publish_world(meshcat: Meshcat, world: World) -> SceneTimeline:
     return scene
 
 
-def _add_robot(meshcat: Meshcat, path: str, actor: Actor, above: float) -> None:
+def _add_robot(meshcat: Meshcat, path: str, robot: RobotTrack, above: float) -> None:
     """A hull of the method's colour with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    radius, top = actor.radius, above + HULL_HEIGHT
+    radius, top = robot.radius, above + HULL_HEIGHT
     parts = (
-        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], actor.color),
-        ("deck", Cylinder(actor.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
+        ("hull", Cylinder(radius, HULL_HEIGHT), [0.0, 0.0, top - 0.5 * HULL_HEIGHT], robot.color),
+        ("deck", Cylinder(robot.deck * radius, 0.004), [0.0, 0.0, top], DECK_COLOR),
         ("heading", Box(0.8 * radius, 0.2 * radius, 0.008), [0.4 * radius, 0.0, top], HEADING_COLOR),
         ("lidar", Cylinder(0.24 * radius, 0.016), [0.0, 0.0, top], LIDAR_COLOR),
     )

@@ -30,8 +30,8 @@ from drake_starnav.utils.progress import Progress
 
 if TYPE_CHECKING:
     from drake_starnav.visualization.browser import BrowserCamera
-    from drake_starnav.visualization.film import Film
     from drake_starnav.visualization.plot import PlotCamera
+    from drake_starnav.visualization.recorded_run import RecordedRun
 
 TRIAL_SUFFIXES = (".json", ".jsonl", ".jsonl.xz")
 """Suffixes of files with trials; every other argument is a scenario."""
@@ -72,9 +72,9 @@ class Still:
     path: Path
     time: float | None
 
-    def at(self, film: "Film") -> float:
+    def at(self, recorded: "RecordedRun") -> float:
         """The time, s."""
-        return film.duration if self.time is None else self.time
+        return recorded.duration if self.time is None else self.time
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -131,19 +131,21 @@ def _record(options: argparse.Namespace) -> int:
     shown = _shown_layers(options)
     pictures = [still for still in stills if still.path.suffix == ".png"]
     _check_tools(options, bool(clips or pictures))
-    film, same = _shoot(run, html, options, shown)
+    recorded, same = _shoot(run, html, options, shown)
     for still in stills:
-        if (still.time or 0.0) > film.duration:
+        if (still.time or 0.0) > recorded.duration:
             kind = still.path.suffix[1:]
-            raise StarnavError(f"--{kind} is {still.time:g}, after the run; allowed: times up to {film.duration:.1f} s")
+            raise StarnavError(
+                f"--{kind} is {still.time:g}, after the run; allowed: times up to {recorded.duration:.1f} s"
+            )
     if clips or pictures:
-        with _camera(film, html, options) as camera:
-            _develop(camera, film, pictures, clips, options)
+        with _camera(recorded, html, options) as camera:
+            _develop(camera, recorded, pictures, clips, options)
     for still in stills:
         if still not in pictures:
             from drake_starnav.visualization.plot import write_figure
 
-            write_figure(still.path, film, still.at(film))
+            write_figure(still.path, recorded, still.at(recorded))
     written = [html, *(still.path for still in stills), *clips.values()]
     if not options.quiet:
         print_written(written)
@@ -255,36 +257,40 @@ def _shown_layers(options: argparse.Namespace) -> frozenset[str] | None:
     return None if options.layers is None else selected_layers(options.layers, [*LAYERS, *trails])
 
 
-def _shoot(run: Run, html: Path, options: argparse.Namespace, shown: frozenset[str] | None) -> tuple["Film", bool]:
-    """Simulate and record; returns the film, and whether the run repeats the given trial."""
+def _shoot(
+    run: Run, html: Path, options: argparse.Namespace, shown: frozenset[str] | None
+) -> tuple["RecordedRun", bool]:
+    """Simulate and record; returns what was recorded, and whether the run repeats the given trial."""
     with progress_bar("driving") as progress:
         if options.compare:
             from drake_starnav.cli.comparison import record_comparison
 
-            film = record_comparison(run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress)
-            return film, True
+            recorded = record_comparison(
+                run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress
+            )
+            return recorded, True
         from drake_starnav.simulation import run_trial
         from drake_starnav.visualization.recorder import Recorder
 
         ((method, scenario),) = run.scenarios.items()
         recorder = Recorder(html, options.view, shown)
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
-    assert recorder.film is not None
-    return recorder.film, run.state_hash in (None, trial.state_hash)
+    assert recorder.recorded is not None
+    return recorder.recorded, run.state_hash in (None, trial.state_hash)
 
 
-def _camera(film: "Film", html: Path, options: argparse.Namespace) -> "BrowserCamera | PlotCamera":
+def _camera(recorded: "RecordedRun", html: Path, options: argparse.Namespace) -> "BrowserCamera | PlotCamera":
     from drake_starnav.visualization.browser import BrowserCamera, browser_missing
     from drake_starnav.visualization.plot import PlotCamera
 
     if options.renderer == "matplotlib" or browser_missing() is not None:
-        return PlotCamera(film, options.view, options.width)
+        return PlotCamera(recorded, options.view, options.width)
     return BrowserCamera(html, options.view, options.width)
 
 
 def _develop(
     camera: "BrowserCamera | PlotCamera",
-    film: "Film",
+    recorded: "RecordedRun",
     stills: list[Still],
     clips: dict[str, Path],
     options: argparse.Namespace,
@@ -293,10 +299,10 @@ def _develop(
     from drake_starnav.visualization.clips import picture_times, trimmed, write_gif, write_mp4, write_png
 
     trim = trimmed if options.trim else list
-    for still, picture in zip(stills, trim([camera.picture(still.at(film)) for still in stills]), strict=True):
+    for still, picture in zip(stills, trim([camera.picture(still.at(recorded)) for still in stills]), strict=True):
         write_png(still.path, picture)
     if clips:
-        times = picture_times(film.duration, options.rate, options.speed)
+        times = picture_times(recorded.duration, options.rate, options.speed)
         taken = []
         with Progress("pictures") as bar:
             for time in times:
@@ -304,7 +310,7 @@ def _develop(
                 bar.count(len(taken), len(times))
         pictures = trim(taken)
         if "gif" in clips:
-            said = ", ".join((film.caption.heading, *film.caption.lines)).replace("\u00a0", " ")
+            said = ", ".join((recorded.caption.heading, *recorded.caption.lines)).replace("\u00a0", " ")
             with Progress("gif") as bar:
                 write_gif(clips["gif"], pictures, options.rate, said, bar.count)
         if "mp4" in clips:

@@ -48,7 +48,7 @@ class HitHistory:
         return HitHistory((*self.points[-CONFIRMING_SCANS + 1 :], points))
 
 
-def without_strays(
+def without_outliers(
     scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0, body: float = 0.0
 ) -> tuple[LaserScan, LaserScan]:
     """Two versions of a scan in which doubted hits are lost (NaN): for the certificate and for the roadmap.

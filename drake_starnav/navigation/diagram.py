@@ -40,7 +40,7 @@ def make_diagram(scenario: Scenario, parts: Parts = AS_DECLARED, seed: int = 0) 
 
     Any simulator steps it; `make_simulator` also applies the scenario's `simulator_config`. It exports the outputs of
     planner, controller, shield and station under dotted names: `planner.guidance`, `planner.short_term_goal`,
-    `planner.roadmap`, `planner.status`, `planner.blocked_by` (if there is a planner), `controller.desired_twist`,
+    `planner.planner_state`, `planner.status`, `planner.blocked_by` (if there is a planner), `controller.desired_twist`,
     `controller.guiding_vector`, `shield.twist_command`, `shield.certificate`, and all of the station's; if the scenario
     declares that the believed pose errs, also `matcher.pose` and the others of the matcher.
 

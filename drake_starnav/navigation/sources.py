@@ -20,7 +20,7 @@ def own_sources(navigation: Navigation) -> dict[str, OutputPort]:
     sources = {name: navigation.localization(name) for name in ("pose", "state", "scan_pose")}
     sources |= {name: navigation.station.GetOutputPort(f"lidar.{name}") for name in ("scan", "ranges")}
     sources["goal"] = navigation.goal_position
-    sources["star"] = (navigation.matcher or navigation.perception).GetOutputPort("star")
+    sources["observation"] = (navigation.matcher or navigation.perception).GetOutputPort("observation")
     if navigation.matcher is None:  # else these are in the frame of the odometry
         sources["safety_star"] = navigation.perception.GetOutputPort("safety_star")
         if navigation.tracker is not None:

@@ -162,7 +162,7 @@ def _add_perception(builder: DiagramBuilder, needs: Needs, navigation: Navigatio
     if needs.matches:
         error = OdometryError(localization.drift, localization.jump, lidar.noise)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error, rate=lidar.rate))
-        builder.Connect(perception.GetOutputPort("star"), matcher.GetInputPort("star"))
+        builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
         builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
         builder.Connect(scan_pose, matcher.GetInputPort("scan_pose"))
     return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)

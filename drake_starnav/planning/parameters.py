@@ -9,7 +9,7 @@ from drake_starnav.parameters import check_parameters, parameter
 class PlannerParameters:
     """How scans become a roadmap and the roadmap a short-term goal."""
 
-    comfort: float = parameter(
+    preferred_clearance: float = parameter(
         0.015,
         "clearance kept beyond the safety margin where there is room",
         unit="m",

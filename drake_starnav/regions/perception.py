@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.deskew import deskewed
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
+from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.observation import Observation
@@ -81,7 +81,7 @@ class PerceptionSettings(NamedTuple):
     Attributes:
         margins: of the planner's region and of the safety star.
         robot_radius: m.
-        outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_strays`, m; None:
+        outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
             they are not.
     """
 
@@ -118,7 +118,7 @@ def perceive(
         history, near = before.history, scan  # `near` is the scan for the certificate
         if noise is not None:
             history = history.remembered(scan.points(pose))
-            near, scan = without_strays(scan, pose, before.history, noise, robot_radius)
+            near, scan = without_outliers(scan, pose, before.history, noise, robot_radius)
         first = before.observation.region
         samples = None if first is None else len(first.free_range)  # though the number of beams may vary
         distance, region = smoothed_scan_region(scan, pose, robot_radius, margins, samples)

@@ -41,7 +41,7 @@ def derive_margins(scenario: Scenario) -> Margins:
     width = math.radians(lidar.noise / NOISE_PER_DEGREE) / lidar.angle_increment
     return Margins(
         safety=safety,
-        preferred=safety + scenario.planner.comfort,
+        preferred=safety + scenario.planner.preferred_clearance,
         least=safety - SAMPLED,  # regions are not motions that are sampled
         safety_range=budget.symbols["G"],
         smoothing_slack=SMOOTHED_DEVIATIONS * max(lidar.noise - NOMINAL_NOISE, 0.0),

@@ -148,7 +148,9 @@ def _simulated(
         times, states = np.append(times, context.get_time()), np.column_stack((states, end))
     nodes = 0
     if isinstance(navigation.planner, StarRoadmapPlanner):
-        roadmap = navigation.planner.GetOutputPort("roadmap").Eval(navigation.planner.GetMyContextFromRoot(context))
+        roadmap = navigation.planner.GetOutputPort("planner_state").Eval(
+            navigation.planner.GetMyContextFromRoot(context)
+        )
         nodes = len(roadmap.roadmap)
     return Run(
         message=message,

@@ -22,14 +22,14 @@ class FixedPath(LeafSystem):
     """Leads along a given path: to the first way point a little ahead that the robot sees to be free.
 
     ```
-             ┌───────────┐
-    star ───>│ FixedPath ├──> guidance
-    pose ───>│           ├──> short_term_goal
-             └───────────┘
+                   ┌───────────┐
+    observation ──>│ FixedPath ├──> guidance
+    pose ─────────>│           ├──> short_term_goal
+                   └───────────┘
     ```
 
     Ports:
-        star: abstract, `Observation` of the latest scan.
+        observation: abstract, `Observation` of the latest scan.
         pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
         guidance: abstract, `Guidance` for the controller, with the region of that scan.
         short_term_goal: vector (x, y) in W, m; the robot's own position before the first scan.
@@ -50,7 +50,7 @@ class FixedPath(LeafSystem):
         if not len(way):
             raise StarnavError("path has no way point; allowed: shape (n, 2) with n >= 1")
         self._path = resampled(way, SPACING)
-        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._passed = self.DeclareDiscreteState(1)
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance))
@@ -70,7 +70,7 @@ class FixedPath(LeafSystem):
         return EventStatus.Succeeded()
 
     def _guidance(self, context: Context) -> Guidance:
-        region = self._star.Eval(context).region
+        region = self._observation.Eval(context).region
         if region is None:
             return Guidance.none()
         window = self._between(context, NEAR, FAR)

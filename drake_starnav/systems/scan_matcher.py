@@ -18,7 +18,7 @@ class ScanMatcher(LeafSystem):
 
     ```
                    ┌─────────────┐
-    star ─────────>│             ├──> star
+    observation ──>│             ├──> observation
     state ────────>│ ScanMatcher ├──> state
     scan_pose ────>│             ├──> pose
     guidance ─────>│             ├──> scan_pose
@@ -31,7 +31,7 @@ class ScanMatcher(LeafSystem):
     goal M is the world.
 
     Ports:
-        star: abstract, `Observation` in O; as output, in M.
+        observation: abstract, `Observation` in O; as output, in M.
         state: vector (x, y, yaw, v, omega) of the robot in O; as output, in M.
         pose: vector (x, y, yaw) of the robot in M.
         scan_pose: vector (x, y, yaw) of the sensor frame when the last scan was taken, in O; as output, in M.
@@ -50,16 +50,19 @@ class ScanMatcher(LeafSystem):
         """
         super().__init__()
         self._error = error
-        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._now = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
-        self._map = ScanState(self, ScanMap(), self._after, (self._star,), rate=rate)
+        self._map = ScanState(self, ScanMap(), self._after, (self._observation,), rate=rate)
         held = self._map.ticket
         now = {held, self._now.ticket()}
         self.DeclareAbstractOutputPort(
-            "star", lambda: Value(Observation.none()), weakly(self._calc_star), {held, self._star.ticket()}
+            "observation",
+            lambda: Value(Observation.none()),
+            weakly(self._calc_observation),
+            {held, self._observation.ticket()},
         )
         self.DeclareVectorOutputPort("state", 5, weakly(self._calc_state), now)
         self.DeclareVectorOutputPort("pose", 3, weakly(self._calc_pose), now)
@@ -75,15 +78,15 @@ class ScanMatcher(LeafSystem):
         )
 
     def _after(self, context: Context, before: ScanMap) -> ScanMap:
-        seen = self._star.Eval(context)
+        seen = self._observation.Eval(context)
         if seen.region is None or seen.scan.time == before.time:
             return before
         if seen.scan.time < before.time:  # time was set back: another run begins
             before = ScanMap()
         return matched(before, seen.scan, seen.pose, self._error)
 
-    def _calc_star(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._star.Eval(context).moved(self._map.Eval(context).correction))
+    def _calc_observation(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._observation.Eval(context).moved(self._map.Eval(context).correction))
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         state = self._now.Eval(context)

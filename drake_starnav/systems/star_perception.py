@@ -21,16 +21,16 @@ class StarPerception(LeafSystem):
     """Turns each laser scan into the planner's star-shaped region and the controller's safety star.
 
     ```
-             ┌────────────────┐
-    scan ───>│ StarPerception ├──> star
-    pose ───>│                ├──> safety_star
-             └────────────────┘
+            ┌────────────────┐
+    scan ──>│ StarPerception ├──> observation
+    pose ──>│                ├──> safety_star
+            └────────────────┘
     ```
 
     Ports:
         scan: abstract, `LaserScan` in the sensor frame S, whose origin is the robot's centre.
         pose: vector (x, y, yaw) of S in the world frame W at the time of the scan, m and rad.
-        star: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
+        observation: abstract, `Observation`: the scan, its pose, and its region with the planning margin.
         safety_star: abstract, `SafetyStar` from the last scans; one that certifies nothing
             if the last scan is older than the delay and three scan periods.
 
@@ -53,7 +53,7 @@ class StarPerception(LeafSystem):
         Args:
             robot: its radius.
             margins: as of `derive_margins`.
-            lidar: its rate and delay; if it declares outliers, they are discarded by `without_strays` at its noise.
+            lidar: its rate and delay; if it declares outliers, they are discarded by `without_outliers` at its noise.
             certifies: whether motion is certified by the safety star, which takes a wide view.
             perceive: the work as a pure function.
             stopwatch: where to note `scan` and `fit` times, if anywhere.
@@ -69,7 +69,9 @@ class StarPerception(LeafSystem):
         nothing = Perceived.nothing()
         self._perceived = ScanState(self, nothing, self._after, (self._scan, self._pose), rate=lidar.rate)
         depends = {self._perceived.ticket}
-        self.DeclareAbstractOutputPort("star", lambda: Value(nothing.observation), weakly(self._calc_star), depends)
+        self.DeclareAbstractOutputPort(
+            "observation", lambda: Value(nothing.observation), weakly(self._calc_observation), depends
+        )
         self.DeclareAbstractOutputPort(
             "safety_star",
             lambda: Value(nothing.safety),
@@ -90,7 +92,7 @@ class StarPerception(LeafSystem):
             check_view(scan.field_of_view, backwards=scan.motion is not None)
         return self._perceive(before, scan, pose, self._settings, self._stopwatch)
 
-    def _calc_star(self, context: Context, output: AbstractValue) -> None:
+    def _calc_observation(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._perceived.Eval(context).observation)
 
     def _calc_safety_star(self, context: Context, output: AbstractValue) -> None:

@@ -53,23 +53,23 @@ class StarRoadmapPlanner(LeafSystem):
     """Grows a roadmap of star-shaped regions and chooses a short-term goal in it.
 
     ```
-                    ┌────────────────────┐
-    star ──────────>│                    ├──> guidance
-    pose ──────────>│                    ├──> short_term_goal
-    goal ──────────>│ StarRoadmapPlanner ├──> roadmap
-    safety_star ───>│                    ├──> status
-                    │                    ├──> blocked_by
-                    └────────────────────┘
+                   ┌────────────────────┐
+    observation ──>│                    ├──> guidance
+    pose ─────────>│                    ├──> short_term_goal
+    goal ─────────>│ StarRoadmapPlanner ├──> planner_state
+    safety_star ──>│                    ├──> status
+                   │                    ├──> blocked_by
+                   └────────────────────┘
     ```
 
     Ports:
-        star: abstract, `Observation` of the latest scan.
+        observation: abstract, `Observation` of the latest scan.
         pose: vector (x, y, yaw) of the robot in the world frame W, m and rad.
         goal: vector (x, y) in W, m.
         safety_star: abstract, `SafetyStar` in any frame, to say what blocks the robot; may be left unconnected.
         guidance: abstract, `Guidance` for the controller.
         short_term_goal: vector (x, y) in W, m; the robot's own position while there is none.
-        roadmap: abstract, `PlannerState`: the roadmap and what the planner is about to do.
+        planner_state: abstract, `PlannerState`: the roadmap and what the planner is about to do.
         status: abstract, `PlannerStatus`; BLOCKED while `blocked_by` says something.
         blocked_by: abstract, `str`: why the robot has stood still for STANDSTILL seconds away from its goal, though the
             planner has not given up; empty while it moves.
@@ -107,25 +107,27 @@ class StarRoadmapPlanner(LeafSystem):
         self._robot, self._planner, self._margins = robot, planner, margins
         self._goal_tolerance, self._step = goal_tolerance, step
         self._stopwatch = stopwatch or Stopwatch()
-        self._star = self.DeclareAbstractInputPort("star", Value(Observation.none()))
+        self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         initial = PlannerState.initial(planner, robot.radius)
-        inputs = self._star, self._goal
+        inputs = self._observation, self._goal
         self._plans = ScanState(self, _Plan(initial), self._after, inputs, rate=lidar.rate)
         depends = {self._plans.ticket}
         self.DeclareAbstractOutputPort("guidance", lambda: Value(Guidance.none()), weakly(self._calc_guidance), depends)
         self.DeclareVectorOutputPort(
             "short_term_goal", 2, weakly(self._calc_short_term_goal), depends | {self._pose.ticket()}
         )
-        self.DeclareAbstractOutputPort("roadmap", lambda: Value(initial), weakly(self._calc_roadmap), depends)
+        self.DeclareAbstractOutputPort(
+            "planner_state", lambda: Value(initial), weakly(self._calc_planner_state), depends
+        )
         depends |= {self._pose.ticket(), self._safety_star.ticket(), self.time_ticket()}
         self.DeclareAbstractOutputPort("status", lambda: Value(initial.status), weakly(self._calc_status), depends)
         self.DeclareAbstractOutputPort("blocked_by", lambda: Value(""), weakly(self._calc_blocked_by), depends)
 
     def _after(self, context: Context, before: _Plan) -> _Plan:
-        seen, goal = self._star.Eval(context), self._goal.Eval(context)
+        seen, goal = self._observation.Eval(context), self._goal.Eval(context)
         if seen.region is None:
             return before
         time = seen.scan.time
@@ -169,7 +171,7 @@ class StarRoadmapPlanner(LeafSystem):
         path = self._state(context).guidance.path
         output.SetFromVector(path[0] if len(path) else self._pose.Eval(context)[:2])
 
-    def _calc_roadmap(self, context: Context, output: AbstractValue) -> None:
+    def _calc_planner_state(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._state(context))
 
     def _calc_status(self, context: Context, output: AbstractValue) -> None:
@@ -192,7 +194,7 @@ class StarRoadmapPlanner(LeafSystem):
         place, goal = np.array((x, y)), self._goal.Eval(context)
         if distance_to(place, plan.stand) > STAND or distance_to(place, goal) <= self._goal_tolerance:
             return ""
-        seen = self._star.Eval(context)
+        seen = self._observation.Eval(context)
         path = plan.state.guidance.path
         to_x, to_y = (path[0] if len(path) else goal).tolist()
         reason = ""

@@ -14,7 +14,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.station.world_geometry import WALL_THICKNESS
 from drake_starnav.utils.files import replacing
 from drake_starnav.visualization.camera import PAGE, around_robot, check_view
-from drake_starnav.visualization.film import Film
+from drake_starnav.visualization.recorded_run import RecordedRun
 from drake_starnav.visualization.scene_plot import draw_scene, legend_handles
 from drake_starnav.visualization.world_figure import figure_pixels
 
@@ -31,19 +31,19 @@ LONG_NUMBER = re.compile(rb"(\d\.\d\d)\d+")
 """Of an SVG file: a hundredth of a point is as much as anyone sees."""
 
 
-def moment_figure(film: Film, time: float, view: str = "top", title: str = "") -> Figure:
+def moment_figure(recorded: RecordedRun, time: float, view: str = "top", title: str = "") -> Figure:
     """A moment of a run from above, with axes in metres and a legend on the right.
 
     Args:
-        film: the run; its caption says which layers are shown.
+        recorded: the run; its caption says which layers are shown.
         time: of the run, s.
         view: `top`, or `follow` for what is around the first robot.
         title: above the scene.
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
-    extent = around_robot(film.actors[0].motion.at(time)) if view == "follow" else np.add(film.extent, walls)
+    extent = around_robot(recorded.robots[0].motion.at(time)) if view == "follow" else np.add(recorded.extent, walls)
     x0, y0, x1, y1 = extent
-    handles = legend_handles(film.caption)
+    handles = legend_handles(recorded.caption)
     height = WIDTH * (y1 - y0) / (x1 - x0)
     size = BORDER + WIDTH + MARGIN + LEGEND, MARGIN + max(height + BORDER, ROW_HEIGHT * len(handles))
     figure = Figure(figsize=(size[0] / POINT, size[1] / POINT))
@@ -56,7 +56,7 @@ def moment_figure(film: Film, time: float, view: str = "top", title: str = "") -
     step = np.diff(MaxNLocator(10, steps=(1, 2, 5, 10)).tick_values(0.0, max(x1 - x0, y1 - y0)))[0]
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    draw_scene(axes, film, time)
+    draw_scene(axes, recorded, time)
     place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "frameon": False}  # a longer text makes a file wider
     legend = axes.legend(handles=handles, fontsize=TEXT_SIZE, labelspacing=0.6, **place)
     for text in legend.get_texts():
@@ -64,12 +64,12 @@ def moment_figure(film: Film, time: float, view: str = "top", title: str = "") -
     return figure
 
 
-def write_figure(path: Path, film: Film, time: float) -> None:
+def write_figure(path: Path, recorded: RecordedRun, time: float) -> None:
     """Write `moment_figure` as SVG or PDF, by the name's end; the same run gives the same file."""
     dated = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
     file = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
-        figure = moment_figure(film, time)
+        figure = moment_figure(recorded, time)
         figure.savefig(file, format=path.suffix[1:], dpi=DPI, bbox_inches="tight", metadata={dated: None})
     content = file.getvalue()
     if path.suffix == ".svg":
@@ -79,12 +79,12 @@ def write_figure(path: Path, film: Film, time: float) -> None:
 
 
 class PlotCamera:
-    """Takes pictures of a film from above without a browser: `moment_figure` with a title."""
+    """Takes pictures of a recorded run from above without a browser: `moment_figure` with a title."""
 
-    def __init__(self, film: Film, view: str = "top", width: int = int(PAGE[0])) -> None:
+    def __init__(self, recorded: RecordedRun, view: str = "top", width: int = int(PAGE[0])) -> None:
         """
         Args:
-            film: the run.
+            recorded: the run.
             view: `top` or `follow`, both looking straight down.
             width: of the pictures, pixels.
 
@@ -94,7 +94,7 @@ class PlotCamera:
         check_view(view)
         if view == "oblique":
             raise StarnavError("camera view is 'oblique', which needs Chromium and playwright; allowed: top, follow")
-        self._film, self._view, self._width = film, view, width
+        self._run, self._view, self._width = recorded, view, width
 
     def __enter__(self) -> "PlotCamera":
         return self
@@ -104,8 +104,8 @@ class PlotCamera:
 
     def picture(self, time: float) -> Image.Image:
         """The figure at a time of the run, s."""
-        caption = self._film.caption
+        caption = self._run.caption
         title = ", ".join((caption.heading, *caption.lines, f"t = {time:.1f} s"))
         with rc_context({"font.size": TEXT_SIZE}):
-            figure = moment_figure(self._film, time, self._view, title)
+            figure = moment_figure(self._run, time, self._view, title)
             return Image.fromarray(figure_pixels(figure, dpi=self._width / figure.get_figwidth()))

@@ -16,13 +16,13 @@ from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.utils.files import write_text
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, SCENE, Extent, camera_pose, check_view
 from drake_starnav.visualization.collision_shapes import show_collision_shapes
-from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshcat_stage import quiet_meshcat
 from drake_starnav.visualization.meshes import layers_of_run
 from drake_starnav.visualization.page import Cameras, Caption, with_panel
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
 from drake_starnav.visualization.scene_timeline import SceneRecorder, SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
-from drake_starnav.visualization.timeline import Tee, Timeline
+from drake_starnav.visualization.timeline import Broadcast, Timeline
 
 AMBIENT_LIGHT, FILL_LIGHT = 2.0, 1.3
 """Intensities: together they show a level surface in about the colour it was given, and walls a little darker."""
@@ -34,7 +34,7 @@ class Recorder:
     """Records one run of a diagram: its scene, and what the robot sees and decides.
 
     Attributes:
-        film: what is needed to draw pictures of the run, once it has ended.
+        recorded: what is needed to draw pictures of the run, once it has ended.
     """
 
     def __init__(self, html: str | os.PathLike, view: str = "top", shown: frozenset[str] | None = None) -> None:
@@ -49,7 +49,7 @@ class Recorder:
         """
         check_view(view)
         self._html, self._view, self._shown = html, view, shown
-        self.film: Film | None = None
+        self.recorded: RecordedRun | None = None
 
     def add_to(self, builder: DiagramBuilder, navigation: Navigation, scenario: Scenario | None = None) -> None:
         """Start a Meshcat and add its visualizers.
@@ -99,8 +99,8 @@ class Recorder:
             X_WB = np.array(track.values)
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
             motion = Motion(np.array(track.times), np.column_stack((X_WB[:, :2, 3], yaw)))
-        self.film = Film(
-            caption, world.extent, self._scene, self._timeline, (Actor(motion, self._scenario.robot.radius),)
+        self.recorded = RecordedRun(
+            caption, world.extent, self._scene, self._timeline, (RobotTrack(motion, self._scenario.robot.radius),)
         )
 
     def save_png(self, path: str | os.PathLike, time: float, width: int = 1100) -> None:
@@ -117,9 +117,9 @@ class Recorder:
         from drake_starnav.visualization.clips import write_png
         from drake_starnav.visualization.plot import PlotCamera  # Matplotlib is an extra
 
-        if self.film is None:
-            raise StarnavError("the recorder has no film; allowed: after finish")
-        write_png(Path(path), PlotCamera(self.film, width=width).picture(time))
+        if self.recorded is None:
+            raise StarnavError("the recorder has recorded no run yet; allowed: after finish")
+        write_png(Path(path), PlotCamera(self.recorded, width=width).picture(time))
 
 
 def add_visualizers(
@@ -147,7 +147,7 @@ def add_visualizers(
         meshcat,
         MeshcatVisualizerParams(publish_period=period, role=Role.kIllustration, prefix=WORLD_PREFIX),
     )
-    canvas = meshcat if timeline is None else Tee(meshcat, timeline)
+    canvas = meshcat if timeline is None else Broadcast(meshcat, timeline)
     visualizer = builder.AddNamedSystem(
         "star_roadmap_visualizer", StarRoadmapVisualizer(canvas, scenario.recording, scenario.robot, keep=keep)
     )
@@ -159,7 +159,7 @@ def add_visualizers(
         (None if goal is None else goal.get_output_port(), "goal"),
         (navigation.twist_command, "twist"),
         (navigation.certificate, "certificate"),
-        (navigation.planned("roadmap"), "roadmap"),
+        (navigation.planned("planner_state"), "planner_state"),
     ):
         if port is not None:
             builder.Connect(port, visualizer.GetInputPort(name))

@@ -12,7 +12,6 @@ from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
 from drake_starnav.station.model_world import FLOOR_TOLERANCE
-from drake_starnav.visualization.film import Actor, Film
 from drake_starnav.visualization.meshes import (
     DECK_COLOR,
     HEADING_COLOR,
@@ -20,6 +19,7 @@ from drake_starnav.visualization.meshes import (
     Layer,
 )
 from drake_starnav.visualization.page import ROOT, Caption
+from drake_starnav.visualization.recorded_run import RecordedRun, RobotTrack
 from drake_starnav.visualization.scene_timeline import SceneTimeline
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import Shape
@@ -43,14 +43,14 @@ MARKERS = {
 """Of the legend's symbols that are points: Matplotlib's marker and its size, points."""
 
 
-def draw_scene(axes: Axes, film: Film, time: float) -> None:
+def draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
     """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes, layers, robots."""
-    _draw_solids(axes, film.scene, time)
-    for name, shape in film.timeline.visible(time + FRAME_SLACK).items():
-        if film.caption.shows(name.removeprefix(f"/{ROOT}/")):
+    _draw_solids(axes, recorded.scene, time)
+    for name, shape in recorded.timeline.visible(time + FRAME_SLACK).items():
+        if recorded.caption.shows(name.removeprefix(f"/{ROOT}/")):
             _draw_shape(axes, shape, time)
-    for actor in reversed(film.actors):  # the first on top
-        _draw_robot(axes, actor, time)
+    for robot in reversed(recorded.robots):  # the first on top
+        _draw_robot(axes, robot, time)
 
 
 def legend_handles(caption: Caption) -> list[Artist]:
@@ -105,13 +105,13 @@ def _shade(color: np.ndarray) -> np.ndarray:
     return np.round(SHADES * color) / SHADES
 
 
-def _draw_robot(axes: Axes, actor: Actor, time: float) -> None:
+def _draw_robot(axes: Axes, robot: RobotTrack, time: float) -> None:
     """Hull, deck, the bar that shows the heading, and the lidar, as in the shipped robot."""
-    x, y, yaw = actor.motion.at(time)
-    for share, color in ((1.0, actor.color), (actor.deck, DECK_COLOR)):
-        axes.add_artist(Circle((x, y), share * actor.radius, facecolor=color, zorder=ROBOT_ORDER))
+    x, y, yaw = robot.motion.at(time)
+    for share, color in ((1.0, robot.color), (robot.deck, DECK_COLOR)):
+        axes.add_artist(Circle((x, y), share * robot.radius, facecolor=color, zorder=ROBOT_ORDER))
     ahead, left = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
     corners = [(0.0, -0.1), (0.8, -0.1), (0.8, 0.1), (0.0, 0.1)]
-    bar = np.array([x, y]) + actor.radius * np.array([a * ahead + b * left for a, b in corners])
+    bar = np.array([x, y]) + robot.radius * np.array([a * ahead + b * left for a, b in corners])
     axes.add_artist(Polygon(bar, facecolor=HEADING_COLOR, zorder=ROBOT_ORDER))
-    axes.add_artist(Circle((x, y), 0.24 * actor.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))
+    axes.add_artist(Circle((x, y), 0.24 * robot.radius, facecolor=LIDAR_COLOR, zorder=ROBOT_ORDER))

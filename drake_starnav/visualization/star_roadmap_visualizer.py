@@ -47,22 +47,22 @@ class StarRoadmapVisualizer(LeafSystem):
     """Draws scan, star-shaped regions, roadmap, frontiers, path, goals, trail and certificate into Meshcat.
 
     ```
-                   ┌───────────────────────┐
-    pose ─────────>│                       │
-    scan ─────────>│                       │
-    scan_pose ────>│                       │
-    roadmap ──────>│ StarRoadmapVisualizer │
-    goal ─────────>│                       │
-    twist ────────>│                       │
-    certificate ──>│                       │
-                   └───────────────────────┘
+                     ┌───────────────────────┐
+    pose ───────────>│                       │
+    scan ───────────>│                       │
+    scan_pose ──────>│                       │
+    planner_state ──>│ StarRoadmapVisualizer │
+    goal ───────────>│                       │
+    twist ──────────>│                       │
+    certificate ────>│                       │
+                     └───────────────────────┘
     ```
 
     Ports, all of them in the world frame W; what is left unconnected is not drawn:
         pose: vector of size 3, (x, y, yaw) of the robot now, m and rad.
         scan: abstract, `LaserScan`, in the sensor frame S.
         scan_pose: vector of size 3, (x, y, yaw) of S when the scan was taken.
-        roadmap: abstract, `PlannerState`.
+        planner_state: abstract, `PlannerState`.
         goal: vector of size 2, m.
         twist: vector of size 2, (v, omega) commanded, m/s and rad/s; colours the trail.
         certificate: abstract, any object whose `path`, of shape (n, 2) or (n, 3), is the certified motion, m.
@@ -101,7 +101,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self.DeclareVectorInputPort("pose", 3)
         self.DeclareAbstractInputPort("scan", Value[object](LaserScan.nothing()))
         self.DeclareVectorInputPort("scan_pose", 3)
-        self.DeclareAbstractInputPort("roadmap", Value[object](state))
+        self.DeclareAbstractInputPort("planner_state", Value[object](state))
         self.DeclareVectorInputPort("goal", 2)
         self.DeclareVectorInputPort("twist", 2)
         self.DeclareAbstractInputPort("certificate", Value[object](SimpleNamespace(path=np.zeros((0, 2)))))
@@ -124,7 +124,7 @@ class StarRoadmapVisualizer(LeafSystem):
     def _publish(self, context: Context) -> EventStatus:
         time = context.get_time() + FRAME_SLACK
         pose, goal, twist = self._input("pose", context), self._input("goal", context), self._input("twist", context)
-        state = self._input("roadmap", context)
+        state = self._input("planner_state", context)
         self._stage.move("goal", goal, time)
         if state is not None:
             self._draw_roadmap(state.roadmap, time)

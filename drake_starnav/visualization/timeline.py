@@ -134,7 +134,7 @@ class Timeline:
         self._shapes[path].tracks.setdefault(name, Track()).set(value, time)
 
 
-class Tee:
+class Broadcast:
     """Forwards each call to several receivers, such as Meshcat and a `Timeline`; returns nothing."""
 
     def __init__(self, *receivers: Any) -> None:

@@ -57,7 +57,7 @@ def main(png: Path | None) -> None:
 
     builder.Connect(station.GetOutputPort("lidar.scan"), perception.GetInputPort("scan"))
     builder.Connect(station.GetOutputPort("localization.scan_pose"), perception.GetInputPort("pose"))
-    builder.Connect(perception.GetOutputPort("star"), planner.GetInputPort("star"))
+    builder.Connect(perception.GetOutputPort("observation"), planner.GetInputPort("observation"))
     builder.Connect(station.GetOutputPort("localization.pose"), planner.GetInputPort("pose"))
     builder.Connect(goal.get_output_port(), planner.GetInputPort("goal"))
     builder.Connect(planner.GetOutputPort("guidance"), controller.GetInputPort("guidance"))
@@ -83,7 +83,7 @@ def main(png: Path | None) -> None:
     record = log.FindLog(simulator.get_context())
     for time, (x, y, _, v, _) in zip(record.sample_times(), record.data().T, strict=True):
         print(f"{time:5.1f} s {x:4.1f} m {y:4.1f} m {v:4.2f} m/s")
-    roadmap = planner.GetOutputPort("roadmap").Eval(planner.GetMyContextFromRoot(simulator.get_context()))
+    roadmap = planner.GetOutputPort("planner_state").Eval(planner.GetMyContextFromRoot(simulator.get_context()))
     print(f"{status.message() or 'out of time'} at {simulator.get_context().get_time():.2f} s", end="")
     print(f" with {len(roadmap.roadmap)} regions in the roadmap")
     if png is not None:

@@ -30,7 +30,7 @@ SCENARIO = parse_scenario(
       cylinders: [[1.8, 0.3, 0.4], [3.0, -1.2, 0.5], [4.2, 0.9, 0.5], [6.0, -0.6, 0.4]]
       polygons: [[[4.6, -2.5], [5.0, -2.5], [5.0, -0.3], [4.6, -0.3]]]
       goal: [7.2, 0.4]
-    planner: {comfort: 0.05}
+    planner: {preferred_clearance: 0.05}
     """,
     name="yard",
 )

@@ -52,7 +52,7 @@ def main(png: Path | None) -> None:
     for source, name, system, port in (
         (station, "lidar.scan", perception, "scan"),
         (station, "localization.scan_pose", perception, "pose"),
-        (perception, "star", route, "star"),
+        (perception, "observation", route, "observation"),
         (station, "localization.pose", route, "pose"),
         (route, "guidance", controller, "guidance"),
         (perception, "safety_star", controller, "safety_star"),

@@ -96,7 +96,7 @@ def main(png: Path | None) -> None:
         (plant.get_state_output_port(model), state.get_input_port()),
         (lidar.GetOutputPort("scan"), perception.GetInputPort("scan")),
         (lidar.GetOutputPort("pose"), perception.GetInputPort("pose")),
-        (perception.GetOutputPort("star"), planner.GetInputPort("star")),
+        (perception.GetOutputPort("observation"), planner.GetInputPort("observation")),
         (pose.get_output_port(), planner.GetInputPort("pose")),
         (goal.get_output_port(), planner.GetInputPort("goal")),
         (planner.GetOutputPort("guidance"), controller.GetInputPort("guidance")),

@@ -55,8 +55,8 @@ def explored(scenario: Scenario, world: World) -> tuple[list[StarRegion], np.nda
 
     pose = navigation.localization("pose")
     here = pose.Eval(pose.get_system().GetMyContextFromRoot(simulator.get_context()))
-    latest = value(navigation.perception, "star").region
-    return [*value(navigation.planner, "roadmap").roadmap.regions, latest], here
+    latest = value(navigation.perception, "observation").region
+    return [*value(navigation.planner, "planner_state").roadmap.regions, latest], here
 
 
 def planned(regions: list[StarRegion], max_speed: float) -> tuple[np.ndarray, int]:

@@ -76,7 +76,7 @@ def drive(scenario: Scenario, seed: int, seconds: float) -> PlannerInput:
         simulator.AdvanceTo(time)
         trail.append(value(navigation.station, "localization.pose")[:2])
     pose = value(navigation.station, "localization.pose")
-    seen, state = value(navigation.perception, "star"), value(navigation.planner, "roadmap")
+    seen, state = value(navigation.perception, "observation"), value(navigation.planner, "planner_state")
     return PlannerInput(scenario, navigation.world, seen, state, np.array(pose), np.array(trail))
 
 

@@ -22,39 +22,39 @@ def recorded(tmp_path_factory):
 
 
 def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
-    film, _ = recorded
-    first, second = (actor.motion.at(TIME)[:2] for actor in film.actors)
+    recorded, _ = recorded
+    first, second = (robot.motion.at(TIME)[:2] for robot in recorded.robots)
     assert np.hypot(*(first - second)) > 0.3
-    layers = film.timeline.visible(TIME)
+    layers = recorded.timeline.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
-    picture = PlotCamera(film).picture(TIME)
+    picture = PlotCamera(recorded).picture(TIME)
     image = np.asarray(picture, dtype=float) / 255.0
-    for actor in film.actors:
+    for robot in recorded.robots:
         for side in (-0.8, 0.8):
-            place = actor.motion.at(TIME)[:2] + (0.0, side * actor.radius)
-            assert image[plotted(film, place, picture)] == pytest.approx(actor.color, abs=0.02)
+            place = robot.motion.at(TIME)[:2] + (0.0, side * robot.radius)
+            assert image[plotted(recorded, place, picture)] == pytest.approx(robot.color, abs=0.02)
 
 
 @pytest.mark.slow
 def test_a_browser_shows_them_there_too(recorded) -> None:
-    film, html = recorded
+    recorded, html = recorded
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")
     with BrowserCamera(html) as camera:
         image = np.asarray(camera.picture(TIME), dtype=float) / 255.0
         text = camera.page.inner_text("#starnav-panel")
-    matrix, offset = floor_to_page(film.extent)
-    for actor in film.actors:
-        column, row = np.round(matrix @ actor.motion.at(TIME)[:2] + offset).astype(int)
-        ring = round(0.8 * actor.radius * np.sqrt(abs(np.linalg.det(matrix))))
+    matrix, offset = floor_to_page(recorded.extent)
+    for robot in recorded.robots:
+        column, row = np.round(matrix @ robot.motion.at(TIME)[:2] + offset).astype(int)
+        ring = round(0.8 * robot.radius * np.sqrt(abs(np.linalg.det(matrix))))
         for place in (row - ring, row + ring):
-            assert image[place, column] == pytest.approx(actor.color, abs=0.13)
-    assert all(layer.label in text for layer in film.caption.legend.values())
+            assert image[place, column] == pytest.approx(robot.color, abs=0.13)
+    assert all(layer.label in text for layer in recorded.caption.legend.values())
     assert text.index("star: reached in") < text.index("star_paper: ")
 
 
 def test_one_method_alone_is_where_it_is_among_others(recorded, tmp_path) -> None:
-    film, _ = recorded
+    recorded, _ = recorded
     scenario = parse_scenario(TEXT, name="post", method=METHODS[1])
     alone = record_comparison({METHODS[1]: scenario}, 0, tmp_path / "one.html")
-    assert np.array_equal(alone.actors[0].motion.poses, film.actors[1].motion.poses)
+    assert np.array_equal(alone.robots[0].motion.poses, recorded.robots[1].motion.poses)

@@ -7,7 +7,7 @@ from hypothesis.extra import numpy as hnp
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.outlier_filter import HitHistory, without_strays
+from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.regions import Observation
 from drake_starnav.regions.erosion import smoothed_distances
@@ -42,7 +42,7 @@ def test_any_fields_make_a_scan_or_are_refused(time, start, step, low, high, fou
 def test_any_ranges_are_perceived(found, pose):
     pose = np.array(pose)
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
-    scan = without_strays(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
+    scan = without_outliers(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
     region = scan_region(scan, pose, RADIUS, MARGINS)
     star, memory = safety_star(ScanMemory(), scan, smoothed_distances(scan), pose, RADIUS, 1.2, (2.0, 5))
     earlier, mean = averaged(memory, scan, pose + 0.01, 1.0)

@@ -18,7 +18,7 @@ from tests.helpers.inputs import corpus, fuzzed, mutated, scalars, values
 VALID = b"""world: !Forest {width: 20, seed: 3}
 robot: {radius: 0.25, max_speed: 0.8}
 lidar: {beams: 360, noise: 0.01, dropout: 0.1}
-planner: {comfort: 0.03, rate: 20.0}
+planner: {preferred_clearance: 0.03, rate: 20.0}
 controller: {certificate: true, rate: 50}
 """
 names = st.sampled_from([*SECTIONS, "world", "wrold"])

@@ -6,8 +6,8 @@ import numpy as np
 from PIL import Image
 
 from drake_starnav.visualization.camera import FIELD_OF_VIEW, PANEL_WIDTH, SCENE, Extent, camera_pose
-from drake_starnav.visualization.film import Film
 from drake_starnav.visualization.plot import moment_figure
+from drake_starnav.visualization.recorded_run import RecordedRun
 
 
 def projected(point, position, target):
@@ -38,7 +38,7 @@ def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
     return matrix, np.array([PANEL_WIDTH + 0.5 * SCENE[0], 0.5 * SCENE[1]]) - matrix @ target[:2]
 
 
-def plotted(film: Film, place: np.ndarray, picture: Image.Image) -> tuple[int, int]:
+def plotted(film: RecordedRun, place: np.ndarray, picture: Image.Image) -> tuple[int, int]:
     """Row and column at which a picture of a whole film by `PlotCamera` shows a place (2,) of the floor, W, m."""
     figure = moment_figure(film, 0.0)
     share = figure.transFigure.inverted().transform(figure.axes[0].transData.transform(place))

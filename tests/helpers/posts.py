@@ -18,7 +18,7 @@ GOALS = ([3.8, 0.0], [-0.4, 1.5])
 LOOP_OUTPUTS = [
     "planner.guidance",
     "planner.short_term_goal",
-    "planner.roadmap",
+    "planner.planner_state",
     "planner.status",
     "planner.blocked_by",
     "controller.desired_twist",

@@ -20,14 +20,14 @@ TIMES = (0.0, 2.0)
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """The world of a trial and a comparison, and the film and the page of each."""
+    """The world of a trial and a comparison, and the recorded and the page of each."""
     folder = tmp_path_factory.mktemp("moving")
     scenario = parse_scenario(TEXT, name="moving")
     recorder = Recorder(folder / "one.html")
     run_trial(scenario, seed=SEED, observer=recorder)
-    film = record_comparison({"star": scenario}, SEED, folder / "two.html")
+    recorded = record_comparison({"star": scenario}, SEED, folder / "two.html")
     world = make_world(scenario.world, SEED, scenario.robot.radius)
-    return world, (recorder.film, folder / "one.html"), (film, folder / "two.html")
+    return world, (recorder.recorded, folder / "one.html"), (recorded, folder / "two.html")
 
 
 def shades(picture, world: World, time: float) -> list[np.ndarray]:
@@ -41,11 +41,11 @@ def shades(picture, world: World, time: float) -> list[np.ndarray]:
 @pytest.mark.parametrize("k", [0, 1])
 @pytest.mark.parametrize("time", TIMES)
 def test_without_a_browser(recorded, k: int, time: float) -> None:
-    world, (film, _) = recorded[0], recorded[1 + k]
-    picture = PlotCamera(film).picture(time)
+    world, (recorded, _) = recorded[0], recorded[1 + k]
+    picture = PlotCamera(recorded).picture(time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place in moving_obstacle_states(world.moving_obstacles, np.array([time]))[0][0]:
-        assert image[plotted(film, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
+        assert image[plotted(recorded, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.outlier_filter import CONFIRMATIONS, CONFIRMING_SCANS, HitHistory, without_strays
+from drake_starnav.lidar.outlier_filter import CONFIRMATIONS, CONFIRMING_SCANS, HitHistory, without_outliers
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
 from tests.helpers.scans import ORIGIN, cast, scattered, seeds
 
@@ -28,7 +28,7 @@ def lonely(**hits: float) -> LaserScan:
 
 
 def test_a_lonely_hit_is_lost_not_free():
-    seen = without_strays(lonely(b90=1.0), ORIGIN, NOTHING)[0]
+    seen = without_outliers(lonely(b90=1.0), ORIGIN, NOTHING)[0]
     assert seen.lost.tolist() == [k == 90 for k in range(360)] and not seen.hits.any()
 
 
@@ -39,9 +39,9 @@ def test_neighbours_confirm_each_other_also_across_the_seam_and_a_lost_beam():
         {"b359": 1.0, "b1": 1.0},
         {"b10": 1.0, "b12": 1.0},
     ):
-        assert without_strays(lonely(**pair), ORIGIN, NOTHING)[0].complete
-    assert without_strays(lonely(b10=1.0, b13=1.0), ORIGIN, NOTHING)[0].lost.sum() == 2
-    assert without_strays(lonely(b10=1.0, b11=1.3), ORIGIN, NOTHING)[0].lost.sum() == 2
+        assert without_outliers(lonely(**pair), ORIGIN, NOTHING)[0].complete
+    assert without_outliers(lonely(b10=1.0, b13=1.0), ORIGIN, NOTHING)[0].lost.sum() == 2
+    assert without_outliers(lonely(b10=1.0, b11=1.3), ORIGIN, NOTHING)[0].lost.sum() == 2
 
 
 def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
@@ -50,13 +50,13 @@ def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
         offset = post - pose[:2]
         beam = round((math.atan2(offset[1], offset[0]) - pose[2] + math.pi) / (2.0 * math.pi / 360))
         scan = lonely(**{f"b{beam}": float(np.hypot(*offset))})
-        assert without_strays(scan, pose, history)[0].hits.any() == (k >= CONFIRMATIONS == 2)
+        assert without_outliers(scan, pose, history)[0].hits.any() == (k >= CONFIRMATIONS == 2)
         history = history.remembered(scan.points(pose))
 
 
 def test_a_stray_beside_many_of_one_earlier_scan_is_doubted():
     history = NOTHING.remembered(lonely(b10=0.98, b11=1.0, b12=1.02).points()).remembered(lonely(b90=1.0).points())
-    assert not without_strays(lonely(b11=1.0), ORIGIN, history)[0].hits.any()
+    assert not without_outliers(lonely(b11=1.0), ORIGIN, history)[0].hits.any()
 
 
 def test_old_scans_confirm_nothing():
@@ -65,26 +65,26 @@ def test_old_scans_confirm_nothing():
         history = history.remembered(scan.points())
     for _ in range(CONFIRMING_SCANS - CONFIRMATIONS):
         history = history.remembered(np.zeros((0, 2)))
-        assert without_strays(scan, ORIGIN, history)[0].hits.any()
-    assert not without_strays(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
+        assert without_outliers(scan, ORIGIN, history)[0].hits.any()
+    assert not without_outliers(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
 
 
 def test_a_hit_inside_the_robot_is_an_outlier_even_with_a_neighbour():
     scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
-    kept, certain = without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)
+    kept, certain = without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)
     assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
-    assert without_strays(scan, ORIGIN, NOTHING, 0.01)[0].complete
+    assert without_outliers(scan, ORIGIN, NOTHING, 0.01)[0].complete
 
 
 def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_robot():
     scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
-    assert without_strays(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].complete
+    assert without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].complete
 
 
 @given(seeds)
 def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
     scan = cast(scattered(np.random.default_rng(seed)))
-    kept, certain = without_strays(scan, ORIGIN, NOTHING)
+    kept, certain = without_outliers(scan, ORIGIN, NOTHING)
     points = np.where(scan.hits[:, None], scan.points_at(scan.distances, np.ones(360, bool), ORIGIN), np.inf)
     with np.errstate(invalid="ignore"):
         chord = np.hypot(*(points - np.roll(points, 1, axis=0)).T)
@@ -104,7 +104,7 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
     for k in range(10):
         ranges = measure(truth.ranges, lidar, seed, k)
         scan = dataclasses.replace(truth, ranges=ranges)
-        kept, certain = without_strays(scan, ORIGIN, history)
+        kept, certain = without_outliers(scan, ORIGIN, history)
         history = history.remembered(scan.points())
         stray = (truth.distances - scan.distances) > 0.3
         strays, survivors = strays + stray.sum(), survivors + kept.hits[stray].sum()
@@ -120,4 +120,4 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
 @given(st.lists(st.sampled_from([np.nan, np.inf, -np.inf, 0.0, 0.5, 0.55, 4.9]), min_size=3, max_size=12))
 def test_any_ranges_are_accepted(ranges):
     scan = circle(np.array(ranges))
-    assert (without_strays(scan, ORIGIN, NOTHING)[0].hits <= scan.hits).all()
+    assert (without_outliers(scan, ORIGIN, NOTHING)[0].hits <= scan.hits).all()

@@ -38,8 +38,8 @@ def test_margins_follow_from_what_is_declared_narrower_as_well_as_wider() -> Non
     assert margins == sorted(set(margins))
 
 
-def test_where_there_is_room_the_comfort_is_kept_too() -> None:
-    margins = derive_margins(declaring("planner.comfort=0.3"))
+def test_where_there_is_room_the_preferred_clearance_is_kept_too() -> None:
+    margins = derive_margins(declaring("planner.preferred_clearance=0.3"))
     assert margins.preferred == pytest.approx(margins.safety + 0.3)
     assert margins.least < margins.safety
 

@@ -29,10 +29,10 @@ def test_explicit_obstacles_read_back_equal() -> None:
 
 
 def test_precedence_is_method_then_file_then_override() -> None:
-    text = "world: !Room {}\nplanner: {comfort: 0.07}\ncontroller: {rate: 60}"
+    text = "world: !Room {}\nplanner: {preferred_clearance: 0.07}\ncontroller: {rate: 60}"
     scenario = parse_scenario(text, name="x", method="star_paper", overrides=["controller.rate=80"])
     assert scenario.controller.kind == "star_paper"  # of the method
-    assert scenario.planner.comfort == 0.07  # of the file
+    assert scenario.planner.preferred_clearance == 0.07  # of the file
     assert parse_scenario(text, name="x", method="star_paper").controller.rate == 60.0  # the file wins over the method
     assert scenario.controller.rate == 80.0  # the override wins over the file
 

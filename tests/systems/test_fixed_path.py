@@ -35,7 +35,7 @@ class Led:
     def at(self, x: float, y: float) -> np.ndarray:
         """The short-term goal once the robot has come there."""
         pose = np.array((x, y, 0.0))
-        self.system.GetInputPort("star").FixValue(self.context, Value(seen(self.world, pose)))
+        self.system.GetInputPort("observation").FixValue(self.context, Value(seen(self.world, pose)))
         self.system.GetInputPort("pose").FixValue(self.context, pose)
         self.time += 0.05
         self.simulator.AdvanceTo(self.time)
@@ -73,7 +73,7 @@ def test_a_path_that_crosses_itself_is_followed_in_its_order() -> None:
 def test_nowhere_before_the_first_scan() -> None:
     system = FixedPath(EIGHT)
     context = system.CreateDefaultContext()
-    system.GetInputPort("star").FixValue(context, Value(Observation.none()))
+    system.GetInputPort("observation").FixValue(context, Value(Observation.none()))
     system.GetInputPort("pose").FixValue(context, [1.0, 2.0, 0.0])
     assert len(system.GetOutputPort("guidance").Eval(context).path) == 0
     assert system.GetOutputPort("short_term_goal").Eval(context).tolist() == [1.0, 2.0]

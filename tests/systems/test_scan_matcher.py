@@ -29,7 +29,7 @@ class Matching:
         self.context = self.simulator.get_mutable_context()
         self.put("guidance", Value(Guidance.along(PATH)))
         self.put("certificate", Value(BrakingMotion(True, np.array([(1.0, 0.0, 0.5)]))))
-        self.put("star", Value(Observation.none()))
+        self.put("observation", Value(Observation.none()))
         self.believe(np.zeros(3))
 
     def put(self, name: str, value) -> None:
@@ -45,7 +45,7 @@ class Matching:
         scan = cast(ROOM, pose)
         object.__setattr__(scan, "time", time)
         region = scan_region(scan, believed, RADIUS, MARGINS)
-        self.put("star", Value(Observation(region, scan, believed)))
+        self.put("observation", Value(Observation(region, scan, believed)))
         self.believe(believed)
         self.simulator.AdvanceTo(time + 1.0 / RATE)
 
@@ -66,7 +66,7 @@ def driven() -> tuple[Matching, np.ndarray, np.ndarray]:
 def test_before_the_first_scan_all_passes_as_it_is() -> None:
     matching = Matching()
     matching.simulator.AdvanceTo(0.1)
-    assert matching.out("star").region is None
+    assert matching.out("observation").region is None
     assert np.array_equal(matching.out("guidance").path, PATH)
     assert np.array_equal(matching.out("state"), (0.0, 0.0, 0.0, 0.8, -0.1))
 
@@ -77,7 +77,7 @@ def test_what_the_planner_sees_is_where_it_truly_is(driven) -> None:
     for name in ("pose", "scan_pose", "state"):
         assert matching.out(name)[:3] == pytest.approx(pose, abs=0.01)
     assert np.array_equal(matching.out("state")[3:], (0.8, -0.1))
-    star = matching.out("star")
+    star = matching.out("observation")
     assert star.pose == pytest.approx(pose, abs=0.01)
     assert np.array_equal(star.region.center, star.pose[:2])
 

@@ -64,7 +64,10 @@ class Perceived:
 def test_ports() -> None:
     system = Perceived().system
     assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["scan", "pose"]
-    assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == ["star", "safety_star"]
+    assert [system.get_output_port(k).get_name() for k in range(system.num_output_ports())] == [
+        "observation",
+        "safety_star",
+    ]
 
 
 def test_nothing_is_seen_before_the_first_scan() -> None:
@@ -72,7 +75,7 @@ def test_nothing_is_seen_before_the_first_scan() -> None:
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(silence()))
     perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
     perceived.simulator.AdvanceTo(0.01)
-    assert perceived.out("star").region is None
+    assert perceived.out("observation").region is None
     assert perceived.out("safety_star").values.max() == 0.0
 
 
@@ -80,7 +83,7 @@ def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
     perceived = Perceived()
     scan = perceived.see(POST)
     perceived.update()
-    star = perceived.out("star")
+    star = perceived.out("observation")
     assert np.array_equal(star.scan.ranges, scan.ranges)
     assert np.array_equal(star.pose, POSE)
     expected = scan_region(scan, POSE, ROBOT.radius, MARGINS)
@@ -101,7 +104,7 @@ def test_the_planner_s_region_keeps_more_clearance_than_the_safety_star() -> Non
     perceived = Perceived()
     perceived.see(POST)
     perceived.update()
-    region, safety = perceived.out("star").region, perceived.out("safety_star")
+    region, safety = perceived.out("observation").region, perceived.out("safety_star")
     assert np.array_equal(safety.center, region.center)
     assert safety.bearing_0 == region.bearing_0
     assert safety.values.max() <= MARGINS.safety_range + 1e-9
@@ -130,13 +133,13 @@ def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
     perceived = Perceived()
     perceived.see(POST)
     perceived.simulator.AdvanceTo(0.3 / RATE)
-    first = perceived.out("star")
+    first = perceived.out("observation")
     assert first.scan.time == 0.0
     perceived.see(EMPTY)
-    second = perceived.out("star")
+    second = perceived.out("observation")
     assert second.scan.time == 0.3 / RATE
     perceived.simulator.AdvanceTo(2.5 / RATE)
-    assert perceived.out("star") is second
+    assert perceived.out("observation") is second
 
 
 def test_a_context_owns_its_memory() -> None:
@@ -154,7 +157,7 @@ def test_a_context_owns_its_memory() -> None:
     fresh = perceived.system.CreateDefaultContext()
     perceived.system.GetInputPort("scan").FixValue(fresh, Value(silence()))
     perceived.system.GetInputPort("pose").FixValue(fresh, POSE)
-    assert perceived.system.GetOutputPort("star").Eval(fresh).region is None
+    assert perceived.system.GetOutputPort("observation").Eval(fresh).region is None
 
 
 def test_each_scan_is_processed_once() -> None:
@@ -164,7 +167,7 @@ def test_each_scan_is_processed_once() -> None:
     for _ in range(3):
         perceived.update()
         for _ in range(2):
-            perceived.out("star"), perceived.out("safety_star")
+            perceived.out("observation"), perceived.out("safety_star")
     assert {name: len(times) for name, times in stopwatch.seconds.items()} == {"scan": 3}
 
 
@@ -173,9 +176,9 @@ def test_a_scan_that_was_seen_is_not_taken_for_a_new_one() -> None:
     perceived = Perceived(stopwatch)
     perceived.see(POST)
     perceived.update()
-    first = perceived.out("star")
+    first = perceived.out("observation")
     perceived.update(silent=True)
-    assert perceived.out("star") is first and len(stopwatch.seconds["scan"]) == 1
+    assert perceived.out("observation") is first and len(stopwatch.seconds["scan"]) == 1
 
 
 def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
@@ -187,7 +190,7 @@ def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:
         perceived.update(silent=True)
     perceived.update(silent=True)
     assert not perceived.out("safety_star").values.any() and not perceived.out("safety_star").seen
-    assert perceived.out("star").region is not None  # the planner keeps what it knows
+    assert perceived.out("observation").region is not None  # the planner keeps what it knows
     perceived.update()
     assert perceived.out("safety_star").values.max() > 0.5
 
@@ -199,7 +202,7 @@ def test_a_scan_without_a_valid_beam_is_none() -> None:
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(lost))
     perceived.update(silent=True)
     assert not perceived.out("safety_star").values.any()
-    assert perceived.out("star").region is None  # a planner that sees nothing waits
+    assert perceived.out("observation").region is None  # a planner that sees nothing waits
     perceived.update()
     assert perceived.out("safety_star").values.any()
 
@@ -273,7 +276,7 @@ def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict
     perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
     perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
     perceived.update(silent=True)
-    assert perceived.out("star").region is not None
+    assert perceived.out("observation").region is not None
 
 
 def test_a_pose_that_is_no_number_is_refused() -> None:

@@ -38,7 +38,7 @@ class Planning:
         self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, LIDAR, stopwatch=stopwatch)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
-        self.put("star", Value(Observation.none()))
+        self.put("observation", Value(Observation.none()))
         self.put("pose", POSE)
         self.put("goal", goal)
 
@@ -49,7 +49,7 @@ class Planning:
         """Stand at a pose and put what is seen from there before the next update."""
         scan = dataclasses.replace(cast(world, pose), time=self.context.get_time())
         region = scan_region(scan, pose, ROBOT.radius, MARGINS)
-        self.put("star", Value(Observation(region, scan, pose)))
+        self.put("observation", Value(Observation(region, scan, pose)))
         self.put("pose", pose)
 
     def update(self) -> None:
@@ -57,7 +57,7 @@ class Planning:
 
     @property
     def roadmap(self) -> StarRoadmap:
-        return self.system.GetOutputPort("roadmap").Eval(self.context).roadmap
+        return self.system.GetOutputPort("planner_state").Eval(self.context).roadmap
 
     def look_around(self, world: World) -> None:
         """See the same from the same place, until no progress was made for long enough."""
@@ -72,9 +72,9 @@ class Planning:
 def test_ports() -> None:
     system = Planning().system
     inputs = [system.get_input_port(k).get_name() for k in range(system.num_input_ports())]
-    assert inputs == ["star", "pose", "goal", "safety_star"]
+    assert inputs == ["observation", "pose", "goal", "safety_star"]
     outputs = [system.get_output_port(k).get_name() for k in range(system.num_output_ports())]
-    assert outputs == ["guidance", "short_term_goal", "roadmap", "status", "blocked_by"]
+    assert outputs == ["guidance", "short_term_goal", "planner_state", "status", "blocked_by"]
     assert system.GetOutputPort("short_term_goal").size() == 2
     everywhere, short_term_goal, told = range(5), 1, (3, 4)
     for port, reached in ((0, everywhere), (1, [short_term_goal, *told]), (2, everywhere), (3, told)):
@@ -142,7 +142,7 @@ def test_waits_where_it_is_until_something_is_seen() -> None:
         assert planning.out("status") is PlannerStatus.WAITING
         assert planning.out("short_term_goal") == pytest.approx(POSE[:2])
         assert len(planning.out("guidance").path) == 0
-        assert len(planning.out("roadmap").roadmap) == 0
+        assert len(planning.out("planner_state").roadmap) == 0
         planning.update()
 
 
@@ -161,7 +161,7 @@ def test_goal_out_of_sight_makes_it_explore_towards_a_frontier() -> None:
     planning = Planning(goal=BEHIND)
     planning.see(SCREEN)
     planning.update()
-    guidance, state = planning.out("guidance"), planning.out("roadmap")
+    guidance, state = planning.out("guidance"), planning.out("planner_state")
     assert planning.out("status") is PlannerStatus.EXPLORING
     assert state.status is PlannerStatus.EXPLORING
     assert not guidance.arrives
@@ -208,12 +208,12 @@ def test_after_time_was_set_back_the_roadmap_of_the_run_before_is_forgotten() ->
 def test_a_scan_is_planned_with_at_once_and_once() -> None:
     planning = Planning(goal=IN_SIGHT)
     planning.see(OPEN)
-    first = planning.out("roadmap")
+    first = planning.out("planner_state")
     assert first.status is PlannerStatus.APPROACHING
     planning.put("goal", IN_SIGHT)  # the same goal, on a port that changed
-    assert planning.out("roadmap") is first
+    assert planning.out("planner_state") is first
     planning.update()  # the state takes it over
-    assert planning.out("roadmap") is first
+    assert planning.out("planner_state") is first
 
 
 def test_the_plan_does_not_depend_on_who_asked_before() -> None:
@@ -226,7 +226,7 @@ def test_the_plan_does_not_depend_on_who_asked_before() -> None:
     for planning in (often, once):
         planning.put("goal", BEHIND)
     assert np.array_equal(often.out("guidance").path, once.out("guidance").path)
-    assert often.out("roadmap").plans == once.out("roadmap").plans == 1
+    assert often.out("planner_state").plans == once.out("planner_state").plans == 1
 
 
 def test_a_pause_of_the_sensor_is_no_stall() -> None:
@@ -260,7 +260,7 @@ def test_a_moved_goal_is_taken_up_at_once() -> None:
     moved = np.array([-1.0, 1.0])
     planning.put("goal", moved)
     assert planning.out("guidance").path[-1] == pytest.approx(moved)
-    assert len(planning.out("roadmap").roadmap) == 1
+    assert len(planning.out("planner_state").roadmap) == 1
 
 
 def test_after_giving_up_another_goal_is_tried() -> None:
@@ -277,12 +277,12 @@ def test_a_snapshot_once_read_never_changes() -> None:
     planning = Planning(goal=BEHIND)
     planning.see(SCREEN)
     planning.update()
-    before = planning.out("roadmap")
+    before = planning.out("planner_state")
     values, stand = before.roadmap.union.values.copy(), before.roadmap.frontiers.stand.copy()
     for step in (0.8, 1.6):
         planning.see(SCREEN, POSE + (0.0, step, 0.0))
         planning.update()
-    assert len(planning.out("roadmap").roadmap) == 3
+    assert len(planning.out("planner_state").roadmap) == 3
     assert len(before.roadmap) == 1
     assert np.array_equal(before.roadmap.union.values, values)
     assert np.array_equal(before.roadmap.frontiers.stand, stand)
@@ -296,7 +296,7 @@ def test_a_context_owns_its_roadmap() -> None:
     for step in (0.8, 1.6):
         planning.see(SCREEN, POSE + (0.0, step, 0.0))
         planning.update()
-    roadmap = planning.system.GetOutputPort("roadmap")
+    roadmap = planning.system.GetOutputPort("planner_state")
     assert [len(roadmap.Eval(context).roadmap) for context in (planning.context, clone)] == [3, 1]
 
 
@@ -307,4 +307,4 @@ def test_only_updates_with_a_search_count_as_plans() -> None:
         planning.see(OPEN)
         planning.update()
     assert len(stopwatch.seconds["update"]) == 4
-    assert len(stopwatch.seconds["plan"]) == planning.out("roadmap").plans == 1
+    assert len(stopwatch.seconds["plan"]) == planning.out("planner_state").plans == 1

@@ -19,51 +19,51 @@ TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]],
 
 
 @pytest.fixture(scope="module")
-def film(tmp_path_factory):
-    recorder = Recorder(tmp_path_factory.mktemp("film") / "post.html")
+def recorded(tmp_path_factory):
+    recorder = Recorder(tmp_path_factory.mktemp("recorded") / "post.html")
     run_trial(parse_scenario(TEXT, name="post"), observer=recorder)
-    return recorder.film
+    return recorder.recorded
 
 
-def test_axes_are_in_metres_and_equal(film) -> None:
-    axes = moment_figure(film, 2.0).axes[0]
+def test_axes_are_in_metres_and_equal(recorded) -> None:
+    axes = moment_figure(recorded, 2.0).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x in m", "y in m")
     assert axes.get_xlim() == pytest.approx((-1.0, 5.0), abs=0.2) and axes.get_ylim() == pytest.approx((-2, 2), abs=0.2)
     box = axes.get_position()
     width, height = axes.figure.get_size_inches() * (box.width, box.height)
     assert width / height == pytest.approx(np.ptp(axes.get_xlim()) / np.ptp(axes.get_ylim()))
     middles = [patch.center for patch in axes.patches if hasattr(patch, "radius")]
-    assert any(np.allclose(middle, film.actors[0].motion.at(2.0)[:2]) for middle in middles)
+    assert any(np.allclose(middle, recorded.robots[0].motion.at(2.0)[:2]) for middle in middles)
 
 
-def test_both_axes_have_the_same_ticks(film) -> None:
-    axes = moment_figure(film, 2.0).axes[0]
+def test_both_axes_have_the_same_ticks(recorded) -> None:
+    axes = moment_figure(recorded, 2.0).axes[0]
     assert np.diff(axes.get_xticks())[0] == np.diff(axes.get_yticks())[0] == 1.0
 
 
-def test_trails_have_no_seams(film) -> None:
-    axes = moment_figure(film, 3.0).axes[0]
+def test_trails_have_no_seams(recorded) -> None:
+    axes = moment_figure(recorded, 3.0).axes[0]
     trail = [patch for patch in axes.patches if patch.get_zorder() == 100.0 * LAYERS["trail"].height]
     assert trail and all(patch.get_linewidth() > 0.0 for patch in trail)
     region = [patch for patch in axes.patches if patch.get_zorder() == 100.0 * LAYERS["regions"].height]
     assert region and not any(patch.get_linewidth() for patch in region if patch.get_alpha() < 1.0)
 
 
-def test_the_legend_is_as_wide_as_its_text(film, tmp_path) -> None:
+def test_the_legend_is_as_wide_as_its_text(recorded, tmp_path) -> None:
     widths = []
     for label in ("goal", "goal, which the robot shall come to within its tolerance"):
-        layers = {**film.caption.legend, "goal": replace(LAYERS["goal"], label=label)}
-        write_figure(tmp_path / "a.svg", replace(film, caption=replace(film.caption, layers=layers)), 2.0)
+        layers = {**recorded.caption.legend, "goal": replace(LAYERS["goal"], label=label)}
+        write_figure(tmp_path / "a.svg", replace(recorded, caption=replace(recorded.caption, layers=layers)), 2.0)
         text = (tmp_path / "a.svg").read_text(encoding="utf-8")
         widths.append(float(re.search(r'width="([\d.]+)pt"', text)[1]))
     assert widths[0] < 720.0 and widths[1] > widths[0] + 100.0
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".pdf"])
-def test_files_are_small_vectors_and_repeatable(film, suffix, tmp_path) -> None:
+def test_files_are_small_vectors_and_repeatable(recorded, suffix, tmp_path) -> None:
     first, second = (tmp_path / f"{name}{suffix}" for name in "ab")
     for path in (first, second):
-        write_figure(path, film, film.duration)
+        write_figure(path, recorded, recorded.duration)
     content = first.read_bytes()
     assert content == second.read_bytes() and 10_000 < len(content) < 1_000_000
     assert b"<image" not in content and b"/Subtype /Image" not in content
@@ -71,12 +71,12 @@ def test_files_are_small_vectors_and_repeatable(film, suffix, tmp_path) -> None:
         assert b"x in m" in content and b"robot, its front" in content
 
 
-def test_only_chosen_layers_are_drawn_and_in_the_legend(film, tmp_path) -> None:
+def test_only_chosen_layers_are_drawn_and_in_the_legend(recorded, tmp_path) -> None:
     sizes = {}
     for names in ("trail", "trail,scan,frontiers"):
         shown = selected_layers(names, LAYERS)
         path = tmp_path / f"{names}.svg"
-        write_figure(path, replace(film, caption=replace(film.caption, shown=shown)), 2.0)
+        write_figure(path, replace(recorded, caption=replace(recorded.caption, shown=shown)), 2.0)
         text = path.read_text(encoding="utf-8")
         assert ("laser scan" in text) == ("scan" in names) and "robot" in text and "star-shaped" not in text
         sizes[names] = len(text)

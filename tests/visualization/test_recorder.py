@@ -104,7 +104,7 @@ class Drive(LeafSystem):
             self.DeclareVectorOutputPort(name, 3, lambda c, out: out.SetFromVector(self._row(c)[0]))
         self.DeclareVectorOutputPort("goal", 2, lambda c, out: out.SetFromVector([6.0, 0.0]))
         self.DeclareVectorOutputPort("twist", 2, lambda c, out: out.SetFromVector([SPEED, 0.0]))
-        for k, name in ((1, "scan"), (2, "roadmap"), (3, "certificate")):
+        for k, name in ((1, "scan"), (2, "planner_state"), (3, "certificate")):
             self.DeclareAbstractOutputPort(
                 name, lambda k=k: Value[object](self._log[0][k]), lambda c, out, k=k: out.set_value(self._row(c)[k])
             )
@@ -528,17 +528,17 @@ def test_an_unknown_view_is_named():
 @pytest.mark.parametrize("own_plant", [False, True])
 def test_any_diagram_with_a_robot_of_ours_is_recorded(own_plant: bool, tmp_path) -> None:
     world, builder = World("nothing planned", (0.0, 0.0, 0.0), (1.0, 0.0)), DiagramBuilder()
-    lidar = LidarParameters(beams=36)
+    scenario = Scenario("test", None, ROBOT, LidarParameters(beams=36))
     if own_plant:
         plant, scene_graph = AddMultibodyPlant(plant_config(0.005), builder)
         model = add_robot(plant, scene_graph, ROBOT, world.start)
         plant.Finalize()
-        station = builder.AddSystem(RobotInterface(plant, scene_graph, model, Scenario("test", None, ROBOT, lidar)))
+        station = builder.AddSystem(RobotInterface(plant, scene_graph, model, scenario))
         builder.Connect(scene_graph.get_query_output_port(), station.GetInputPort("geometry_query"))
         builder.Connect(plant.get_state_output_port(model), station.GetInputPort("multibody_state"))
         builder.Connect(station.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
     else:
-        station = builder.AddSystem(NavigationStation(world, Scenario("test", None, ROBOT, lidar)))
+        station = builder.AddSystem(NavigationStation(world, scenario))
     still = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
     builder.Connect(still.get_output_port(), station.GetInputPort("drive.twist_command"))
     recorder = Recorder(tmp_path / "page.html")

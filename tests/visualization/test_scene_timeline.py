@@ -77,7 +77,7 @@ def shade(picture, place) -> np.ndarray:
 
 @pytest.mark.parametrize("time", [0.0, 1.0, DURATION])
 def test_a_still_shows_the_user_s_bodies_where_they_were(recorded, time: float) -> None:
-    picture = PlotCamera(recorded.film).picture(time)
+    picture = PlotCamera(recorded.recorded).picture(time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place, color in (
         (PLACES["rack"], BLUE),
@@ -85,8 +85,8 @@ def test_a_still_shows_the_user_s_bodies_where_they_were(recorded, time: float) 
         (PLACES["floor"], 1.0),
         ((1.0, -1.5 + time), RED),
     ):
-        assert image[plotted(recorded.film, place, picture)] == pytest.approx(color, abs=0.02)
-    assert recorded.film.actors[0].motion.at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
+        assert image[plotted(recorded.recorded, place, picture)] == pytest.approx(color, abs=0.02)
+    assert recorded.recorded.robots[0].motion.at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
 
 
 @pytest.mark.slow

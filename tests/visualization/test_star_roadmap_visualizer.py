@@ -89,7 +89,7 @@ def run_log(duration=3.0, period=0.05):
         braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
         twist = np.array([SPEED, 0.0])
         log.append({"pose": pose, "scan_pose": pose, "goal": GOAL, "twist": twist, "scan": scan})
-        log[-1].update(roadmap=state, certificate=braking)
+        log[-1].update(planner_state=state, certificate=braking)
     return log
 
 
@@ -135,9 +135,9 @@ def script(log):
 
 
 def test_regions_nodes_and_open_frontiers_are_those_of_the_roadmap(log, script):
-    assert len(log[-1]["roadmap"].roadmap) > 2
+    assert len(log[-1]["planner_state"].roadmap) > 2
     for frame in (0, 20, 45, 60):
-        roadmap = log[frame]["roadmap"].roadmap
+        roadmap = log[frame]["planner_state"].roadmap
         assert 2 <= len(script.visible("regions", frame)) <= 2 * min(len(roadmap), 1 + OLD_REGIONS)  # fan and outline
         shown = set(script.visible("frontiers/extendable", frame))
         clouds = [call[2] for call in script if call[0] == "SetObject" and call[1] in shown]
@@ -159,7 +159,7 @@ def test_scans_are_drawn_at_their_rate_and_thinned(log):
 def test_the_newest_region_is_bright_and_fades_when_it_is_no_longer(log, monkeypatch):
     monkeypatch.setattr(star_roadmap_visualizer, "FADE_TIME", 1.0)
     script = play(log)
-    count = [len(row["roadmap"].roadmap) for row in log]
+    count = [len(row["planner_state"].roadmap) for row in log]
     second = next(k for k, n in enumerate(count) if n > 1)
     first_fan = script.objects("regions")[0]
     track = script.track(f"{first_fan}/<object>", "material.opacity")
@@ -176,10 +176,10 @@ def test_no_keyframe_lies_ahead_of_the_run(script):
 
 
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
-    last = log[-1]["roadmap"]
+    last = log[-1]["planner_state"]
     less = dataclasses.replace(MARGINS, preferred=MARGINS.preferred - 0.01)
     narrow = rebuilt(last.roadmap, less, ROBOT.radius)
-    after = {**log[-1], "roadmap": dataclasses.replace(last, roadmap=narrow)}
+    after = {**log[-1], "planner_state": dataclasses.replace(last, roadmap=narrow)}
     script = play([*log, after, after])
     old, new = script.visible("regions", 60), script.visible("regions", 61)
     assert len(old) > 2 and len(new) == 2
@@ -205,8 +205,8 @@ def test_what_is_unconnected_is_not_drawn(log):
 
 def test_no_path_no_short_term_goal(log):
     nothing = {"path": np.zeros((0, 2)), "target": None, "anticipated": None}
-    empty = dataclasses.replace(log[9]["roadmap"], **nothing)
-    script = play([*log[:10], *[{**log[9], "roadmap": empty}] * 11])
+    empty = dataclasses.replace(log[9]["planner_state"], **nothing)
+    script = play([*log[:10], *[{**log[9], "planner_state": empty}] * 11])
     for layer in ("path", "short_term_goal", "frontiers/target"):
         assert len(script.visible(layer, 8)) == 1
         assert script.visible(layer, 18) == []

@@ -5,7 +5,7 @@ import pytest
 
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
-from drake_starnav.visualization.timeline import Shape, Tee, Timeline, Track
+from drake_starnav.visualization.timeline import Broadcast, Shape, Timeline, Track
 
 
 def area(points: np.ndarray) -> float:
@@ -105,5 +105,5 @@ def test_keyframes_may_come_in_any_order_and_the_last_of_a_time_counts() -> None
 
 def test_a_tee_tells_each() -> None:
     first, second = [], []
-    Tee(first, second).append(3)
+    Broadcast(first, second).append(3)
     assert (first, second) == ([3], [3])

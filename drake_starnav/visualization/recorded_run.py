@@ -11,7 +11,7 @@ from drake_starnav.visualization.timeline import Timeline
 
 
 @dataclass(frozen=True)
-class Actor:
+class RobotTrack:
     """A robot that drives through the scene.
 
     Attributes:
@@ -28,7 +28,7 @@ class Actor:
 
 
 @dataclass(frozen=True)
-class Film:
+class RecordedRun:
     """A recorded run.
 
     Attributes:
@@ -36,16 +36,16 @@ class Film:
         extent: the box of the floor that is shown, W, m.
         scene: obstacles and all else that is solid, but the robots.
         timeline: drawings on the floor.
-        actors: the robots; the camera follows the first.
+        robots: the robots; the camera follows the first.
     """
 
     caption: Caption
     extent: Extent
     scene: SceneTimeline
     timeline: Timeline
-    actors: tuple[Actor, ...]
+    robots: tuple[RobotTrack, ...]
 
     @property
     def duration(self) -> float:
         """Time of the last pose, s."""
-        return max(actor.motion.duration for actor in self.actors)
+        return max(robot.motion.duration for robot in self.robots)
