@@ -68,7 +68,7 @@ class DsmController(Controller):
             stopwatch: records `command` times, if given.
         """
         super().__init__(stopwatch)
-        self._robot, self._margins, self._obstacles, self._lead = robot, margins, obstacles, state_lead
+        self._robot, self._margins, self._obstacles, self._state_lead = robot, margins, obstacles, state_lead
         self._actuation = Actuation(robot.limits, robot.radius, 1.0 / controller.rate, controller.delay)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
@@ -87,7 +87,7 @@ class DsmController(Controller):
         inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), star), None
         if self._obstacles is not None and self._tracks is not None:
             tracks = self._tracks.Eval(context)
-            tracked = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._obstacles)
+            tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
         return inputs, tracked
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:

@@ -34,7 +34,7 @@ class FixedPath(LeafSystem):
         guidance: abstract, `Guidance` for the controller, with the region of that scan.
         short_term_goal: vector (x, y) in W, m; the robot's own position before the first scan.
 
-    What of the path is passed is discrete state, as a path may cross itself.
+    Progress along the path is discrete state, as a path may cross itself.
     """
 
     def __init__(self, path: np.ndarray) -> None:

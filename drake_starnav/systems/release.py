@@ -25,16 +25,16 @@ def weakly(method: Callable[P, R]) -> Callable[P, R]:
     return lambda *args, **kwargs: function(owner(), *args, **kwargs)
 
 
-def release(made: Diagram | DiagramBuilder) -> None:
+def release(holder: Diagram | DiagramBuilder) -> None:
     """Release a diagram, or the contents of a builder not yet built: once nothing refers to it, its memory is freed.
 
     Args:
-        made: it must not be simulated or read any more, nor its systems.
+        holder: it must not be simulated or read any more, nor its systems.
     """
-    for system in made.GetSystems():
+    for system in holder.GetSystems():
         if isinstance(system, Diagram):
             release(system)
         else:
             vars(system).clear()
             setattr(system, RELEASED, True)
-    vars(made).clear()
+    vars(holder).clear()

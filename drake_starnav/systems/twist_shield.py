@@ -144,7 +144,7 @@ class TwistShield(Unshielded):
         """
         super().__init__(robot, controller, stopwatch=stopwatch)
         self._margin, self._own = margins.safety, certificates
-        self._obstacles, self._lead = obstacles, state_lead
+        self._obstacles, self._state_lead = obstacles, state_lead
         self._safety_star = self.DeclareAbstractInputPort("safety_star", Value(SafetyStar.none()))
         if obstacles is not None:
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
@@ -153,5 +153,5 @@ class TwistShield(Unshielded):
         star, tracked = self._safety_star.Eval(context), None
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
-            tracked = TrackedObstacles(tracks, context.get_time() + self._lead - tracks.time, self._obstacles)
+            tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
         return standard_certificates(star, self._margin, self._actuation, position, tracked) + self._own

@@ -42,7 +42,7 @@ COLLAR = Cylinder(SCENARIO.robot.radius, 0.1)
 
 
 def navigator(robot: RobotInterface, world: World) -> Diagram:
-    """A robot's equipment with all that drives it to the goal of a world, as one system."""
+    """A robot's interface with all that drives it to the goal of a world, as one system."""
     builder = DiagramBuilder()
     builder.AddNamedSystem("robot", robot)
     add_navigation(builder, SCENARIO, Parts(world, robot))

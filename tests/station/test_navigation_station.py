@@ -331,7 +331,7 @@ def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
             base, RigidTransform([0, 0, 0.1]), Cylinder(0.25, 0.1), f"collar_{name}", CoulombFriction(0.3, 0.3)
         )
     plant.Finalize()
-    equipment = {}
+    robots = {}
     for name, model in models.items():
         robot = builder.AddNamedSystem(
             name, RobotInterface(plant, scene_graph, model, Scenario("test", None, lidar=LIDAR))
@@ -339,15 +339,15 @@ def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
         builder.Connect(scene_graph.get_query_output_port(), robot.GetInputPort("geometry_query"))
         builder.Connect(plant.get_state_output_port(model), robot.GetInputPort("multibody_state"))
         builder.Connect(robot.GetOutputPort("desired_state"), plant.get_desired_state_input_port(model))
-        equipment[name] = robot
+        robots[name] = robot
     simulator = Simulator(builder.Build())
     context = simulator.get_mutable_context()
     for name, twist in (("a", (0.4, 0.0)), ("b", (-0.4, 0.0))):
-        robot = equipment[name]
+        robot = robots[name]
         robot.GetInputPort("drive.twist_command").FixValue(robot.GetMyMutableContextFromRoot(context), twist)
 
     def out(name: str, port: str) -> Any:
-        return equipment[name].GetOutputPort(port).Eval(equipment[name].GetMyContextFromRoot(context))
+        return robots[name].GetOutputPort(port).Eval(robots[name].GetMyContextFromRoot(context))
 
     simulator.Initialize()
     ranges = {name: out(name, "lidar.ranges").copy() for name in models}
@@ -359,4 +359,4 @@ def test_robots_of_one_plant_drive_apart_and_see_each_other() -> None:
     (xa, ya, _), (xb, yb, _) = out("a", "localization.pose"), out("b", "localization.pose")
     assert (ya, yb) == pytest.approx((-0.5, 0.5), abs=5e-3)
     assert (xa, xb) == pytest.approx((0.8, -0.8), abs=0.05)
-    assert not set(equipment["a"].robot_geometries) & set(equipment["b"].robot_geometries)
+    assert not set(robots["a"].robot_geometries) & set(robots["b"].robot_geometries)
