@@ -21,7 +21,7 @@ def recorded(tmp_path_factory):
     return record_comparison(scenarios, 0, html), html
 
 
-def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
+def test_plot_shows_robots_where_logged(recorded) -> None:
     recorded, _ = recorded
     first, second = (robot.motion.at(TIME)[:2] for robot in recorded.robots)
     assert np.hypot(*(first - second)) > 0.3
@@ -36,7 +36,7 @@ def test_robots_differ_and_each_is_where_its_log_says(recorded) -> None:
 
 
 @pytest.mark.slow
-def test_a_browser_shows_them_there_too(recorded) -> None:
+def test_browser_shows_robots_where_logged(recorded) -> None:
     recorded, html = recorded
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")
@@ -53,7 +53,7 @@ def test_a_browser_shows_them_there_too(recorded) -> None:
     assert text.index("star: reached in") < text.index("star_paper: ")
 
 
-def test_one_method_alone_is_where_it_is_among_others(recorded, tmp_path) -> None:
+def test_one_method_alone_drives_the_same(recorded, tmp_path) -> None:
     recorded, _ = recorded
     scenario = parse_scenario(TEXT, name="post", method=METHODS[1])
     alone = record_comparison({METHODS[1]: scenario}, 0, tmp_path / "one.html")

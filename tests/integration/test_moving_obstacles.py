@@ -40,7 +40,7 @@ def shades(picture, world: World, time: float) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("k", [0, 1])
 @pytest.mark.parametrize("time", TIMES)
-def test_without_a_browser(recorded, k: int, time: float) -> None:
+def test_plot_shows_moving_obstacles(recorded, k: int, time: float) -> None:
     world, (recorded, _) = recorded[0], recorded[1 + k]
     picture = PlotCamera(recorded).picture(time)
     image = np.asarray(picture, dtype=float) / 255.0
@@ -50,7 +50,7 @@ def test_without_a_browser(recorded, k: int, time: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1])
-def test_in_a_browser(recorded, k: int) -> None:
+def test_browser_shows_moving_obstacles(recorded, k: int) -> None:
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")
     world, (_, html) = recorded[0], recorded[1 + k]
@@ -61,7 +61,7 @@ def test_in_a_browser(recorded, k: int) -> None:
         assert MOVING_OBSTACLES.label in camera.page.inner_text("#starnav-panel")
 
 
-def test_the_legend_names_them_only_where_there_are_some() -> None:
+def test_legend_names_moving_obstacles_only_if_any() -> None:
     nobody = make_world(Crowd(moving_obstacles=(0, 0)), 0, 0.25)
     assert with_scene(LAYERS, nobody) == {**LAYERS, "robot": ROBOT}
     assert MOVING_OBSTACLES in with_scene(LAYERS, make_world(Crowd(), 0, 0.25)).values()

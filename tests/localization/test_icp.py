@@ -18,7 +18,7 @@ def found(scan, points, guess, deviation, gate=0.3):
     return aligned(points, guess, np.full(3, 1.0 / deviation**2), Surfaces.of(scan, 0.1), 0.01, gate, 0.1)
 
 
-def test_lines_are_those_of_the_walls_and_there_is_none_in_a_corner() -> None:
+def test_lines_follow_walls_but_no_corner() -> None:
     scan = cast(BOX)
     points, anchor, normal, *_ = Surfaces.of(scan, 0.1)
     on_line = np.hypot(*normal.T) > 0.5
@@ -33,7 +33,7 @@ def test_lines_are_those_of_the_walls_and_there_is_none_in_a_corner() -> None:
 
 @given(seeds)
 @settings(max_examples=15)
-def test_points_are_laid_where_they_were_seen(seed):
+def test_aligned_points_return_the_pose(seed):
     rng = np.random.default_rng(seed)
     world = scattered(rng)
     pose = np.array((*rng.uniform(-0.15, 0.15, 2), rng.uniform(-0.1, 0.1)))
@@ -43,7 +43,7 @@ def test_points_are_laid_where_they_were_seen(seed):
     assert math.hypot(*off[:2]) < 0.01 and abs(off[2]) < math.radians(0.5)
 
 
-def test_certain_parts_of_the_guess_are_kept_and_the_rest_is_estimated() -> None:
+def test_certain_guess_is_kept() -> None:
     scan, pose = cast(BOX), np.array((0.1, -0.05, 0.05))
     points, guess = cast(BOX, pose).points(), np.zeros(3)
     assert found(scan, points, guess, 1e-9)[0] == pytest.approx(guess, abs=1e-6)

@@ -60,7 +60,7 @@ def test_the_legend_is_as_wide_as_its_text(recorded, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".pdf"])
-def test_files_are_small_vectors_and_repeatable(recorded, suffix, tmp_path) -> None:
+def test_files_are_small_repeatable_vectors(recorded, suffix, tmp_path) -> None:
     first, second = (tmp_path / f"{name}{suffix}" for name in "ab")
     for path in (first, second):
         write_figure(path, recorded, recorded.duration)
@@ -91,7 +91,7 @@ def test_layers_are_chosen_by_name_or_folder() -> None:
 
 
 @pytest.mark.parametrize("compared", [[], ["--compare", "star", "star_paper"]], ids=["one", "compared"])
-def test_the_command_writes_them(compared, tmp_path, monkeypatch, capsys) -> None:
+def test_record_writes_svg_and_pdf(compared, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     Path("mine.yaml").write_text(TEXT + "simulation: {timeout: 1.5}\n")
     layers = ["--layers", "trail,scan"]

@@ -76,7 +76,7 @@ def shade(picture, place) -> np.ndarray:
 
 
 @pytest.mark.parametrize("time", [0.0, 1.0, DURATION])
-def test_a_still_shows_the_user_s_bodies_where_they_were(recorded, time: float) -> None:
+def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
     picture = PlotCamera(recorded.recorded).picture(time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place, color in (
@@ -90,7 +90,7 @@ def test_a_still_shows_the_user_s_bodies_where_they_were(recorded, time: float) 
 
 
 @pytest.mark.slow
-def test_in_a_browser_the_floor_is_white_and_the_bodies_have_their_colours(recorded) -> None:
+def test_browser_shows_own_bodies_in_colour(recorded) -> None:
     if browser_missing() is not None:
         pytest.skip(f"there is no {browser_missing()}")
     with BrowserCamera(recorded._html) as camera:
@@ -99,13 +99,13 @@ def test_in_a_browser_the_floor_is_white_and_the_bodies_have_their_colours(recor
     assert shade(picture, PLACES["rack"]) == pytest.approx(BLUE, abs=0.15)
 
 
-def test_what_is_seen_edge_on_covers_nothing() -> None:
+def test_edge_on_wall_covers_nothing() -> None:
     track = Track([0.0], [np.eye(3, 4)])
     wall = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
     assert Solid(wall, None, BLUE, track).seen_from_above(0.0) == ([], 1.0)
 
 
-def test_a_turned_shape_is_turned_and_a_hollow_one_stays_hollow() -> None:
+def test_turned_and_hollow_shapes() -> None:
     X_WF = RigidTransform(RotationMatrix.MakeZRotation(np.pi / 2.0), [1.0, 2.0, 0.5])
     corners = np.array([(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
     track = Track([0.0], [X_WF.GetAsMatrix34()])

@@ -60,7 +60,7 @@ def test_an_empty_plane_is_infinitely_clear():
     ("point", "name"),
     [((0.9, 3.0), "cylinders[0]"), ((2.0, 2.7), "spheres[0]"), ((2.0, 1.4), "polygons[0]"), ((3.9, 2.0), "bounds")],
 )
-def test_the_nearest_obstacle_has_a_name(point, name):
+def test_nearest_obstacle_is_named(point, name):
     assert nearest_obstacle(world(), point)[0] == name
 
 
@@ -69,7 +69,7 @@ def test_points_of_another_shape_are_refused():
         clearance(world(), np.zeros(3))
 
 
-def test_a_sphere_bars_only_what_it_fills_below_the_robots_height() -> None:
+def test_sphere_section_below_robot_height() -> None:
     world = World(
         name="x", start=(0.0, 0.0, 0.0), goal=(1.0, 0.0), spheres=np.array([(3.0, 0.0, 0.4), (6.0, 0.0, 0.1)])
     )

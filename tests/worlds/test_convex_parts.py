@@ -98,7 +98,7 @@ def test_repeated_and_straight_corners_are_dropped():
         [(0, 0), (1, 0), (math.nan, 1)],
     ],
 )
-def test_other_polygons_are_refused(polygon):
+def test_invalid_polygons_are_refused(polygon):
     with pytest.raises(StarnavError, match="allowed"):
         convex_parts(np.array(polygon, dtype=float))
 
@@ -140,7 +140,7 @@ def test_too_many_corners_are_refused(corners):
         convex_parts(np.column_stack((np.arange(corners), np.arange(corners) % 2)))
 
 
-def test_an_outline_keeps_what_sticks_out():
+def test_evened_keeps_corners_beyond_tolerance():
     rough = np.array([(0, 0), (1, 0.5 * EVEN), (2, -0.5 * EVEN), (3, 0), (3, 1), (1.5, 1 - 2 * EVEN), (0, 1)])
     np.testing.assert_array_equal(evened(rough), rough[[0, 3, 4, 5, 6]])
     sliver = np.array([(0, 0), (0.5 * EVEN, 0), (0, 0.5 * EVEN)])
