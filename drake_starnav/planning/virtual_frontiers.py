@@ -34,19 +34,12 @@ def virtual_frontier(roadmap: StarRoadmap, path: np.ndarray) -> tuple[Frontiers,
         path: shape (k, 2), from the robot to the goal in small steps, W, m.
     """
     union = roadmap.union
-    path = _inside_where_possible(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
-    last, outside = 0, 0.0  # the robot itself may stand a little outside
-    for i in range(1, len(path)):
-        if cover_at(union, *path[i], 0.0) >= 0:
-            last, outside = i, 0.0
-        else:
-            outside += float(np.hypot(*(path[i] - path[i - 1])))
-            if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
-                stand, probe = path[last], path[i]
-                owner = cover_at(union, *stand, 0.0) if last else len(roadmap) - 1
-                frontier = Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner]))
-                return frontier, path[: last + 1]
-    return Frontiers.none(), path[:0]
+    path, last, end = _leaving(path, 0.5 * STRIDE * roadmap.hits.resolution, union)
+    if end < 0:
+        return Frontiers.none(), path[:0]
+    stand, probe = path[last], path[end]
+    owner = cover_at(union, *stand, 0.0) if last else len(roadmap) - 1
+    return Frontiers(stand[None, :].copy(), probe[None, :].copy(), np.array([owner])), path[: last + 1]
 
 
 def virtual_frontier_in_sight(
@@ -85,15 +78,26 @@ def is_blacklisted(roadmap: StarRoadmap, places: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def _inside_where_possible(path, half_cell, union):
-    """The path with each point moved to a covered place in its cell, if there is one."""
-    out = path.copy()
+def _leaving(path, half_cell, union):
+    """Where a path (k, 2) leaves a union for longer than VIRTUAL_FRONTIER_LENGTH, or ends outside.
+
+    Returns the path, each point moved to a place inside in its cell if there is one, the index of the last one inside,
+    or 0, as the robot may stand a little outside, and of the one where the path has left; -1 if it does not.
+    """
+    path, last, outside = path.copy(), 0, 0.0
     for i in range(len(path)):
+        inside = False
         for k in range(9):  # the centre, then around it
             turn = 0.25 * math.pi * (k - 1)
             x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
             y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
             if cover_at(union, x, y, 0.0) >= 0:
-                out[i, 0], out[i, 1] = x, y
+                path[i, 0], path[i, 1], inside = x, y, True
                 break
-    return out
+        if inside:
+            last, outside = i, 0.0
+        elif i > 0:
+            outside += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+            if outside >= VIRTUAL_FRONTIER_LENGTH or i == len(path) - 1:
+                return path, last, i
+    return path, last, -1
