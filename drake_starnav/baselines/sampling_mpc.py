@@ -194,7 +194,7 @@ def _rollout_costs(twists, pose, twist, line, left, known, limits, settings):
                 best = min(best, spent)
                 break
             if 2 * (i + 1) >= steps:
-                best = min(best, spent + time_to_go(line, left, k, x, y, yaw, v, omega, limits))
+                best = min(best, spent + time_to_go(line, left, k, Pose(x, y, yaw), Twist(v, omega), limits))
         change = abs(twists[c, 0] - twist[0]) / v_max + abs(twists[c, 1] - twist[1]) / omega_max
         cost[c] = best + CHANGE_WEIGHT * change
     return cost

@@ -27,6 +27,7 @@ from drake_starnav.control.avoidance_rollout import (
     TWIST,
     YAW,
     Discs,
+    Scene,
     Settings,
     V,
     X,
@@ -157,15 +158,17 @@ def avoid_collision(
         max_speed=obstacles.max_speed,
     )
     settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
-    nearest, held = _along_the_path(pose, twist, line, known, discs, limits, settings)
-    if nearest >= COMFORT and not held:
+    scene = Scene(line, times_left(line, limits), known, discs, limits, settings)
+    start = start_row(pose, twist, known.hits, settings.radius)
+    ahead = start.copy()
+    drive(ahead, (float(PATH), 1.0, 0.0), int(math.ceil(HORIZON / STEP - 1e-9)), scene)
+    nearest = float(ahead[LEAST]) if ahead[LEAST] < COMFORT else np.inf
+    if nearest >= COMFORT and not ahead[HELD]:
         return Avoidance(nearest, None, np.inf)
     ways = manoeuvres(twist, limits, around(pose, path, tracked, robot))
-    start = start_row(pose, twist, known.hits, settings.radius)
-    firsts = _first_twists(ways, start, line, limits, settings.slowdown)
+    firsts = _first_twists(ways, start, scene)
     allowed = np.array([accepted(roll_out(pose, twist, first, actuation), certificates) for first in firsts])
-    left = times_left(line, limits)
-    k, least = _searched(ways, firsts, allowed, start, line, left, known, discs, limits, settings)
+    k, least = _searched(ways, firsts, allowed, start, scene)
     return Avoidance(nearest, firsts[k] if k >= 0 else None, least)
 
 
@@ -186,31 +189,19 @@ def thinned(places, position, reach):
 
 
 @njit(cache=True)
-def _along_the_path(pose, twist, line, known, discs, limits, settings):
-    """Least predicted distance to a disc of a robot that just follows its path, m, infinite beyond COMFORT.
-
-    Also whether it has to brake for static objects.
-    """
-    row = start_row(pose, twist, known.hits, settings.radius)
-    steps = int(math.ceil(HORIZON / STEP - 1e-9))
-    drive(row, PATH, 1.0, 0.0, steps, line, known, discs, limits, settings)
-    return row[LEAST] if row[LEAST] < COMFORT else np.inf, row[HELD] > 0.0
-
-
-@njit(cache=True)
-def _first_twists(ways, start, line, limits, slowdown):
+def _first_twists(ways, start, scene):
     """The twists (n, 2) with which manoeuvres begin, within the robot's limits."""
-    firsts = np.empty((len(ways), 2))
+    firsts, limits = np.empty((len(ways), 2)), scene.limits
     for m in range(len(ways)):
-        v, omega = wanted_twist(ways[m, 0], ways[m, 1], ways[m, 2], start, line, limits, slowdown)
+        v, omega = wanted_twist((ways[m, 0], ways[m, 1], ways[m, 2]), start, scene)
         firsts[m, 0], firsts[m, 1] = limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)
     return firsts
 
 
 @njit(cache=True)
-def _searched(ways, firsts, allowed, start, line, left, known, discs, limits, settings):
+def _searched(ways, firsts, allowed, start, scene):
     """The manoeuvre with which the best rollout begins, or -1, and its least predicted distance, m."""
-    count = len(ways)
+    count, limits = len(ways), scene.limits
     change = np.zeros(count)
     generation = np.empty((count, COLUMNS))
     n = 0
@@ -220,9 +211,9 @@ def _searched(ways, firsts, allowed, start, line, left, known, discs, limits, se
         if not allowed[m]:
             continue
         generation[n] = start
-        drive(generation[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
+        drive(generation[n], (ways[m, 0], ways[m, 1], ways[m, 2]), SEGMENT, scene)
         generation[n, FIRST] = m
-        generation[n, COST] = way_cost(generation[n], line, left, limits) + change[m]
+        generation[n, COST] = way_cost(generation[n], scene) + change[m]
         n += 1
     best = start
     best_cost = np.inf
@@ -242,8 +233,8 @@ def _searched(ways, firsts, allowed, start, line, left, known, discs, limits, se
         for i in kept:
             for m in range(count):
                 following[n] = generation[i]
-                drive(following[n], ways[m, 0], ways[m, 1], ways[m, 2], SEGMENT, line, known, discs, limits, settings)
-                following[n, COST] = way_cost(following[n], line, left, limits) + change[int(following[n, FIRST])]
+                drive(following[n], (ways[m, 0], ways[m, 1], ways[m, 2]), SEGMENT, scene)
+                following[n, COST] = way_cost(following[n], scene) + change[int(following[n, FIRST])]
                 n += 1
         generation = following
     if best_cost == np.inf:
@@ -257,22 +248,17 @@ def _continued(generation):
     kept = np.empty(BEAM, np.int64)
     n = 0
     for i in np.argsort(generation[:, COST], kind="mergesort"):
-        differs = generation[i, ENDED] == 0.0
+        row, differs = generation[i], generation[i, ENDED] == 0.0
         for q in range(n):
-            differs = differs and not _alike(generation[i], generation[kept[q]])
+            other = generation[kept[q]]
+            differs = differs and not (
+                (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
+                and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
+                and abs(row[V] - other[V]) < SAME_SPEED
+            )
         if differs:
             kept[n] = i
             n += 1
             if n == BEAM:
                 break
     return kept[:n]
-
-
-@njit(cache=True)
-def _alike(row, other):
-    """Whether two rollouts end so near to each other that one of them is enough."""
-    return (
-        (row[X] - other[X]) ** 2 + (row[Y] - other[Y]) ** 2 < SAME_PLACE * SAME_PLACE
-        and abs(wrapped_angle(row[YAW] - other[YAW])) < SAME_HEADING
-        and abs(row[V] - other[V]) < SAME_SPEED
-    )

@@ -24,12 +24,14 @@ from drake_starnav.control.motion import Pose, Twist, stepped
 from drake_starnav.control.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.control.rollout import (
     ARRIVED,
+    KnownSpace,
     clearance_within,
     next_way_point,
     region_around,
     time_to_go,
 )
 from drake_starnav.regions.region_union import covers
+from drake_starnav.robot import Limits
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 
 COMFORT = 0.4
@@ -86,6 +88,26 @@ class Settings(NamedTuple):
     max_speed: float
 
 
+class Scene(NamedTuple):
+    """What the rollouts share.
+
+    Attributes:
+        line: shape (n, 2), the robot's place and the way points, W, m.
+        left: shape (n,), time from each way point to the end, as from `times_left`, s.
+        known: free space and hits.
+        discs: the dynamic obstacles.
+        limits: of the robot.
+        settings: numbers of the controller, the robot and the moving obstacles.
+    """
+
+    line: np.ndarray
+    left: np.ndarray
+    known: KnownSpace
+    discs: Discs
+    limits: Limits
+    settings: Settings
+
+
 @njit(cache=True)
 def start_row(pose, twist, hits, radius):
     """The rollout before its first step."""
@@ -98,8 +120,9 @@ def start_row(pose, twist, hits, radius):
 
 
 @njit(cache=True)
-def wanted_twist(kind, a, b, row, line, limits, slowdown):
-    """The twist that a manoeuvre wants where the robot is."""
+def wanted_twist(way, row, scene):
+    """The twist (v, omega) that a manoeuvre `way`, a row of `manoeuvres`, wants where the robot is."""
+    (kind, a, b), line, limits = way, scene.line, scene.limits
     if kind == TWIST:
         return a, b
     if kind == HEADING:
@@ -112,7 +135,7 @@ def wanted_twist(kind, a, b, row, line, limits, slowdown):
     error = wrapped_angle(math.atan2(dy, dx) - row[YAW])
     want_v, want_omega = turning_twist(error, a * limits.max_speed, limits)
     if k == last:
-        want_v = min(want_v, slowdown * math.hypot(dx, dy) + CREEP_SPEED)
+        want_v = min(want_v, scene.settings.slowdown * math.hypot(dx, dy) + CREEP_SPEED)
     return want_v, want_omega
 
 
@@ -132,14 +155,16 @@ def _place(trajectories, j, time):
 
 
 @njit(cache=True)
-def _must_brake(x, y, yaw, v, trajectories, radius, time, limits, distance, caution, max_speed):
+def _must_brake(row, time, discs, limits, settings):
     """Whether a robot that brakes fully now might be touched before it stops, with the discs at their predictions.
 
-    Checked at half the braking time and at its end.
+    Checked at half the braking time and at its end. `time` is that since the scan, s.
     """
+    x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
     if abs(v) < STANDING_SPEED:
         return False
-    stop = abs(v) / limits.max_acceleration
+    trajectories, radius, caution = discs.trajectories, discs.radius, settings.caution
+    distance, stop = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN, abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
         way = v * t - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
@@ -147,23 +172,24 @@ def _must_brake(x, y, yaw, v, trajectories, radius, time, limits, distance, caut
         for j in range(len(radius)):
             disc_x, disc_y, vx, vy = _place(trajectories, j, time)
             dx, dy = px - disc_x - (1.0 - caution) * vx * t, py - disc_y - (1.0 - caution) * vy * t
-            needed = distance + radius[j] + caution * max_speed * t
+            needed = distance + radius[j] + caution * settings.max_speed * t
             if dx * dx + dy * dy < needed * needed:
                 return True
     return False
 
 
 @njit(cache=True)
-def _held(x, y, yaw, v, standing, limits, distance, growth):
+def _held(row, standing, limits, settings):
     """Whether a robot that brakes fully from the next step on might be touched by an object that is static now."""
+    x, y, yaw, v = row[X], row[Y], row[YAW], row[V]
     if abs(v) < STANDING_SPEED:
         return False
-    stop = abs(v) / limits.max_acceleration
+    distance, stop = settings.radius + MOVING_MARGIN, abs(v) / limits.max_acceleration
     for share in (0.5, 1.0):
         t = share * stop
         way = v * (t + STEP) - 0.5 * math.copysign(limits.max_acceleration, v) * t * t
         px, py = x + way * math.cos(yaw), y + way * math.sin(yaw)
-        needed = distance + growth * (t + STEP)
+        needed = distance + settings.max_speed * (t + STEP)
         for j in range(len(standing)):
             if (px - standing[j, 0]) ** 2 + (py - standing[j, 1]) ** 2 < needed * needed:
                 return True
@@ -171,23 +197,23 @@ def _held(x, y, yaw, v, standing, limits, distance, growth):
 
 
 @njit(cache=True)
-def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
-    """Continue a rollout in place by one manoeuvre; it ends early if the robot is touched or reaches a frontier."""
+def drive(row, way, steps, scene):
+    """Continue a rollout in place by some steps of a manoeuvre `way`, as for `wanted_twist`.
+
+    It ends early if the robot is touched or reaches a frontier.
+    """
+    line, _, known, discs, limits, settings = scene
     hits, star = known.hits, known.star
     center, bearing_0, values = star.center, star.bearing_0, star.values
     trajectories, radius, comfort, standing, age = discs
-    distance = settings.radius + MOVING_MARGIN + ROLLOUT_MARGIN
-    near = settings.radius + MOVING_MARGIN
     last = len(line) - 1
     for _ in range(steps):
         time = age + row[SPENT]
         x, y, yaw, v, omega = row[X], row[Y], row[YAW], row[V], row[OMEGA]
-        want_v, want_omega = wanted_twist(kind, a, b, row, line, limits, settings.slowdown)
-        if _must_brake(
-            x, y, yaw, v, trajectories, radius, time, limits, distance, settings.caution, settings.max_speed
-        ):
+        want_v, want_omega = wanted_twist(way, row, scene)
+        if _must_brake(row, time, discs, limits, settings):
             want_v = 0.0
-        if _held(x, y, yaw, v, standing, limits, near, settings.max_speed):
+        if _held(row, standing, limits, settings):
             want_v = 0.0
             row[HELD] = 1.0
         pose, twist, _ = stepped(Pose(x, y, yaw), Twist(v, omega), Twist(want_v, want_omega), STEP, limits)
@@ -229,13 +255,10 @@ def drive(row, kind, a, b, steps, line, known, discs, limits, settings):
 
 
 @njit(cache=True)
-def way_cost(row, line, left, limits):
-    """Cost of a rollout so far plus the time to the goal, without the change of the twist, s.
-
-    `left` are the times from each way point of the line on, as from `times_left`.
-    """
+def way_cost(row, scene):
+    """Cost of a rollout so far plus the time to the goal, without the change of the twist, s."""
     cost = row[LOST] + WALL_COST * (1.0 - row[CLOSEST] / WALL_ZONE) ** 2
     if row[ARRIVAL] < np.inf:  # it has been at the goal, wherever it goes to make way
         return cost + row[ARRIVAL]
-    k = int(row[WAY_POINT])
-    return cost + row[SPENT] + time_to_go(line, left, k, row[X], row[Y], row[YAW], row[V], row[OMEGA], limits)
+    k, pose = int(row[WAY_POINT]), Pose(row[X], row[Y], row[YAW])
+    return cost + row[SPENT] + time_to_go(scene.line, scene.left, k, pose, Twist(row[V], row[OMEGA]), scene.limits)

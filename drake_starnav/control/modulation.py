@@ -52,29 +52,6 @@ def boundary_at(values, slopes, bearing_0, theta):
     return phi, (1.0 - share) * slopes[left] + share * slopes[right]
 
 
-@leaf
-def boundary_frame(center, bearing_0, values, slopes, x, y):
-    """Gamma, r_hat and t of one region at (x, y); Gamma is 0 where it does not count, infinite at its centre."""
-    dx, dy = x - center[0], y - center[1]
-    distance = math.sqrt(dx * dx + dy * dy)
-    if distance > FARTHEST:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    if distance < CENTER:
-        return np.inf, 0.0, 0.0, 0.0, 0.0
-    phi, slope = boundary_at(values, slopes, bearing_0, math.atan2(dy, dx))
-    gamma = (phi / distance) ** SIGMA
-    cosine, sine = dx / distance, dy / distance
-    tx = slope * cosine - phi * sine
-    ty = slope * sine + phi * cosine
-    length = math.sqrt(tx * tx + ty * ty)
-    if gamma <= 1.0 or length < 1e-12:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    tx, ty = tx / length, ty / length
-    if cosine * ty - sine * tx < 1e-6:  # phi / length: positive
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    return gamma, cosine, sine, tx, ty
-
-
 @njit(cache=True)
 def modulated_direction(x, y, ux, uy, regions):
     """The mean direction of the unit vector (ux, uy), modulated by each region that contains (x, y).
@@ -85,12 +62,23 @@ def modulated_direction(x, y, ux, uy, regions):
     sum_x = sum_y = total = 0.0
     center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
     for k in range(len(center)):
-        gamma, cosine, sine, tx, ty = boundary_frame(center[k], bearing_0[k], values[k], slopes[k], x, y)
-        if gamma == np.inf:
-            return ux, uy
-        if gamma == 0.0:
+        dx, dy = x - center[k, 0], y - center[k, 1]
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance > FARTHEST:
             continue
-        det = cosine * ty - sine * tx
+        if distance < CENTER:
+            return ux, uy
+        phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))
+        gamma = (phi / distance) ** SIGMA
+        cosine, sine = dx / distance, dy / distance
+        tx, ty = slope * cosine - phi * sine, slope * sine + phi * cosine
+        length = math.sqrt(tx * tx + ty * ty)
+        if gamma <= 1.0 or length < 1e-12:
+            continue
+        tx, ty = tx / length, ty / length
+        det = cosine * ty - sine * tx  # phi / length: positive
+        if det < 1e-6:
+            continue
         radial = (ux * ty - uy * tx) / det
         tangential = (cosine * uy - sine * ux) / det * (1.0 + 1.0 / gamma)
         if radial > 0.0:

@@ -121,21 +121,14 @@ def _clearance(x, y, discs, distance, time):
 
 
 @njit(cache=True)
-def _fastest(discs):
-    most = 0.0
-    for k in range(len(discs)):
-        most = max(most, math.hypot(discs[k, VX], discs[k, VY]) + discs[k, GROWTH])
-    return most
-
-
-@njit(cache=True)
 def _stays_clear(position, speed, time, braking, discs, distance, age):
     """Whether places (n, 2) of a robot with these speeds (n,) at these times (n,) stay clear of the discs.
 
     Places are skipped while the last clearance cannot have been used up.
     """
-    fastest = _fastest(discs)
-    spare = 0.0
+    fastest = spare = 0.0
+    for k in range(len(discs)):
+        fastest = max(fastest, math.hypot(discs[k, VX], discs[k, VY]) + discs[k, GROWTH])
     for k in range(1, len(position)):
         x, y = position[k]
         spare -= math.hypot(x - position[k - 1, 0], y - position[k - 1, 1]) + fastest * (time[k] - time[k - 1])

@@ -87,11 +87,13 @@ def times_left(line, limits):
 
 
 @njit(cache=True)
-def time_to_go(line, left, k, x, y, yaw, v, omega, limits):
-    """T: from a pose and twist over the way points from k on."""
-    dx, dy = line[k, 0] - x, line[k, 1] - y
+def time_to_go(line, left, k, pose, twist, limits):
+    """T: from a `Pose` and a `Twist` over the way points from k on, s; `left` as from `times_left`."""
+    dx, dy = line[k, 0] - pose.x, line[k, 1] - pose.y
     heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrapped_angle(heading - yaw), v, omega, limits)
+    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(
+        wrapped_angle(heading - pose.yaw), twist.v, twist.omega, limits
+    )
     if k + 1 < len(line):
         leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
         time += left[k] + heading_loss(wrapped_angle(leg - heading), limits.max_speed, 0.0, limits)

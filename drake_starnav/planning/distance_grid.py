@@ -69,7 +69,9 @@ class DistanceGrid:
         """This grid with more hits; points of shape (n, 2) in W, m."""
         if not len(points):
             return self
-        low, high = _tiles_about(points, self.resolution, self.cap)
+        border = int(self.cap / self.resolution) + 2
+        nearest = np.rint(points.min(axis=0) / self.resolution), np.rint(points.max(axis=0) / self.resolution)
+        low, high = (nearest[0].astype(int) - border) // TILE, (nearest[1].astype(int) + border) // TILE + 1
         first, rows = _widened(self.first, self.rows, low, high)
         pool, most = self.pool, int((high - low).prod())
         if pool.used != self.used or pool.used + most > len(pool.arrays[0]):
@@ -120,17 +122,6 @@ def _widened(first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndar
     i, j = first - new_first
     out[i : i + rows.shape[0], j : j + rows.shape[1]] = rows
     return new_first, out
-
-
-@njit(cache=True)
-def _tiles_about(points, resolution, cap):
-    """The first tile and the one beyond the last that hits at points may change."""
-    border = int(cap / resolution) + 2
-    low, high = np.empty(2, np.int64), np.empty(2, np.int64)
-    for axis in range(2):
-        low[axis] = (int(round(points[:, axis].min() / resolution)) - border) // TILE
-        high[axis] = (int(round(points[:, axis].max() / resolution)) + border) // TILE + 1
-    return low, high
 
 
 @njit(cache=True)

@@ -80,6 +80,7 @@ def edge_frontiers(region: StarRegion, owner: int) -> Frontiers:
 
 @njit(cache=True)
 def _edge_points(center, bearing_0, free, fitted, limit, jump, spacing, offset):
+    """Stands and probes of `edge_frontiers` of a region with these fields, shape (n, 4), W, m."""
     count = len(free)
     step = 2.0 * math.pi / count
     out = np.empty((4096, 4))

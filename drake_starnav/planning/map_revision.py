@@ -16,23 +16,22 @@ from numba import njit
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.distance_grid import DistanceGrid
 from drake_starnav.planning.edge_coverage import UNKNOWN, EdgeCoverage, revised
+from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.roadmap import (
     COVER_SLACK,
-    DRIVEN_EDGE_PENALTY,
     STANDING_THERE,
     StarRoadmap,
-    edge_length,
     edge_rows,
     enterable,
-    impassable_points,
     without_nodes,
 )
+from drake_starnav.planning.roadmap_edges import revised_edges
 from drake_starnav.regions.bearing_hits import half_gaps, point_hits, points_to_bearings
 from drake_starnav.regions.erosion import bearing_tables, erode, eroded_range
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.regions.region_index import indexed
-from drake_starnav.regions.region_union import CELL, WORD, RegionUnion, least_outside
+from drake_starnav.regions.region_union import CELL, WORD, RegionUnion
 from drake_starnav.regions.star_region import Fit, StarRegion
 from drake_starnav.utils.shared_rows import SharedRows
 
@@ -232,7 +231,7 @@ def _remade(
         union = indexed(union, roadmap.union, np.flatnonzero(changed))
     else:  # the regions get other bits in the index
         union = indexed(union, RegionUnion.none(), np.arange(len(kept)))
-    edges, lengths = _revised_edges(roadmap.edges, roadmap.lengths, roadmap.union.center, number, changed, union)
+    edges, lengths = revised_edges((roadmap.edges, roadmap.lengths), roadmap.union.center, number, changed, union)
     fresh = _edge_frontiers(regions, np.flatnonzero(changed), hits, robot_radius)
     coverage = revised(roadmap.coverage, number, changed, fresh, union, COVER_SLACK)
     roadmap = dataclasses.replace(
@@ -271,58 +270,6 @@ def _edge_frontiers(
     owner = np.repeat(nodes, [len(each) for each in rows])
     together = np.concatenate(rows) if rows else np.zeros((0, 4))
     return EdgeCoverage.of(together, owner, np.full(len(owner), UNKNOWN, np.int32), np.zeros(0, np.int64))
-
-
-@njit(cache=True)
-def _revised_edges(edges, lengths, center, number, changed, union):
-    """Edges and lengths as `with_node` finds them, anew only at changed regions.
-
-    Args:
-        edges, lengths, center: of the roadmap before.
-        number: of each of its nodes, its new index, or -1 if it was dropped.
-        changed: shape (n,), whether the region of a node that remains has changed.
-        union: of the nodes that remain.
-    """
-    known, n = np.empty((len(edges), 2), np.int64), 0
-    for e in range(len(edges)):
-        a, b = edges[e]
-        i, j = number[a], number[b]
-        straight = math.hypot(center[a, 0] - center[b, 0], center[a, 1] - center[b, 1])
-        certified = lengths[e] < straight + 0.5 * DRIVEN_EDGE_PENALTY
-        if certified and i >= 0 and j >= 0 and not changed[i] and not changed[j]:
-            known[n, 0], known[n, 1] = i, j
-            n += 1
-    return _edges_where_changed(union, known[:n], changed)
-
-
-@njit(cache=True)
-def _edges_where_changed(union, known, changed):
-    """The known edges, sorted by their newer node, with those of changed nodes; and the lengths of all, m."""
-    center, count, news = union.center, len(union.center), np.flatnonzero(changed)
-    out = np.empty((len(known) + count * (len(news) + 1), 2), np.int64)
-    lengths = np.empty(len(out))
-    joined = np.zeros(count, np.bool_)
-    n = e = 0
-    for j in range(count):
-        begin = n
-        joined[:j] = False
-        while e < len(known) and known[e, 1] == j:
-            joined[known[e, 0]] = True
-            e += 1
-        for k in range(j if changed[j] else len(news)):
-            i = k if changed[j] else news[k]
-            joined[i] = joined[i] or (i < j and edge_length(union, i, j) < np.inf)
-        for i in range(j):
-            if joined[i]:
-                out[n, 0], out[n, 1] = i, j
-                lengths[n] = math.hypot(center[i, 0] - center[j, 0], center[i, 1] - center[j, 1])
-                n += 1
-        if j and n == begin:
-            i = least_outside(union, j, center[j, 0], center[j, 1])
-            out[n, 0], out[n, 1] = i, j
-            lengths[n] = math.hypot(center[i, 0] - center[j, 0], center[i, 1] - center[j, 1]) + DRIVEN_EDGE_PENALTY
-            n += 1
-    return out[:n].copy(), lengths[:n].copy()
 
 
 @njit(cache=True)

@@ -7,8 +7,8 @@ import numpy as np
 from numba import njit
 
 from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.impassable import bridged_ends
 from drake_starnav.planning.optimistic_path import is_obstructed
-from drake_starnav.planning.roadmap import bridged_ends
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.planning.string_pulling import last_in_sight
 from drake_starnav.regions.erosion import SMOOTHING_BEAMS, moving_average
@@ -89,7 +89,12 @@ def _checked(position, driven, plan, here, union, seen, robot_radius):
         cover_at(union, x, y, 0.0) >= 0 and first_gap(union, position, (path[passed, 0], path[passed, 1]), 0.0) > 0.0
     )
     ahead = last_in_sight(segment, x, y, here) if passed == len(path) - 1 else -1
-    return sees_probe, outside, _obstructs(optimistic, seen, robot_radius), passed, strayed, ahead
+    obstructed = False
+    if len(optimistic) > 1:  # there is something beyond the probe
+        beams, place, slack = seen
+        distance = moving_average(beams, SMOOTHING_BEAMS, slack)
+        obstructed = is_obstructed(optimistic, bridged_ends(beams, distance, place, 2.0 * robot_radius), robot_radius)
+    return sees_probe, outside, obstructed, passed, strayed, ahead
 
 
 @njit(cache=True)
@@ -102,13 +107,3 @@ def passed_points(x, y, path, union):
             break
         k += 1
     return k
-
-
-@njit(cache=True)
-def _obstructs(optimistic, seen, robot_radius):
-    """Whether a scan blocks an optimistic path, as its `impassable_points` do."""
-    if len(optimistic) < 2:  # there is nothing beyond the probe
-        return False
-    beams, place, slack = seen
-    points = bridged_ends(beams, moving_average(beams, SMOOTHING_BEAMS, slack), place, 2.0 * robot_radius)
-    return is_obstructed(optimistic, points, robot_radius)

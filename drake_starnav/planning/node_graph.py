@@ -6,7 +6,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.regions.region_union import covers, least_outside
+from drake_starnav.regions.region_union import RegionUnion, cover_at, covers, least_outside
 from drake_starnav.regions.star_region import StarRegion
 
 OFF_MAP_PENALTY = 0.1
@@ -37,7 +37,7 @@ def graph_distances(roadmap: StarRoadmap, here: StarRegion, position: np.ndarray
 
 def entry_node(roadmap: StarRoadmap, distance: np.ndarray, goal: np.ndarray) -> int:
     """The node whose region contains the goal and through which the way is shortest, or -1."""
-    inside = _containing(roadmap.union, goal[0], goal[1])
+    inside = _visible_nodes(roadmap.union, RegionUnion.none(), goal[0], goal[1])
     if not len(inside):
         return -1
     cost = distance[inside] + np.hypot(*(roadmap.union.center[inside] - goal).T)
@@ -61,23 +61,13 @@ def node_path(roadmap: StarRoadmap, previous: np.ndarray, node: int, end: np.nda
 
 
 @njit(cache=True)
-def _containing(union, x, y):
-    """Indices of the regions of a union that contain (x, y)."""
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    return np.array([k for k in range(len(center)) if covers(center, bearing_0, values, k, x, y, 0.0)], np.int64)
-
-
-@njit(cache=True)
 def _visible_nodes(union, here, x, y):
-    """Nodes whose region contains (x, y), or whose centre the region `here` contains."""
+    """Nodes whose region contains (x, y), or whose centre the union `here` contains."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
-    own_center, own_bearing_0, own_values = here.center, here.bearing_0, here.values
     out = np.empty(len(center), np.int64)
     n = 0
     for k in range(len(out)):
-        if covers(center, bearing_0, values, k, x, y, 0.0) or covers(
-            own_center, own_bearing_0, own_values, 0, center[k, 0], center[k, 1], 0.0
-        ):
+        if covers(center, bearing_0, values, k, x, y, 0.0) or cover_at(here, center[k, 0], center[k, 1], 0.0) >= 0:
             out[n] = k
             n += 1
     return out[:n].copy()

@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.planning.guidance import Guidance
+from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.map_revision import clear_of, reconcile, with_stall_point
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, passed_points, points_ahead
 from drake_starnav.planning.recovery import (
@@ -17,7 +18,7 @@ from drake_starnav.planning.recovery import (
     place_ahead,
     stall_point_ahead,
 )
-from drake_starnav.planning.roadmap import StarRoadmap, extended, impassable_points, rebuilt, uncovered_share
+from drake_starnav.planning.roadmap import StarRoadmap, extended, rebuilt, uncovered_share
 from drake_starnav.planning.search import Route, find_route
 from drake_starnav.planning.state import NO_PATH, PlannerInput, PlannerState, PlannerStatus
 from drake_starnav.regions.observation import Observation

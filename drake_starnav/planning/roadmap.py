@@ -8,23 +8,20 @@ from dataclasses import field
 import numpy as np
 from numba import njit
 
-from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning.distance_grid import DistanceGrid, distances
 from drake_starnav.planning.edge_coverage import EdgeCoverage, with_newest
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, PROBE_REACHED, Frontiers, edge_frontiers
+from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.planning.roadmap_edges import revised_edges
 from drake_starnav.regions.margins import Margins
 from drake_starnav.regions.region_index import indexed
-from drake_starnav.regions.region_union import RegionUnion, covers, least_outside, newest_cover
+from drake_starnav.regions.region_union import RegionUnion, covers, newest_cover
 from drake_starnav.regions.star_region import StarRegion, scan_region, united
 from drake_starnav.utils.shared_rows import SharedRows
 from drake_starnav.utils.snapshot import snapshot
 
-DRIVEN_EDGE_PENALTY = 0.2
-"""Extra length of an edge that the robot has driven but that no region certifies as free, m."""
-BRIDGE_SPACING = 0.1
-"""Spacing of the points between two hits that the robot does not fit between, m."""
 STANDING_THERE = 0.12
 """A frontier nearer than this to the newest node is at the robot's own position, m."""
 AREA_BEARINGS = 4
@@ -122,7 +119,7 @@ def extended(
 def edge_rows(region: StarRegion, hits: DistanceGrid, robot_radius: float) -> np.ndarray:
     """Stands and probes of a region's edge frontiers that are not at a hit, shape (n, 4), W, m."""
     edges = edge_frontiers(region, 0)
-    return _away_from_hits(edges.stand, edges.probe, hits.arrays, robot_radius - PROBE_SLACK)
+    return np.hstack((edges.stand, edges.probe))[hits.distance(edges.probe) > robot_radius - PROBE_SLACK]
 
 
 def with_node(
@@ -132,15 +129,16 @@ def with_node(
     known = len(roadmap)
     rows = roadmap.rows.extended(known, 1, region.row) if known else SharedRows(united((region,)).rows, 1)
     union = indexed(RegionUnion(*rows.in_use), roadmap.union, np.array([known]))
-    edges, lengths = _edges_of_last(union)
+    numbers, before = np.arange(known + 1), (roadmap.edges, roadmap.lengths)
+    edges, lengths = revised_edges(before, roadmap.union.center, numbers[:-1], numbers == known, union)
     return dataclasses.replace(
         roadmap,
         regions=(*roadmap.regions, region),
         union=union,
         rows=rows,
         scans=(*roadmap.scans, (scan, np.array(pose, dtype=float))),
-        edges=np.concatenate((roadmap.edges, edges)),
-        lengths=np.concatenate((roadmap.lengths, lengths)),
+        edges=edges,
+        lengths=lengths,
         hits=hits,
     )
 
@@ -169,27 +167,6 @@ def without_nodes(roadmap: StarRoadmap) -> StarRoadmap:
         inspection_points=roadmap.inspection_points,
         stall_points=roadmap.stall_points,
     )
-
-
-def impassable_points(scan: LaserScan, pose: np.ndarray, margins: Margins, robot_radius: float) -> np.ndarray:
-    """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
-
-    In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
-    `Beams.lasting` count.
-
-    Args:
-        scan: in S.
-        pose: (x, y, yaw) of S in W.
-        margins: how the ranges are smoothed.
-        robot_radius: m.
-    """
-    return bridged_points(scan, smoothed_distances(scan, margins.smoothing_slack), pose, robot_radius)
-
-
-def bridged_points(scan: LaserScan, distance: np.ndarray, pose: np.ndarray, robot_radius: float) -> np.ndarray:
-    """As `impassable_points`, of smoothed ranges, shape (n,), m."""
-    x, y, yaw = pose
-    return bridged_ends(scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
 def blacklist_target(roadmap: StarRoadmap, place: np.ndarray, radius: float, probe: np.ndarray) -> StarRoadmap:
@@ -275,18 +252,6 @@ def _grown_frontiers(old, coverage, bars, union, slack):
 
 
 @njit(cache=True)
-def _away_from_hits(stand, probe, grid, distance):
-    """The rows of `edge_rows`."""
-    away = distances(grid, probe)
-    out, n = np.empty((len(stand), 4)), 0
-    for i in range(len(stand)):
-        if away[i] > distance:
-            out[n, 0], out[n, 1], out[n, 2], out[n, 3] = stand[i, 0], stand[i, 1], probe[i, 0], probe[i, 1]
-            n += 1
-    return out[:n].copy()
-
-
-@njit(cache=True)
 def _uncovered_share(own, others):
     """`uncovered_share` of a union of one region and a union."""
     center, bearing_0, values = others.center, others.bearing_0, others.values
@@ -309,81 +274,3 @@ def _uncovered_share(own, others):
             if last < 0:
                 new += piece
     return new / area if area > 0.0 else 0.0
-
-
-@njit(cache=True)
-def edge_length(union, i, j):
-    """Distance of the centres of two regions if one contains the other's, m; else infinity."""
-    center, bearing_0, values = union.center, union.bearing_0, union.values
-    ax, ay, bx, by = center[i, 0], center[i, 1], center[j, 0], center[j, 1]
-    if covers(center, bearing_0, values, i, bx, by, 0.0) or covers(center, bearing_0, values, j, ax, ay, 0.0):
-        return math.hypot(ax - bx, ay - by)
-    return np.inf
-
-
-@njit(cache=True)
-def _edges_of_last(union):
-    """Edges (older node, last) to the nodes whose centre the last region contains, or whose region contains its centre.
-
-    Without one, the robot has come from the region that the last centre exceeds least. Also their lengths, m.
-    """
-    center, last = union.center, len(union.center) - 1
-    edges, lengths = np.empty((last, 2), np.int64), np.empty(last)
-    n = 0
-    for k in range(last):
-        length = edge_length(union, k, last)
-        if length < np.inf:
-            edges[n, 0], edges[n, 1], lengths[n] = k, last, length
-            n += 1
-    if n == 0 and last > 0:
-        k = least_outside(union, last, center[last, 0], center[last, 1])
-        edges[0, 0], edges[0, 1] = k, last
-        lengths[0] = math.hypot(center[k, 0] - center[last, 0], center[k, 1] - center[last, 1]) + DRIVEN_EDGE_PENALTY
-        n = 1
-    return edges[:n].copy(), lengths[:n].copy()
-
-
-@njit(cache=True)
-def bridged_ends(beams, distance, place, diameter):
-    """The loop of `bridged_points`: of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
-    x, y, cosine, sine = place
-    points = placed_ends(beams.directions, distance, beams.lasting, x, y, cosine, sine)
-    hit = distance[beams.lasting] < beams.range_max
-    return _impassable(points, hit, beams.seam < np.inf, diameter) if len(points) else points
-
-
-@njit(cache=True)
-def _impassable(points, hit, wrap, diameter):
-    count = len(points)
-    parts = np.zeros(count, np.int64)  # of the chord from each hit to the next
-    wide = np.empty(count, np.int64)  # hits from which a chord has more than one part
-    hits = chords = between = 0
-    for i in range(count):
-        if hit[i]:
-            hits += 1
-            j = i + 1 if i + 1 < count else 0
-            if hit[j] and (j > 0 or wrap):
-                dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-                chord = math.sqrt(dx * dx + dy * dy)
-                if BRIDGE_SPACING < chord < diameter:
-                    parts[i] = math.ceil(chord / BRIDGE_SPACING)
-                    between += parts[i] - 1
-                    wide[chords] = i
-                    chords += 1
-    out = np.empty((hits + between, 2))
-    n = 0
-    for i in range(count):  # all hits first, then the first point of each chord, and so on
-        if hit[i]:
-            out[n, 0], out[n, 1] = points[i, 0], points[i, 1]
-            n += 1
-    k = 1
-    while n < len(out):
-        for i in wide[:chords]:
-            if k < parts[i]:
-                j = i + 1 if i + 1 < count else 0
-                share = k / parts[i]
-                out[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
-                out[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
-                n += 1
-        k += 1
-    return out

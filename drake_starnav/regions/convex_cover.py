@@ -90,13 +90,16 @@ def _cover(polygon, count):
                 if n == 0:
                     break
                 used[grown] = n
-                _find_held(planes[grown, :n], points, holds[grown])
+                holds[grown] = True
+                for nx, ny, offset in planes[grown, :n]:
+                    holds[grown] &= nx * points[:, 0] + ny * points[:, 1] <= offset
                 gains[grown] = np.sum(holds[grown] & ~covered)
                 overlaps[grown] = np.any(holds[grown] & covered)
                 ellipse = _inertia(planes[grown, :n], polygon)
                 grown += 1
-        best = _best(gains[:grown], overlaps[:grown] | (made == 0 and not overlaps[:grown].any()))
-        if best < 0:
+        allowed = overlaps[:grown] | (made == 0 and not overlaps[:grown].any())
+        best = np.argmax(np.where(allowed, gains[:grown], 0.0)) if grown else 0
+        if not (grown and allowed[best] and gains[best] > 0.0):
             return planes[chosen[:made]], used[chosen[:made]]
         chosen[made] = best
         for p in np.flatnonzero(holds[best]):
@@ -106,16 +109,6 @@ def _cover(polygon, count):
                     gains[k] -= not covered[p]
             covered[p] = True
     return planes[chosen], used[chosen]
-
-
-@njit(cache=True)
-def _best(gains, allowed):
-    """Index of the largest positive gain that is allowed, or -1."""
-    best, most = -1, 0.0
-    for k in range(len(gains)):
-        if allowed[k] and gains[k] > most:
-            best, most = k, gains[k]
-    return best
 
 
 @njit(cache=True)
@@ -165,17 +158,6 @@ def _grown(polygon, ellipse, rows):
                     following_nearest = i
         count, nearest = kept, following_nearest
     return n
-
-
-@njit(cache=True)
-def _find_held(planes, points, held):
-    """Set `held[p]`, shape (n,), to whether a set contains the point p."""
-    for p in range(len(points)):
-        held[p] = True
-        for k in range(len(planes)):
-            if planes[k, 0] * points[p, 0] + planes[k, 1] * points[p, 1] > planes[k, 2]:
-                held[p] = False
-                break
 
 
 @njit(cache=True)

@@ -62,27 +62,21 @@ def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_
 
 @njit(cache=True)
 def adaptive_fit(samples, tolerance, one_sided):
-    """The loop of `fit_piecewise_cubic`."""
-    breaks = _jump_breaks(samples, JUMP, max(len(samples) // LARGEST_SHARE, 1))
-    return _fit(samples, breaks, tolerance, one_sided)
-
-
-@njit(cache=True)
-def _jump_breaks(samples, jump, longest):
-    count = len(samples)
-    breaks = np.empty(count + 1, np.int64)
-    breaks[0] = 0
+    """The fields of the `PiecewiseCubic` that `fit_piecewise_cubic` returns."""
+    count, longest = len(samples), max(len(samples) // LARGEST_SHARE, 1)
+    breaks = np.zeros(count + 1, np.int64)
     n = 1
     for i in range(1, count):
-        if abs(samples[i] - samples[i - 1]) > jump or i - breaks[n - 1] >= longest:
+        if abs(samples[i] - samples[i - 1]) > JUMP or i - breaks[n - 1] >= longest:
             breaks[n] = i
             n += 1
     breaks[n] = count
-    return breaks[: n + 1].copy()
+    return _fit(samples, breaks[: n + 1], tolerance, one_sided)
 
 
 @njit(cache=True)
 def _fit(samples, breaks, tolerance, one_sided):
+    """The fields of a `PiecewiseCubic` with segments between some breaks, as `fit_segments`."""
     count = len(samples)
     starts = np.empty(count, np.int64)
     coefficients = np.empty((count, 4))

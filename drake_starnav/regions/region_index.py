@@ -27,7 +27,7 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
         before: an indexed union with the same regions in its rows, but for new ones.
         news: indices of the new regions, shape (k,).
     """
-    low, high = _cells(union.center, union.bearing_0, union.values, news)
+    low, high = _cells(union, news)
     old, first = before.marks, before.corner
     last = first + old.shape[:2]
     if not old.size:
@@ -44,20 +44,15 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
     return union._replace(marks=marks, corner=corner)
 
 
-@njit(cache=True)
-def _cells(center, bearing_0, values, members):
+def _cells(union: RegionUnion, members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The first cell and the one beyond the last that some regions may touch."""
-    samples = values.shape[1]
-    step = 2.0 * math.pi / samples
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    for k in members:
-        farthest = values[k].max()
-        border = 3.0 * PATCH + SLACK + 2.0 * step * farthest
-        for i in range(samples):
-            x = center[k, 0] + values[k, i] * math.cos(bearing_0[k] + i * step)
-            y = center[k, 1] + values[k, i] * math.sin(bearing_0[k] + i * step)
-            low[0], low[1] = min(low[0], x - border), min(low[1], y - border)
-            high[0], high[1] = max(high[0], x + border), max(high[1], y + border)
+    if not len(members):
+        return union.corner, union.corner
+    values, step = union.values[members], 2.0 * math.pi / union.values.shape[1]
+    bearing = union.bearing_0[members, None] + step * np.arange(values.shape[1])
+    border = 3.0 * PATCH + SLACK + 2.0 * step * float(values.max())
+    edge = union.center[members, None] + values[..., None] * np.stack((np.cos(bearing), np.sin(bearing)), axis=-1)
+    low, high = edge.min(axis=(0, 1)) - border, edge.max(axis=(0, 1)) + border
     return np.floor(low / CELL).astype(np.int64), np.floor(high / CELL).astype(np.int64) + 1
 
 

@@ -98,10 +98,14 @@ def newest_cover(center, bearing_0, values, marks, corner, place, slack):
     for w in range(marks.shape[2] - 1, -1, -1):
         word = marks[i, j, w]
         while word != 0:
-            bit = top_bit(word)
-            word ^= np.uint64(1) << np.uint64(bit)
-            if covers(center, bearing_0, values, w * WORD + bit, x, y, slack):
-                return w * WORD + bit
+            k, rest = w * WORD, word
+            for shift in (32, 16, 8, 4, 2, 1):  # to the highest bit
+                if rest >> np.uint64(shift):
+                    rest >>= np.uint64(shift)
+                    k += shift
+            if covers(center, bearing_0, values, k, x, y, slack):
+                return k
+            word ^= np.uint64(1) << np.uint64(k % WORD)
     return -1
 
 
@@ -197,17 +201,6 @@ def _covers_segment(center, bearing_0, values, k, start, end):
         if values[k, m % samples] < farthest:
             return False
     return True
-
-
-@njit(cache=True)
-def top_bit(word):
-    """Index of the highest bit that is set."""
-    bit = 0
-    for shift in (32, 16, 8, 4, 2, 1):
-        if word >> np.uint64(shift):
-            word >>= np.uint64(shift)
-            bit += shift
-    return bit
 
 
 @leaf

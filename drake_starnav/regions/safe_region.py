@@ -156,7 +156,11 @@ def _safety_star(known, beams, distance, place, bearings, tables, radius, reach)
     x, y, cosine, sine = place
     bearing_0, first, last = bearings
     cosines, squares = tables
-    points, gaps = _remembered(known, beams, place)
+    old_points, old_gaps, begin, remembered, far = known
+    near = (remembered < far) & beams.hits
+    latest = placed_ends(directions, np.maximum(remembered, NEAREST), near, x, y, cosine, sine)
+    points = np.concatenate((old_points[begin:], latest))
+    gaps = np.concatenate((old_gaps[begin:], half_chords(remembered, beams)[near]))
     hits, hit_gaps = points, gaps
     if not beams.complete:  # space behind lost beams of the latest scan is not certified
         bounded = beams.lost & (measured < range_max)
@@ -170,17 +174,3 @@ def _safety_star(known, beams, distance, place, bearings, tables, radius, reach)
     near_hits = placed_ends(directions, distance, near, x, y, cosine, sine)
     values = erode(nearest, gap, offset, radius, sight, cosines, squares)
     return points, gaps, hits, hit_gaps, values, near_hits
-
-
-@njit(cache=True)
-def _remembered(known, beams, place):
-    """The points and half gaps of a memory from `first` on, and those of the scan up to `far`."""
-    points, gaps, first, distance, far = known
-    x, y, cosine, sine = place
-    near = (distance < far) & beams.hits
-    latest = placed_ends(beams.directions, np.maximum(distance, NEAREST), near, x, y, cosine, sine)
-    kept = len(points) - first
-    all_points, all_gaps = np.empty((kept + len(latest), 2)), np.empty(kept + len(latest))
-    all_points[:kept], all_points[kept:] = points[first:], latest
-    all_gaps[:kept], all_gaps[kept:] = gaps[first:], half_chords(distance, beams)[near]
-    return all_points, all_gaps

@@ -18,6 +18,7 @@ from drake_starnav.control.avoidance_rollout import (
     TWIST,
     WALL_COST,
     Discs,
+    Scene,
     Settings,
     V,
     X,
@@ -40,17 +41,15 @@ SETTINGS = Settings(slowdown=1.2, radius=0.25, caution=0.5, max_speed=0.0)
 NO_HITS = np.zeros((0, 2))
 
 
-def known() -> KnownSpace:
-    """An empty floor, seen 5 m far."""
+def scene(*places: tuple[float, float]) -> Scene:
+    """Discs of 0.3 m that stay where they are, on an empty floor that is seen 5 m far."""
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = united([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
-    return KnownSpace.of(regions, SafetyStar.none())
-
-
-def discs(*places: tuple[float, float]) -> Discs:
-    """Discs of 0.3 m that stay where they are."""
+    known = KnownSpace.of(regions, SafetyStar.none())
     trajectories = np.repeat(np.array(places, float).reshape(-1, 1, 2), 60, axis=1)
-    return Discs(trajectories, np.full(len(places), 0.3), np.full(len(places), COMFORT), np.zeros((0, 2)), 0.0)
+    radius, comfort = np.full(len(places), 0.3), np.full(len(places), COMFORT)
+    discs = Discs(trajectories, radius, comfort, np.zeros((0, 2)), 0.0)
+    return Scene(LINE, times_left(LINE, LIMITS), known, discs, LIMITS, SETTINGS)
 
 
 def begun(v: float = 0.0) -> np.ndarray:
@@ -58,26 +57,26 @@ def begun(v: float = 0.0) -> np.ndarray:
 
 
 def test_each_manoeuvre_wants_its_twist() -> None:
-    wants = (begun(), LINE, LIMITS, SETTINGS.slowdown)
-    assert wanted_twist(TWIST, 0.3, -0.5, *wants) == (0.3, -0.5)
-    assert wanted_twist(PATH, 1.0, 0.0, *wants) == pytest.approx((0.8, 0.0))
-    v, omega = wanted_twist(HEADING, 0.5 * math.pi, 0.8, *wants)
+    wants = begun(), scene()
+    assert wanted_twist((TWIST, 0.3, -0.5), *wants) == (0.3, -0.5)
+    assert wanted_twist((PATH, 1.0, 0.0), *wants) == pytest.approx((0.8, 0.0))
+    v, omega = wanted_twist((HEADING, 0.5 * math.pi, 0.8), *wants)
     assert v == pytest.approx(0.0, abs=1e-12) and omega == LIMITS.max_yaw_rate
-    backwards = wanted_twist(HEADING, math.pi, -0.8, *wants)
+    backwards = wanted_twist((HEADING, math.pi, -0.8), *wants)
     assert backwards == pytest.approx((-0.8, 0.0))
 
 
 def test_among_no_discs_it_follows_the_path_to_its_end() -> None:
     row = begun()
-    drive(row, PATH, 1.0, 0.0, 60, LINE, known(), discs(), LIMITS, SETTINGS)
+    drive(row, (PATH, 1.0, 0.0), 60, scene())
     assert (row[X], row[Y]) == pytest.approx((2.0, 0.0), abs=0.15)
     assert row[SPENT] == pytest.approx(60 * STEP) and row[LEAST] == np.inf and row[LOST] == 0.0
-    assert way_cost(row, LINE, times_left(LINE, LIMITS), LIMITS) < WALL_COST + row[SPENT]
+    assert way_cost(row, scene()) < WALL_COST + row[SPENT]
 
 
 def test_it_brakes_before_a_disc_that_stands_in_its_way() -> None:
     row = begun(0.4)  # a step of it is shorter than the margins
-    drive(row, TWIST, 0.4, 0.0, 17, LINE, known(), discs((1.2, 0.0)), LIMITS, SETTINGS)
+    drive(row, (TWIST, 0.4, 0.0), 17, scene((1.2, 0.0)))
     assert row[X] < 1.2 - 0.3 - SETTINGS.radius and row[V] < 0.05
     assert row[ENDED] == 0.0 and 0.0 < row[LOST] < CONTACT_COST
 
@@ -86,7 +85,7 @@ def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
     costs = []
     for x in (0.6, 0.9):
         row = begun(0.8)
-        drive(row, TWIST, 0.8, 0.0, 30, LINE, known(), discs((x, 0.0)), LIMITS, SETTINGS)
+        drive(row, (TWIST, 0.8, 0.0), 30, scene((x, 0.0)))
         assert row[ENDED] == 1.0
         costs.append(row[LOST])
     assert costs[0] > costs[1] > CONTACT_COST

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_starnav.control.motion import Pose, Twist
 from drake_starnav.control.rollout import (
     clearance_within,
     heading_loss,
@@ -62,6 +63,6 @@ def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
     corner = heading_loss(0.5 * math.pi, LIMITS.max_speed, 0.0, LIMITS)
     assert left[2] == pytest.approx(1.0 / 0.8)
     assert left[1] == pytest.approx(2.0 / 0.8 + corner)
-    at_full_speed = time_to_go(LINE, left, 1, 0.0, 0.0, 0.0, LIMITS.max_speed, 0.0, LIMITS)
+    at_full_speed = time_to_go(LINE, left, 1, Pose(0.0, 0.0, 0.0), Twist(LIMITS.max_speed, 0.0), LIMITS)
     assert at_full_speed == pytest.approx(3.0 / 0.8 + 2.0 * corner)
-    assert time_to_go(LINE, left, 1, 0.0, 0.0, 1.0, LIMITS.max_speed, 0.0, LIMITS) > at_full_speed
+    assert time_to_go(LINE, left, 1, Pose(0.0, 0.0, 1.0), Twist(LIMITS.max_speed, 0.0), LIMITS) > at_full_speed

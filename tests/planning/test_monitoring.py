@@ -7,9 +7,10 @@ import pytest
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.planning.impassable import impassable_points
 from drake_starnav.planning.monitoring import OUTSIDE_TOLERANCE, check_plan, points_ahead
 from drake_starnav.planning.optimistic_path import OBSTRUCTION_SLACK
-from drake_starnav.planning.roadmap import StarRoadmap, impassable_points
+from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.regions import Observation, StarRegion
 from drake_starnav.regions.star_region import scan_region, united
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered

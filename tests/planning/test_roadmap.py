@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from drake_starnav.planning.map_revision import with_stall_point
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
-    DRIVEN_EDGE_PENALTY,
     PROBE_SLACK,
     StarRoadmap,
     blacklist_target,
@@ -18,7 +17,7 @@ from drake_starnav.planning.roadmap import (
 from drake_starnav.regions.region_union import RegionUnion
 from drake_starnav.regions.star_region import scan_region, united
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, seeds, wandered
+from tests.helpers.scans import MARGINS, RADIUS, cast, explored, seeds, wandered
 
 PARAMETERS = PlannerParameters()
 
@@ -34,31 +33,6 @@ def assert_same(one: StarRoadmap, other: StarRoadmap) -> None:
         np.testing.assert_array_equal(getattr(one.union, name), getattr(other.union, name))
     for name in ("stand", "probe", "owner"):
         np.testing.assert_array_equal(getattr(one.frontiers, name), getattr(other.frontiers, name))
-
-
-@settings(max_examples=15)
-@given(seeds)
-def test_edges_are_free(seed):
-    world, roadmap = wandered(seed, nodes=6)
-    assert len(roadmap.edges) == len({tuple(e) for e in roadmap.edges.tolist()}) > 0
-    for (i, j), length in zip(roadmap.edges, roadmap.lengths, strict=True):
-        a, b = roadmap.union.center[i], roadmap.union.center[j]
-        apart = float(np.hypot(*(b - a)))
-        assert i < j
-        if length == pytest.approx(apart):
-            line = a + (b - a) * np.linspace(0.0, 1.0, 200)[:, None]
-            assert roadmap.regions[i].contains(b) or roadmap.regions[j].contains(a)
-            assert np.any([r.contains(line) for r in roadmap.regions], axis=0)[1:-1].all()
-            assert distance(world, line).min() > RADIUS
-        else:  # see the next test
-            assert length == pytest.approx(apart + DRIVEN_EDGE_PENALTY) and (roadmap.edges[:, 1] == j).sum() == 1
-
-
-def test_a_node_that_no_region_sees_is_joined_to_the_one_it_is_least_outside_of():
-    world = World("wall", (0, 0, 0), (2, 0), polygons=([(0.9, -5), (1.1, -5), (1.1, 5), (0.9, 5)],))
-    roadmap = explored(world, np.array(((0.0, 0.0), (-4.0, 0.0), (2.0, 0.0))))
-    assert roadmap.edges.tolist() == [[0, 1], [0, 2]]
-    assert roadmap.lengths.tolist() == pytest.approx([4.0, 2.0 + DRIVEN_EDGE_PENALTY])
 
 
 @settings(max_examples=15)

@@ -1,0 +1,71 @@
+"""Places that a scan shows to be impassable: its hits, and gaps between them that are too narrow for the robot."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_starnav.lidar.laser_scan import LaserScan, placed_ends
+from drake_starnav.regions.erosion import smoothed_distances
+from drake_starnav.regions.margins import Margins
+
+BRIDGE_SPACING = 0.1
+"""Spacing of the points between two hits that the robot does not fit between, m."""
+
+
+def impassable_points(scan: LaserScan, pose: np.ndarray, margins: Margins, robot_radius: float) -> np.ndarray:
+    """Hits, and points every BRIDGE_SPACING between neighbouring hits closer than the robot's diameter; shape (n, 2).
+
+    In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams of
+    `Beams.lasting` count.
+
+    Args:
+        scan: in S.
+        pose: (x, y, yaw) of S in W.
+        margins: how the ranges are smoothed.
+        robot_radius: m.
+    """
+    x, y, yaw = pose
+    distance = smoothed_distances(scan, margins.smoothing_slack)
+    return bridged_ends(scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
+
+
+@njit(cache=True)
+def bridged_ends(beams, distance, place, diameter):
+    """As `impassable_points`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
+    x, y, cosine, sine = place
+    points = placed_ends(beams.directions, distance, beams.lasting, x, y, cosine, sine)
+    hit, wrap = distance[beams.lasting] < beams.range_max, beams.seam < np.inf
+    count = len(points)
+    parts = np.zeros(count, np.int64)  # of the chord from each hit to the next
+    wide = np.empty(count, np.int64)  # hits from which a chord has more than one part
+    hits = chords = between = 0
+    for i in range(count):
+        if hit[i]:
+            hits += 1
+            j = i + 1 if i + 1 < count else 0
+            if hit[j] and (j > 0 or wrap):
+                dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+                chord = math.sqrt(dx * dx + dy * dy)
+                if BRIDGE_SPACING < chord < diameter:
+                    parts[i] = math.ceil(chord / BRIDGE_SPACING)
+                    between += parts[i] - 1
+                    wide[chords] = i
+                    chords += 1
+    out = np.empty((hits + between, 2))
+    n = 0
+    for i in range(count):  # all hits first, then the first point of each chord, and so on
+        if hit[i]:
+            out[n, 0], out[n, 1] = points[i, 0], points[i, 1]
+            n += 1
+    k = 1
+    while n < len(out):
+        for i in wide[:chords]:
+            if k < parts[i]:
+                j = i + 1 if i + 1 < count else 0
+                share = k / parts[i]
+                out[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
+                out[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
+                n += 1
+        k += 1
+    return out
