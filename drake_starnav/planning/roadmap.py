@@ -62,7 +62,7 @@ class StarRoadmap:
     hits: DistanceGrid
     regions: tuple[StarRegion, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
-    rows: SharedRows = field(default_factory=lambda: SharedRows((), 0))
+    rows: SharedRows = field(default_factory=lambda: SharedRows((), 0), compare=False)
     scans: tuple[tuple[LaserScan, np.ndarray], ...] = ()
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     lengths: np.ndarray = field(default_factory=lambda: np.zeros(0))
