@@ -17,6 +17,9 @@ a time t later, with the caution c. With c = 1 that is all directions. The place
     hits on static objects that are small enough  with c = 1 only: they may start to move
     the edges of occluded areas                   with c = 1 only: something may come out
 
+Near to what creeps the robot may make way: a motion that comes no nearer to the places than standing would is accepted
+with ESCAPE less of the margin.
+
 Convex surfaces wider than 2 max_radius are static (`surfaces`). No certificate prevents an obstacle from hitting the
 robot while it stands.
 """
@@ -35,6 +38,8 @@ from drake_starnav.tracking.parameters import DynamicObstacleParameters
 
 MOVING_MARGIN = 0.03
 """Clearance kept from obstacles that move, m."""
+ESCAPE = 0.02
+"""As far into that clearance may come what moves the robot no nearer to them than standing would, m: it makes way."""
 STANDING_SPEED = 0.005
 """A commanded speed below this counts as standing, m/s. The body does not follow exactly, so this is well below
 `trajectory_metrics.STANDING`, which is about the body."""
@@ -49,11 +54,13 @@ class MovingCertificate(NamedTuple):
         discs: shape (n, 6), as from `reachable_discs`.
         distance: radius of the robot and margin, m.
         age: time since the scan that they are of, s.
+        escape: how much less than that distance is enough where standing would keep no more, m.
     """
 
     discs: np.ndarray
     distance: float
     age: float
+    escape: float = 0.0
 
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
@@ -62,7 +69,7 @@ class MovingCertificate(NamedTuple):
         limits, distance = actuation.limits, actuation.radius + MOVING_MARGIN
         longest = age + actuation.delay + actuation.hold + limits.max_speed / limits.max_acceleration
         reach = distance + (limits.max_speed + obstacles.max_speed) * longest
-        return MovingCertificate(within(reachable_discs(tracks, obstacles), position, reach), distance, age)
+        return MovingCertificate(within(reachable_discs(tracks, obstacles), position, reach), distance, age, ESCAPE)
 
     def accepts(self, motion: Motion) -> bool:
         """Whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
@@ -121,10 +128,11 @@ def _clearance(x, y, discs, distance, time):
 
 
 @njit(cache=True)
-def _stays_clear(position, speed, time, braking, discs, distance, age):
+def _stays_clear(position, speed, time, braking, discs, distance, age, escape):
     """Whether places (n, 2) of a robot with these speeds (n,) at these times (n,) stay clear of the discs.
 
-    Places are skipped while the last clearance cannot have been used up.
+    By `distance`; by up to `escape` less where they are no nearer to them than the first place is by then. Places are
+    skipped while the last clearance cannot have been used up.
     """
     fastest = spare = 0.0
     for k in range(len(discs)):
@@ -136,7 +144,9 @@ def _stays_clear(position, speed, time, braking, discs, distance, age):
         if spare <= 0.0 or stopped:
             spare = _clearance(x, y, discs, distance, age + time[k])
             if spare < 0.0 and max(abs(speed[k]), abs(speed[k - 1])) >= STANDING_SPEED:
-                return False
+                stood = _clearance(position[0, 0], position[0, 1], discs, distance, age + time[k])
+                if spare < max(stood, -escape):
+                    return False
         if stopped:
             return True
     return True

@@ -3,11 +3,19 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control.motion import Actuation, roll_out
-from drake_starnav.control.moving_certificate import STANDING_SPEED, MovingCertificate, reachable_discs, within
+from drake_starnav.control.moving_certificate import (
+    ESCAPE,
+    MOVING_MARGIN,
+    STANDING_SPEED,
+    MovingCertificate,
+    reachable_discs,
+    within,
+)
 from drake_starnav.geometry.trajectory_metrics import STANDING
 from drake_starnav.robot import RobotParameters
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
@@ -42,9 +50,12 @@ def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: floa
     return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, RADIUS, hold, delay)))
 
 
+@pytest.mark.parametrize(("margin", "escape"), [(MARGIN, 0.0), (MOVING_MARGIN, ESCAPE)])
 @settings(max_examples=40, deadline=None)
 @given(seed=seeds, hunters=st.booleans())
-def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: int, hunters: bool) -> None:
+def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(
+    margin: float, escape: float, seed: int, hunters: bool
+) -> None:
     rng = np.random.default_rng(seed)
     pose, twist = np.zeros(3), np.zeros(2)
     centers = rng.uniform(-3.0, 3.0, (4, 2))
@@ -57,7 +68,8 @@ def test_discs_within_the_declared_speed_never_touch_a_robot_that_moves(seed: in
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         age = k * PERIOD - scan_time
-        certified = stays_clear(pose, twist, desired, MovingCertificate(rows, RADIUS + MARGIN, age))
+        certificate = MovingCertificate(rows, RADIUS + margin, age, escape)
+        certified = stays_clear(pose, twist, desired, certificate)
         target = desired if certified else np.zeros(2)
         before, twist = twist, limited_twist(twist, target, ROBOT, PERIOD)
         for i in range(round(PERIOD / STEP)):
@@ -184,6 +196,16 @@ def test_a_moving_obstacle_out_of_sight_is_counted_with_and_what_is_far_is_not()
     np.testing.assert_allclose(disc[:2], (1.0, 0.0))
     assert len(within(rows, np.zeros(2), 0.85)) == 1  # its edge counts
     assert len(within(rows, np.zeros(2), 0.75)) == 0
+
+
+@pytest.mark.parametrize("gap", [0.0151, 0.025, 0.034])
+@pytest.mark.parametrize(("way", "accepted"), [((-0.1, 0.0), True), ((0.1, 0.0), False), ((-0.8, 0.0), True)])
+def test_a_robot_may_make_way_to_what_creeps_near_to_it(gap: float, way: tuple[float, float], accepted: bool) -> None:
+    """Away from it, where the full margin is used up, but not towards it."""
+    slow = DynamicObstacleParameters(max_speed=0.05, caution=1.0)
+    rows = reachable_discs(seen(np.array([[RADIUS + gap + 0.3, 0.0]]), 0.3), slow)
+    certificate = MovingCertificate(rows, RADIUS + MOVING_MARGIN, 0.05, ESCAPE)
+    assert stays_clear(np.zeros(3), np.zeros(2), np.array(way), certificate) == accepted
 
 
 def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
