@@ -10,6 +10,7 @@ from drake_starnav.geometry.polyline import simplified
 from drake_starnav.geometry.trajectory import evenly_sampled
 from drake_starnav.geometry.trajectory_metrics import motion_metrics
 from drake_starnav.scenario import Scenario
+from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.station.collision_monitor import COLLISION, contact_in
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL
 from drake_starnav.worlds.clearance import clearance
@@ -163,9 +164,13 @@ def figures(scenario: Scenario, world: World, shortest: tuple[float, np.ndarray]
 
 
 def goal_occupied(world: World, time: float, scenario: Scenario) -> bool:
-    """Whether a robot that is within the tolerance of the world's goal would touch a moving obstacle at a time, s."""
+    """Whether a moving obstacle leaves no place within the tolerance of the world's goal at a time, s.
+
+    The certificate keeps the safety margin beyond the robot's radius.
+    """
     clearance_there = moving_obstacle_clearance(world.moving_obstacles, np.array([world.goal]), np.array([time]))
-    return bool(clearance_there[0] + scenario.simulation.goal_tolerance < scenario.robot.radius)
+    needed = scenario.robot.radius + derive_margins(scenario).safety
+    return bool(clearance_there[0] + scenario.simulation.goal_tolerance < needed)
 
 
 def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
