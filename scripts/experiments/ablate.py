@@ -141,6 +141,30 @@ ABLATIONS = (
         },
     ),
     Ablation(
+        "no_closed_targets",
+        "targets tried in vain stay open",
+        "method 6",
+        replaced={f"{PLANNER}.after_trying": replacements.first_argument},
+    ),
+    Ablation(
+        "no_stall_points",
+        "a stall leaves no post in the regions",
+        "method 6",
+        replaced={f"{PLANNER}.stall_point_ahead": replacements.nothing},
+    ),
+    Ablation(
+        "no_retries",
+        "nothing is doubted or tried again",
+        "method 6",
+        replaced={f"{PLANNER}._searched": replacements.searched_once},
+    ),
+    Ablation(
+        "no_hysteresis",
+        "the current target has no bonus",
+        "method 6",
+        replaced={f"{PLANNER}.find_route": replacements.route_without_bonus},
+    ),
+    Ablation(
         "straight_cost_to_go",
         "frontiers ranked by the straight line to the goal",
         "paper III-C.2; method 6",

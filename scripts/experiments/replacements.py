@@ -24,7 +24,7 @@ from drake_starnav.planning import PlannerInput, PlannerState, StarRoadmap
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.frontiers import PROBE_DISTANCE, Frontiers
 from drake_starnav.planning.roadmap import extended
-from drake_starnav.planning.search import optimistic_cost
+from drake_starnav.planning.search import Route, find_route, optimistic_cost
 from drake_starnav.regions import Margins, StarRegion
 from drake_starnav.regions.erosion import smoothed_distances
 from drake_starnav.regions.piecewise_cubic import adaptive_fit
@@ -146,6 +146,17 @@ def full_cost(
 ) -> CostField:
     """For `optimistic_cost`: exact at all frontiers, not only where they are cheaper than a virtual one."""
     return optimistic_cost(roadmap, now, cost_to_come, False, doubting)
+
+
+def searched_once(state: PlannerState, region: StarRegion, now: PlannerInput) -> tuple[Route | None, PlannerState]:
+    """For `planner._searched`: what was tried in vain stays closed."""
+    current = None if state.target is None else state.target[0]
+    return find_route(state.roadmap, region, now, current), state
+
+
+def route_without_bonus(roadmap: StarRoadmap, here: StarRegion, now: PlannerInput, *current: Any, **named: Any) -> Any:
+    """For `find_route`: the current target has no bonus."""
+    return find_route(roadmap, here, now, **named)
 
 
 def straight_estimates(field: Any, frontiers: Frontiers, goal: np.ndarray) -> np.ndarray:
